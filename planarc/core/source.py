@@ -1,0 +1,88 @@
+"""Source text and places in it.
+
+A `Source` is one text with a name; a `Span` is a half-open range of characters
+in it. Every node of every tree carries a span, so that any later stage can
+point at the user's line. Lines and columns are computed only when asked for.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+from typing import NamedTuple
+
+
+class Source:
+    """One text that was read, under the name that messages show."""
+
+    __slots__ = ("_line_starts", "_text", "name", "path")
+
+    def __init__(self, name: str, text: str | None = None, path: Path | None = None) -> None:
+        self.name = name
+        self.path = path
+        self._text = text
+        self._line_starts: list[int] | None = None
+
+    @property
+    def text(self) -> str:
+        """The whole text; read again from `path` when it was not kept."""
+        if self._text is None:
+            self._text = decode(self.path.read_bytes()) if self.path else ""
+        return self._text
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """Line and column of a character, both counted from 1."""
+        if self._line_starts is None:
+            text = self.text
+            self._line_starts = [0, *(i + 1 for i, c in enumerate(text) if c == "\n")]
+        line = bisect_right(self._line_starts, offset)
+        return line, offset - self._line_starts[line - 1] + 1
+
+    def line(self, number: int) -> str:
+        """The text of a line (from 1), without its end."""
+        lines = self.text.split("\n")
+        return lines[number - 1].rstrip("\r") if 0 < number <= len(lines) else ""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Trees are cached on disk; a text that lives in a file stays there.
+        return (Source, (self.name, None if self.path else self._text, self.path))
+
+    def __repr__(self) -> str:
+        return f"Source({self.name!r})"
+
+
+class Span(NamedTuple):
+    """Characters `start` to `end` (exclusive) of a source."""
+
+    source: Source
+    start: int
+    end: int
+
+    @property
+    def line(self) -> int:
+        return self.source.position(self.start)[0]
+
+    @property
+    def column(self) -> int:
+        return self.source.position(self.start)[1]
+
+    @property
+    def text(self) -> str:
+        return self.source.text[self.start : self.end]
+
+    def to(self, other: Span) -> Span:
+        """From the start of this span to the end of another one."""
+        return Span(self.source, self.start, max(self.end, other.end))
+
+
+#: Where something stands that no file holds (a generated equation, a default).
+NOWHERE = Span(Source("<planarc>", ""), 0, 0)
+
+
+def decode(data: bytes) -> str:
+    """Bytes of a model file as text: UTF-8 with or without mark, else Latin-1."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    return text.replace("\r\n", "\n")

@@ -1,0 +1,459 @@
+"""The flat model: every component opened, every name resolved, arrays still arrays.
+
+Given by `flatten`, read by `lower`. Components are gone: a variable is a name
+such as `crank.frame_b.r` or `link[3].body.m`, of a built-in type, with the
+dimensions that it was declared with (arrays of components are opened, arrays of
+built-in types are kept). Expressions are typed and refer to variables by their
+full names. Nothing here is scalar yet, and nothing is simplified.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from typing import TypeAlias
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import NOWHERE, Span
+
+
+class Base(Enum):
+    REAL = "Real"
+    INTEGER = "Integer"
+    BOOLEAN = "Boolean"
+    STRING = "String"
+    ENUMERATION = "enumeration"
+    RECORD = "record"
+    FUNCTION = "function"  # an argument that is itself a function
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """A built-in type with dimensions; None is a size known only when run (functions).
+
+    `name` is the full name of an enumeration or record, `literals` those of the
+    enumeration, `fields` those of the record.
+    """
+
+    base: Base
+    dims: tuple[int | None, ...] = ()
+    name: str = ""
+    literals: tuple[str, ...] = ()
+    fields: tuple[tuple[str, Type], ...] = ()
+
+    def element(self, drop: int = 1) -> Type:
+        """The type with its first `drop` dimensions taken away."""
+        return Type(self.base, self.dims[drop:], self.name, self.literals, self.fields)
+
+    def with_dims(self, dims: tuple[int | None, ...]) -> Type:
+        return Type(self.base, dims, self.name, self.literals, self.fields)
+
+
+REAL = Type(Base.REAL)
+INTEGER = Type(Base.INTEGER)
+BOOLEAN = Type(Base.BOOLEAN)
+STRING = Type(Base.STRING)
+
+
+class Variability(IntEnum):
+    """Ordered: a value may depend on values of lower or equal variability only (3.8)."""
+
+    CONSTANT = 0
+    PARAMETER = 1
+    DISCRETE = 2
+    CONTINUOUS = 3
+
+
+class StateSelect(IntEnum):
+    NEVER = 1
+    AVOID = 2
+    DEFAULT = 3
+    PREFER = 4
+    ALWAYS = 5
+
+
+# Expressions -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Literal(Node):
+    """A number, truth value, string, or enumeration (its number from 1 as `value`)."""
+
+    value: float | int | bool | str
+
+
+@dataclass(frozen=True, slots=True)
+class Reference(Node):
+    """A variable of the model by its full name, or a local one inside a function.
+
+    `subscripts` index the variable's own dimensions; one that is an array (a range,
+    or `Slice` for `:`) keeps a dimension. Component subscripts are in the name.
+    """
+
+    name: str
+    subscripts: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Slice(Node):
+    """`:` as a subscript."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unary(Node):
+    """`op`: `-`, `not`."""
+
+    op: str
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Binary(Node):
+    """`op` as in the language: `+ - * / ^ .+ .- .* ./ .^ < <= > >= == <> and or`.
+
+    `*` follows the operands' dimensions (scalar, matrix, inner product; 10.6.4);
+    string concatenation is `+` on strings.
+    """
+
+    op: str
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class If(Node):
+    branches: tuple[tuple[Expression, Expression], ...]
+    otherwise: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Array(Node):
+    """`{...}`: the items are the entries along the first dimension."""
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Range(Node):
+    start: Expression
+    step: Expression | None
+    stop: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Index(Node):
+    """Subscripts on an expression that is no variable."""
+
+    base: Expression
+    subscripts: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Field(Node):
+    """A field of a record value."""
+
+    base: Expression
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Record(Node):
+    """A record value; the items stand in the order of `type.fields`."""
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin(Node):
+    """A call of a built-in operator or function by its Modelica name (`sin`, `der`, `pre`,
+    `noEvent`, `sum`, `transpose`, `sample`, `time` without arguments ...)."""
+
+    function: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Node):
+    """A call of a function of `FlatModel.functions`; arguments are complete and in the
+    order of its inputs (defaults and bound inputs filled in). `output` chooses one result,
+    None (left side of a several-result equation) stands for all."""
+
+    function: str
+    arguments: tuple[Expression, ...] = ()
+    output: int | None = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PartialCall(Node):
+    """A function as a value, some inputs bound (12.4.2.1): names and expressions."""
+
+    function: str
+    bound: tuple[tuple[str, Expression], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Comprehension(Node):
+    """Only inside functions, where sizes are unknown; `reduce` is `array sum product min max`."""
+
+    body: Expression
+    iterators: tuple[tuple[str, Expression], ...]
+    reduce: str = "array"
+
+
+Expression: TypeAlias = (
+    Literal
+    | Reference
+    | Slice
+    | Unary
+    | Binary
+    | If
+    | Array
+    | Range
+    | Index
+    | Field
+    | Record
+    | Builtin
+    | Call
+    | PartialCall
+    | Comprehension
+)
+
+
+# Variables ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Attributes:
+    """Attributes of a built-in type (4.9); an array variable holds an array or, with
+    `each`, a scalar, which stands for all elements."""
+
+    start: Expression | None = None
+    fixed: Expression | None = None
+    min: Expression | None = None
+    max: Expression | None = None
+    nominal: Expression | None = None
+    state_select: StateSelect = StateSelect.DEFAULT
+    unit: str = ""
+    display_unit: str = ""
+    quantity: str = ""
+    #: True when a modifier outside the declared type wrote `start`: it then counts more
+    #: than a default when a loop is assembled.
+    start_written: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    name: str
+    type: Type
+    variability: Variability
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    binding: Expression | None = None
+    attributes: Attributes = Attributes()
+    causality: str = ""  # `input` or `output` of the model itself, else empty
+    protected: bool = False
+    final: bool = False  # not to be set from outside
+    structural: bool = False  # a parameter whose value shaped the model: cannot be set later
+    description: str = ""
+    component: str = ""  # full name of the component that declares it
+
+
+# Equations and statements ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class EquationNode:
+    span: Span = field(compare=False, repr=False)
+    component: str  # full name of the component that it stands in, "" for the model
+
+
+@dataclass(frozen=True, slots=True)
+class Equality(EquationNode):
+    """Equal types, maybe arrays or records; for several results `left` is `Targets`."""
+
+    left: Expression | Targets
+    right: Expression
+    generated: bool = False  # from a connection set
+
+
+@dataclass(frozen=True, slots=True)
+class Targets:
+    """`(a, , b) = f(x)`."""
+
+    items: tuple[Expression | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class IfEquation(EquationNode):
+    """The condition changes while running; all branches hold as many equations."""
+
+    branches: tuple[tuple[Expression, tuple[Equation, ...]], ...]
+    otherwise: tuple[Equation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WhenEquation(EquationNode):
+    """A condition that is a vector stands as an `Array` of Booleans."""
+
+    branches: tuple[tuple[Expression, tuple[Equation, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Assert(EquationNode):
+    condition: Expression
+    message: Expression
+    warning: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Terminate(EquationNode):
+    message: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Reinit(EquationNode):
+    variable: Reference
+    value: Expression
+
+
+Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment(EquationNode):
+    target: Reference
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class TupleAssignment(EquationNode):
+    targets: tuple[Reference | None, ...]
+    value: Call
+
+
+@dataclass(frozen=True, slots=True)
+class IfStatement(EquationNode):
+    branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
+    otherwise: tuple[Statement, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ForStatement(EquationNode):
+    iterator: str
+    range: Expression
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WhileStatement(EquationNode):
+    condition: Expression
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WhenStatement(EquationNode):
+    branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Break(EquationNode):
+    """`break;`"""
+
+
+@dataclass(frozen=True, slots=True)
+class Return(EquationNode):
+    """`return;`"""
+
+
+Statement: TypeAlias = (
+    Assignment
+    | TupleAssignment
+    | IfStatement
+    | ForStatement
+    | WhileStatement
+    | WhenStatement
+    | Break
+    | Return
+    | Assert
+    | Terminate
+    | Reinit
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Algorithm(EquationNode):
+    statements: tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function that the model calls. `outputs` and `locals` may have bindings, which are
+    assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`."""
+
+    name: str
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    locals: tuple[Variable, ...] = ()
+    body: tuple[Statement, ...] = ()
+    external: str | None = None  # the name of a function that `lower` knows
+    derivative_of: tuple[str, tuple[str, ...]] | None = None
+    derivatives: tuple[tuple[str, int], ...] = ()  # annotation: (function, order)
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+# What is drawn and how it is run ----------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Visual:
+    """Something drawn: an instance of a class with `annotation(__planarc(visual="kind"))`.
+
+    It has no variables and no equations in the model; its attributes are expressions in
+    the model's variables, evaluated from the result when somebody looks.
+    """
+
+    component: str
+    kind: str
+    attributes: tuple[tuple[str, Expression], ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    start: float = 0.0
+    stop: float = 1.0
+    interval: float | None = None  # None: 500 intervals
+    tolerance: float = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A component instance: what messages and counts need to know of it."""
+
+    name: str
+    class_name: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class FlatModel:
+    name: str
+    variables: tuple[Variable, ...]
+    equations: tuple[Equation, ...]
+    initial_equations: tuple[Equation, ...] = ()
+    algorithms: tuple[Algorithm, ...] = ()
+    initial_algorithms: tuple[Algorithm, ...] = ()
+    functions: tuple[Function, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    parts: tuple[Part, ...] = ()
+    #: connection sets of physical connectors: the connectors' full names
+    connections: tuple[tuple[str, ...], ...] = ()
+    experiment: Experiment = Experiment()
+    description: str = ""
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    warnings: tuple[Diagnostic, ...] = ()
