@@ -1,0 +1,38 @@
+"""What a user may ask of a run, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Backend(StrEnum):
+    NATIVE = "native"
+    NUMPY = "numpy"
+
+
+class Solver(StrEnum):
+    AUTO = "auto"
+    CVODE_BDF = "cvode-bdf"
+    CVODE_ADAMS = "cvode-adams"
+    LSODA = "lsoda"
+    SCIPY_BDF = "scipy-bdf"
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """Times in seconds. None takes what the model's `experiment` annotation says.
+
+    `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`).
+    """
+
+    start: float | None = None
+    stop: float | None = None
+    interval: float | None = None
+    intervals: int | None = None
+    tolerance: float | None = None
+    solver: Solver = Solver.AUTO
+    backend: Backend = Backend.NATIVE
+    values: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,227 @@
+"""The scalar model: a hybrid differential-algebraic system over one expression table.
+
+Given by `lower`, read by `structure`. Every variable is a scalar with its Modelica
+name (`crank.frame_b.r[1]`). Parameters are symbols too, but of names that never
+change while running. Relations that can switch are taken out of the equations:
+`EVENT(i)` stands for the stored truth of relation i, which changes at events only.
+
+Reserved names, set by the solver: `$initial` (true in the first event iteration),
+`$terminal`, and `$sample[i]` (true at the instants of sampler i).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import NOWHERE, Span
+from planarc.ir.expr import Expr, Exprs
+from planarc.ir.flat import Experiment, Part, StateSelect
+
+INITIAL = "$initial"
+TERMINAL = "$terminal"
+
+
+class Kind(Enum):
+    REAL = "Real"
+    INTEGER = "Integer"
+    BOOLEAN = "Boolean"
+    ENUMERATION = "enumeration"  # valued by the literal's number, from 1
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """An unknown of the model: continuous, or discrete (constant between events)."""
+
+    name: str
+    kind: Kind = Kind.REAL
+    start: Expr | None = None  # an expression of parameters; None stands for 0 or false
+    fixed: bool = False
+    start_written: bool = False  # see flat.Attributes
+    state_select: StateSelect = StateSelect.DEFAULT
+    nominal: Expr | None = None
+    minimum: Expr | None = None
+    maximum: Expr | None = None
+    unit: str = ""
+    display_unit: str = ""
+    description: str = ""
+    protected: bool = False
+    causality: str = ""  # `input`, `output` of the model, or empty
+    component: str = ""
+    literals: tuple[str, ...] = ()  # of an enumeration
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter or constant. `value` refers to earlier parameters of the list only.
+
+    `settable`: its value is a number that a user may replace without recompiling.
+    """
+
+    name: str
+    kind: Kind
+    value: Expr
+    settable: bool
+    structural: bool = False
+    constant: bool = False
+    unit: str = ""
+    display_unit: str = ""
+    description: str = ""
+    protected: bool = False
+    component: str = ""
+    literals: tuple[str, ...] = ()
+    minimum: Expr | None = None
+    maximum: Expr | None = None
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """left = right, scalar. `component` is where it stands, "" for the model itself."""
+
+    left: Expr
+    right: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    component: str = ""
+    generated: bool = False  # from a connection set
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """A relation that makes an event when it switches.
+
+    It is true where `zero` < 0 (strict) or `zero` <= 0. `time_only`: `zero` depends on
+    time and parameters alone, so its instants can be met exactly.
+    """
+
+    zero: Expr
+    strict: bool
+    time_only: bool
+    text: str  # as the user wrote it, for messages
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Sampler:
+    """`sample(start, interval)`; its truth is the symbol `$sample[i]`, i from 0."""
+
+    start: Expr
+    interval: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A text with values in it: strings and (expression, format) in their order."""
+
+    parts: tuple[str | tuple[Expr, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SetDiscrete:
+    """name := value, at an event."""
+
+    name: str
+    value: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Reinit:
+    """The state `symbol` continues from `value`."""
+
+    symbol: Expr
+    value: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Assertion:
+    """Checked where the model is evaluated at accepted points; false ends the run."""
+
+    condition: Expr
+    message: Message
+    warning: bool = False
+    component: str = ""
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Terminate:
+    message: Message
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """`when`/`elsewhen`: the first branch whose condition just became true acts.
+
+    A condition is the name of a discrete Boolean variable, which has its own discrete
+    equation; it has just become true when it holds and pre() of it does not.
+    """
+
+    branches: tuple[tuple[str, tuple[Action, ...]], ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    component: str = ""
+
+
+#: A value that a drawn thing has: a number, truth, text, or (nested) tuples of such.
+VisualValue: TypeAlias = "Expr | str | tuple[VisualValue, ...]"
+
+
+@dataclass(frozen=True, slots=True)
+class Visual:
+    """Something drawn; see flat.Visual. Numbers and truth values are expressions."""
+
+    component: str
+    kind: str
+    attributes: tuple[tuple[str, VisualValue], ...]
+
+    def get(self, name: str) -> VisualValue:
+        return dict(self.attributes)[name]
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function that is called as such, because it could not be inlined.
+
+    Its arguments and results are scalars (arrays element by element). The body is a
+    list of statements for `codegen`, which also makes its derivatives.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    body: tuple[object, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Dae:
+    name: str
+    table: Exprs
+    variables: tuple[Variable, ...]  # continuous unknowns, in declaration order
+    parameters: tuple[Parameter, ...]  # in evaluation order
+    equations: tuple[Equation, ...]  # continuous ones
+    discretes: tuple[Variable, ...] = ()
+    inputs: tuple[Variable, ...] = ()  # top-level inputs, given from outside
+    initial_equations: tuple[Equation, ...] = ()
+    discrete_equations: tuple[Equation, ...] = ()  # of Boolean, Integer and discrete unknowns
+    relations: tuple[Relation, ...] = ()
+    samplers: tuple[Sampler, ...] = ()
+    whens: tuple[When, ...] = ()
+    assertions: tuple[Assertion, ...] = ()
+    functions: tuple[Function, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    parts: tuple[Part, ...] = ()
+    connections: tuple[tuple[str, ...], ...] = ()
+    experiment: Experiment = field(default_factory=Experiment)
+    description: str = ""
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    warnings: tuple[Diagnostic, ...] = ()

@@ -1,0 +1,538 @@
+"""Scalar expressions: immutable, shared, ordered by creation.
+
+From `lower` to `codegen` every formula is a tree of `Expr`. Equal trees are the
+same object (hash consing), so that comparing is `is`, differentiating and
+printing are done once per distinct node, and common subexpressions are found by
+counting. The table of shared nodes, `Exprs`, belongs to one compilation. It
+builds nodes and applies only rules that are true for all finite values:
+
+    x + 0 = x     2*x + 3*x = 5*x     x - x = 0     -(-x) = x     sin(0) = 0
+
+All walks are iterative: chains are deeper than Python's recursion limit. Nodes
+are ordered by `id`, their number of creation, never by address or hash.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from enum import IntEnum
+from typing import Any
+
+
+class Op(IntEnum):
+    """What a node is; in brackets its `data`."""
+
+    CONST = 0  # [float or bool]
+    SYMBOL = 1  # [(name, order)] a variable or parameter; order counts its der()
+    TIME = 2
+    PRE = 3  # [name] left limit of a discrete variable
+    EVENT = 4  # [index] stored truth value of a relation, constant between events
+    ADD = 5  # any number of terms
+    MUL = 6  # any number of factors, a constant one first
+    NEG = 7
+    DIV = 8
+    POW = 9
+    CALL = 10  # [function name] an elementary function of FUNCTIONS
+    LESS = 11  # a < b, evaluated where it stands
+    LESS_EQUAL = 12
+    EQUAL = 13
+    AND = 14
+    OR = 15
+    NOT = 16
+    IF = 17  # (condition, then, otherwise)
+    APPLY = 18  # [(function, output, wrt)] a function of the model; wrt: partial derivatives
+
+
+def _sign(x: float) -> float:
+    return (x > 0) - (x < 0)
+
+
+#: The elementary functions, by their Modelica names, with their values.
+FUNCTIONS: Mapping[str, Callable[..., float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "sinh": math.sinh,
+    "cosh": math.cosh,
+    "tanh": math.tanh,
+    "exp": math.exp,
+    "log": math.log,
+    "log10": math.log10,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "sign": _sign,
+    "min": min,
+    "max": max,
+    "floor": math.floor,
+    "ceil": math.ceil,
+    "div": lambda x, y: math.trunc(x / y),
+    "mod": lambda x, y: x - math.floor(x / y) * y,
+    "rem": lambda x, y: x - math.trunc(x / y) * y,
+}
+
+
+class Expr:
+    """A node. Made by `Exprs` only; never changed."""
+
+    __slots__ = ("args", "data", "id", "op")
+
+    op: Op
+    args: tuple[Expr, ...]
+    data: Any
+    id: int
+
+    def __repr__(self) -> str:
+        return text(self)
+
+    def __lt__(self, other: Expr) -> bool:
+        return self.id < other.id
+
+    @property
+    def name(self) -> str:
+        """The variable's name, of a SYMBOL or PRE."""
+        return self.data[0] if self.op is Op.SYMBOL else self.data  # type: ignore[no-any-return]
+
+    @property
+    def order(self) -> int:
+        """How many times a SYMBOL is differentiated."""
+        return self.data[1]  # type: ignore[no-any-return]
+
+    @property
+    def is_const(self) -> bool:
+        return self.op is Op.CONST
+
+    @property
+    def is_symbol(self) -> bool:
+        return self.op is Op.SYMBOL
+
+
+class Exprs:
+    """The table of shared nodes of one compilation, and the only maker of nodes."""
+
+    def __init__(self) -> None:
+        self._nodes: dict[tuple[Any, ...], Expr] = {}
+        self.all: list[Expr] = []  # by id
+        self.zero = self.const(0.0)
+        self.one = self.const(1.0)
+        self.true = self.const(True)
+        self.false = self.const(False)
+        self.time = self.node(Op.TIME)
+
+    def node(self, op: Op, args: tuple[Expr, ...] = (), data: Any = None) -> Expr:
+        """The node as given, without any simplification."""
+        key = (op, data, *(a.id for a in args))
+        found = self._nodes.get(key)
+        if found is None:
+            found = Expr()
+            found.op, found.args, found.data, found.id = op, args, data, len(self.all)
+            self._nodes[key] = found
+            self.all.append(found)
+        return found
+
+    # Leaves
+
+    def const(self, value: float | bool) -> Expr:
+        # The key tells True from 1.0 and -0.0 from 0.0, which Python calls equal.
+        value = value if isinstance(value, bool) else float(value)
+        key = (Op.CONST, repr(value))
+        found = self._nodes.get(key)
+        if found is None:
+            found = Expr()
+            found.op, found.args, found.data, found.id = Op.CONST, (), value, len(self.all)
+            self._nodes[key] = found
+            self.all.append(found)
+        return found
+
+    def symbol(self, name: str, order: int = 0) -> Expr:
+        return self.node(Op.SYMBOL, (), (name, order))
+
+    def der(self, symbol: Expr) -> Expr:
+        """The symbol differentiated once more."""
+        return self.symbol(symbol.name, symbol.order + 1)
+
+    def pre(self, name: str) -> Expr:
+        return self.node(Op.PRE, (), name)
+
+    def event(self, index: int) -> Expr:
+        return self.node(Op.EVENT, (), index)
+
+    # Arithmetic
+
+    def add(self, *terms: Expr) -> Expr:
+        constant = 0.0
+        coefficients: dict[Expr, float] = {}
+        stack = [(t, 1.0) for t in reversed(terms)]
+        while stack:
+            term, factor = stack.pop()
+            if term.op is Op.CONST:
+                constant += factor * term.data
+            elif term.op is Op.ADD:
+                stack.extend((t, factor) for t in reversed(term.args))
+            elif term.op is Op.NEG:
+                stack.append((term.args[0], -factor))
+            else:
+                number, base = self._split(term)
+                coefficients[base] = coefficients.get(base, 0.0) + factor * number
+        parts = [self.scale(c, b) for b, c in coefficients.items() if c != 0.0]
+        if constant != 0.0 or not parts:
+            parts.append(self.const(constant))
+        return parts[0] if len(parts) == 1 else self.node(Op.ADD, tuple(parts))
+
+    def _split(self, term: Expr) -> tuple[float, Expr]:
+        """A term as number times the rest."""
+        if term.op is Op.MUL and term.args[0].op is Op.CONST:
+            rest = term.args[1:]
+            return term.args[0].data, rest[0] if len(rest) == 1 else self.node(Op.MUL, rest)
+        return 1.0, term
+
+    def scale(self, number: float, base: Expr) -> Expr:
+        """number*base, for a base without a constant factor."""
+        if number == 1.0:
+            return base
+        if number == -1.0:
+            return self.node(Op.NEG, (base,))
+        return self.mul(self.const(number), base)
+
+    def sub(self, a: Expr, b: Expr) -> Expr:
+        return self.add(a, self.neg(b))
+
+    def neg(self, a: Expr) -> Expr:
+        if a.op is Op.CONST:
+            return self.const(0.0 if a.data == 0 else -a.data)
+        if a.op is Op.NEG:
+            return a.args[0]
+        if a.op is Op.MUL and a.args[0].op is Op.CONST:
+            number, base = self._split(a)
+            return self.scale(-number, base)
+        return self.node(Op.NEG, (a,))
+
+    def mul(self, *factors: Expr) -> Expr:
+        number = 1.0
+        powers: dict[Expr, int] = {}
+        stack = list(reversed(factors))
+        while stack:
+            factor = stack.pop()
+            if factor.op is Op.CONST:
+                number *= factor.data
+            elif factor.op is Op.MUL:
+                stack.extend(reversed(factor.args))
+            elif factor.op is Op.NEG:
+                number = -number
+                stack.append(factor.args[0])
+            else:
+                base, exponent = _power(factor)
+                powers[base] = powers.get(base, 0) + exponent
+        if number == 0.0:
+            return self.zero
+        parts = [b if n == 1 else self.node(Op.POW, (b, self.const(n))) for b, n in powers.items()]
+        if not parts:
+            return self.const(number)
+        if number == -1.0:
+            return self.neg(parts[0] if len(parts) == 1 else self.node(Op.MUL, tuple(parts)))
+        if number != 1.0:
+            parts.insert(0, self.const(number))
+        return parts[0] if len(parts) == 1 else self.node(Op.MUL, tuple(parts))
+
+    def div(self, a: Expr, b: Expr) -> Expr:
+        if b.op is Op.CONST and b.data != 0:
+            if a.op is Op.CONST:
+                return self.const(a.data / b.data)
+            if b.data in (1.0, -1.0):
+                return a if b.data == 1.0 else self.neg(a)
+        if a.op is Op.CONST and a.data == 0 and not (b.op is Op.CONST and b.data == 0):
+            return self.zero
+        if a.op is Op.NEG:
+            return self.neg(self.div(a.args[0], b))
+        if b.op is Op.NEG:
+            return self.neg(self.div(a, b.args[0]))
+        return self.node(Op.DIV, (a, b))
+
+    def pow(self, a: Expr, b: Expr) -> Expr:
+        if b.op is Op.CONST:
+            if b.data == 1:
+                return a
+            if b.data == 0:
+                return self.one
+            if a.op is Op.CONST:
+                return self._folded(Op.POW, (a, b), None, lambda x, y: x**y)
+        return self.node(Op.POW, (a, b))
+
+    def call(self, function: str, *args: Expr) -> Expr:
+        """An elementary function of `FUNCTIONS`."""
+        if all(a.op is Op.CONST for a in args):
+            return self._folded(Op.CALL, args, function, FUNCTIONS[function])
+        return self.node(Op.CALL, args, function)
+
+    def _folded(
+        self, op: Op, args: tuple[Expr, ...], data: str | None, value: Callable[..., Any]
+    ) -> Expr:
+        """The value of a function of constants, or the call where it has none."""
+        try:
+            result = value(*(a.data for a in args))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return self.node(op, args, data)
+        if isinstance(result, complex) or not math.isfinite(result):
+            return self.node(op, args, data)
+        return self.const(result)
+
+    def apply(
+        self, function: str, args: tuple[Expr, ...], output: int = 0, wrt: tuple[int, ...] = ()
+    ) -> Expr:
+        """One scalar output of a function of the model, or its partial derivative.
+
+        Array arguments and outputs count element by element; `wrt` lists the scalar
+        arguments to differentiate by, in ascending order.
+        """
+        return self.node(Op.APPLY, args, (function, output, tuple(sorted(wrt))))
+
+    # Truth
+
+    def less(self, a: Expr, b: Expr) -> Expr:
+        if a.is_const and b.is_const:
+            return self.const(bool(a.data < b.data))
+        return self.node(Op.LESS, (a, b))
+
+    def less_equal(self, a: Expr, b: Expr) -> Expr:
+        if a.is_const and b.is_const:
+            return self.const(bool(a.data <= b.data))
+        return self.node(Op.LESS_EQUAL, (a, b))
+
+    def equal(self, a: Expr, b: Expr) -> Expr:
+        if a is b:
+            return self.true
+        if a.is_const and b.is_const:
+            return self.const(bool(a.data == b.data))
+        return self.node(Op.EQUAL, (a, b))
+
+    def and_(self, a: Expr, b: Expr) -> Expr:
+        if self.false in (a, b):
+            return self.false
+        if a is self.true or a is b:
+            return b
+        return a if b is self.true else self.node(Op.AND, (a, b))
+
+    def or_(self, a: Expr, b: Expr) -> Expr:
+        if self.true in (a, b):
+            return self.true
+        if a is self.false or a is b:
+            return b
+        return a if b is self.false else self.node(Op.OR, (a, b))
+
+    def not_(self, a: Expr) -> Expr:
+        if a.op is Op.CONST:
+            return self.const(not a.data)
+        return a.args[0] if a.op is Op.NOT else self.node(Op.NOT, (a,))
+
+    def if_(self, condition: Expr, then: Expr, otherwise: Expr) -> Expr:
+        if condition.op is Op.CONST:
+            return then if condition.data else otherwise
+        if then is otherwise:
+            return then
+        return self.node(Op.IF, (condition, then, otherwise))
+
+    def rebuild(self, e: Expr, args: tuple[Expr, ...]) -> Expr:
+        """The node with other arguments, simplified again."""
+        if args == e.args:
+            return e
+        if e.op is Op.CALL:
+            return self.call(e.data, *args)
+        if e.op is Op.APPLY:
+            return self.node(Op.APPLY, args, e.data)
+        return _MAKERS[e.op](self, *args)
+
+
+_MAKERS: Mapping[Op, Callable[..., Expr]] = {
+    Op.ADD: Exprs.add,
+    Op.MUL: Exprs.mul,
+    Op.NEG: Exprs.neg,
+    Op.DIV: Exprs.div,
+    Op.POW: Exprs.pow,
+    Op.LESS: Exprs.less,
+    Op.LESS_EQUAL: Exprs.less_equal,
+    Op.EQUAL: Exprs.equal,
+    Op.AND: Exprs.and_,
+    Op.OR: Exprs.or_,
+    Op.NOT: Exprs.not_,
+    Op.IF: Exprs.if_,
+}
+
+
+def _power(factor: Expr) -> tuple[Expr, int]:
+    """A factor as base and whole exponent above zero."""
+    if factor.op is Op.POW:
+        base, exponent = factor.args
+        if exponent.is_const and exponent.data > 0 and exponent.data == int(exponent.data):
+            return base, int(exponent.data)
+    return factor, 1
+
+
+# Walks ---------------------------------------------------------------------------------
+
+
+def postorder(roots: Iterable[Expr]) -> Iterator[Expr]:
+    """Every distinct node below the roots, arguments before the nodes that use them."""
+    seen: set[Expr] = set()
+    for root in roots:
+        stack: list[tuple[Expr, bool]] = [(root, False)]
+        while stack:
+            e, ready = stack.pop()
+            if e in seen:
+                continue
+            if ready or not e.args:
+                seen.add(e)
+                yield e
+            else:
+                stack.append((e, True))
+                stack.extend((a, False) for a in reversed(e.args) if a not in seen)
+
+
+def symbols(*roots: Expr) -> list[Expr]:
+    """The distinct symbols in the expressions, in the order of their first use."""
+    return [e for e in postorder(roots) if e.op is Op.SYMBOL]
+
+
+class Substitution:
+    """Replaces nodes by others; remembers what it did, so one serves many equations.
+
+    `mapping` is followed once (replacements are not searched again) and must not
+    change after the first use.
+    """
+
+    def __init__(self, table: Exprs, mapping: Mapping[Expr, Expr]) -> None:
+        self._table = table
+        self._memo: dict[Expr, Expr] = dict(mapping)
+
+    def __call__(self, root: Expr) -> Expr:
+        memo = self._memo
+        if root in memo:
+            return memo[root]
+        stack = [root]
+        while stack:
+            e = stack[-1]
+            if e in memo:
+                stack.pop()
+                continue
+            waiting = [a for a in e.args if a not in memo]
+            if waiting:
+                stack.extend(waiting)
+            else:
+                memo[e] = self._table.rebuild(e, tuple(memo[a] for a in e.args))
+                stack.pop()
+        return memo[root]
+
+
+def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
+    """The value of an expression; `leaf` gives that of symbols, time, pre and events.
+
+    Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
+    """
+    values: dict[Expr, Any] = {}
+    for e in postorder((root,)):
+        if e.op is Op.CONST:
+            values[e] = e.data
+        elif not e.args:
+            values[e] = leaf(e)
+        elif e.op is Op.CALL:
+            values[e] = FUNCTIONS[e.data](*(values[a] for a in e.args))
+        elif e.op is Op.APPLY:
+            values[e] = leaf(e)
+        else:
+            values[e] = _VALUES[e.op](*(values[a] for a in e.args))
+    return values[root]
+
+
+_VALUES: Mapping[Op, Callable[..., Any]] = {
+    Op.ADD: lambda *terms: sum(terms),
+    Op.MUL: lambda *factors: math.prod(factors),
+    Op.NEG: lambda a: -a,
+    Op.DIV: lambda a, b: a / b,
+    Op.POW: lambda a, b: a**b,
+    Op.LESS: lambda a, b: a < b,
+    Op.LESS_EQUAL: lambda a, b: a <= b,
+    Op.EQUAL: lambda a, b: a == b,
+    Op.AND: lambda a, b: a and b,
+    Op.OR: lambda a, b: a or b,
+    Op.NOT: lambda a: not a,
+    Op.IF: lambda c, a, b: a if c else b,
+}
+
+
+# Text ------------------------------------------------------------------------------------
+
+_OPERATORS: Mapping[Op, tuple[str, int]] = {
+    Op.OR: (" or ", 1),
+    Op.AND: (" and ", 2),
+    Op.LESS: (" < ", 4),
+    Op.LESS_EQUAL: (" <= ", 4),
+    Op.EQUAL: (" == ", 4),
+    Op.MUL: ("*", 6),
+    Op.DIV: ("/", 6),
+    Op.POW: ("^", 8),
+}
+
+
+def symbol_text(name: str, order: int) -> str:
+    """`x`, `der(x)`, `der(der(x))`."""
+    return "der(" * order + name + ")" * order
+
+
+def number_text(value: float | bool) -> str:
+    """A constant as Modelica writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
+
+
+def text(root: Expr) -> str:
+    """The expression in Modelica's notation, with as few parentheses as it needs."""
+    done: dict[Expr, tuple[str, int]] = {}  # text and binding strength
+    for e in postorder((root,)):
+        done[e] = _text(e, [done[a] for a in e.args])
+    return done[root][0]
+
+
+def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
+    def bound(i: int, strength: int) -> str:
+        return args[i][0] if args[i][1] >= strength else f"({args[i][0]})"
+
+    match e.op:
+        case Op.CONST:
+            negative = not isinstance(e.data, bool) and e.data < 0
+            finite = isinstance(e.data, bool) or math.isfinite(e.data)
+            return (number_text(e.data) if finite else repr(e.data)), 5 if negative else 9
+        case Op.SYMBOL:
+            return symbol_text(*e.data), 9
+        case Op.TIME:
+            return "time", 9
+        case Op.PRE:
+            return f"pre({e.data})", 9
+        case Op.EVENT:
+            return f"event[{e.data}]", 9
+        case Op.ADD:
+            first, *rest = (bound(i, 5) for i in range(len(args)))
+            return first + "".join(
+                f" - {t[1:]}" if t.startswith("-") else f" + {t}" for t in rest
+            ), 5
+        case Op.NEG:
+            return f"-{bound(0, 6)}", 5
+        case Op.NOT:
+            return f"not {bound(0, 4)}", 3
+        case Op.IF:
+            return f"if {args[0][0]} then {args[1][0]} else {args[2][0]}", 0
+        case Op.CALL:
+            return f"{e.data}({', '.join(a for a, _ in args)})", 9
+        case Op.APPLY:
+            function, output, wrt = e.data
+            marks = "".join(f"_d{i + 1}" for i in wrt) + (f"[{output + 1}]" if output else "")
+            return f"{function}{marks}({', '.join(a for a, _ in args)})", 9
+        case Op.DIV:
+            return f"{bound(0, 6)}/{bound(1, 7)}", 6
+        case _:
+            sign, strength = _OPERATORS[e.op]
+            tighter = strength + (e.op in (Op.POW, Op.LESS, Op.LESS_EQUAL, Op.EQUAL))
+            return sign.join(bound(i, tighter) for i in range(len(args))), strength

@@ -1,0 +1,260 @@
+"""The program: everything a run needs, as plain data.
+
+Given by `codegen`, read by `solve`. All values of a run live in one workspace `w`
+of float64 (truth values are 0 and 1). The layout says which slot holds what; the
+statement lists say how slots are computed, and are printed twice: as NumPy source
+and as LLVM. What is loaded and called is a `Kernel`, made from a program by
+`solve` with either back end.
+
+Statements read and write slots through symbols, so one expression tree serves
+both printers. Shared subexpressions stand as `Let` with temporaries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableSequence, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+from planarc.core.source import Span
+from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
+from planarc.ir.expr import Expr, Exprs
+from planarc.ir.flat import Experiment, Part, StateSelect
+
+# Statements ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    """target := value; a target is a symbol with a slot, or a temporary (`$t12`)."""
+
+    target: Expr
+    value: Expr
+    equation: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Solve:
+    """Solve block `block` of `Program.blocks` (choosing among its candidates by selection)."""
+
+    block: int
+
+
+Statement: TypeAlias = Let | Solve
+
+
+@dataclass(frozen=True, slots=True)
+class BlockCode:
+    """A torn block as code.
+
+    `body` computes inner unknowns, then the residuals into `residuals`; `jacobian`
+    computes d(residual i)/d(tear j), inner assignments put in, as (i, j, value) with
+    its own temporaries, valid after `body` ran. `height` > 0: `tears` are candidates
+    with the indices `first .. first + len(tears)` and `free` of them are states.
+    """
+
+    height: int
+    tears: tuple[Expr, ...]
+    body: tuple[Let, ...]
+    residuals: tuple[Expr, ...]  # temporaries set by body
+    jacobian_body: tuple[Let, ...]
+    jacobian: tuple[tuple[int, int, Expr], ...]
+    linear: bool
+    equations: tuple[int, ...]  # of the residuals, into Program.equations
+    first: int = -1
+
+    @property
+    def free(self) -> int:
+        return len(self.tears) - len(self.residuals)
+
+
+# Layout ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of the result: sign * w[slot]."""
+
+    name: str
+    slot: int
+    sign: int
+    kind: Kind
+    unit: str = ""
+    description: str = ""
+    constant: bool = False  # a parameter or constant: one value for the whole run
+    protected: bool = False
+    display_unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterSlot:
+    name: str
+    slot: int
+    kind: Kind
+    settable: bool
+    structural: bool
+    unit: str = ""
+    description: str = ""
+    default: float | None = None  # of a settable one
+    literals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateSlot:
+    """A candidate for a state. `start` is the slot of its start value, which
+    `parameters` computes."""
+
+    name: str  # symbol text: `rev.phi`, `der(rev.phi)`
+    display: str
+    slot: int
+    derivative: int  # slot of its derivative
+    start: int
+    start_written: bool
+    fixed: bool
+    select: StateSelect
+    nominal: int | None
+    block: int  # index in Program.blocks
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class FixedSlot:
+    """A variable held at its start value that is no candidate."""
+
+    display: str
+    slot: int
+    start: int
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class DiscreteSlot:
+    name: str
+    kind: Kind
+    slot: int
+    pre: int  # slot of pre(name)
+    start: int
+
+
+@dataclass(frozen=True, slots=True)
+class RelationSlot:
+    """Truth of a relation in `slot`; its zero function in the statement list `roots`."""
+
+    slot: int
+    zero: Expr  # temporary or slot set by the `roots` statements
+    strict: bool
+    time_only: bool
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class WhenCode:
+    """A when-clause in the event iteration; conditions are discrete slots."""
+
+    branches: tuple[tuple[int, int, tuple[Action, ...]], ...]  # (slot, pre slot, actions)
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class EquationInfo:
+    """What messages say of an equation."""
+
+    text: str
+    span: Span
+    component: str
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """See the fields' types. Statement lists:
+
+    `parameters`   dependent parameters and all start values, from settable parameters
+    `levels`       one list a level from the lowest to the top: what `rhs` runs
+    `rest`         what only results need (not the derivatives)
+    `initial`      residuals of initial equations
+    `roots`        the zero functions of the relations
+    `discrete`     one pass of the discrete equations
+    """
+
+    name: str
+    table: Exprs
+    size: int  # of the workspace
+    slots: Mapping[str, int]  # by symbol text, `pre(x)`, `event[i]`
+    columns: tuple[Column, ...]
+    parameter_slots: tuple[ParameterSlot, ...]
+    candidates: tuple[CandidateSlot, ...]
+    fixed: tuple[FixedSlot, ...]
+    discretes: tuple[DiscreteSlot, ...]
+    relations: tuple[RelationSlot, ...]
+    samplers: tuple[tuple[int, Expr, Expr], ...]  # (slot, start, interval)
+    whens: tuple[WhenCode, ...]
+    assertions: tuple[Assertion, ...]
+    blocks: tuple[BlockCode, ...]
+    parameters: tuple[Statement, ...]
+    levels: tuple[tuple[Statement, ...], ...]
+    rest: tuple[Statement, ...]
+    initial: tuple[Statement, ...]
+    initial_residuals: tuple[Expr, ...]  # temporaries or symbols set by `initial`
+    roots: tuple[Statement, ...]
+    discrete: tuple[Statement, ...]
+    equations: tuple[EquationInfo, ...]
+    initial_equations: tuple[EquationInfo, ...] = ()
+    functions: tuple[Function, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    parts: tuple[Part, ...] = ()
+    experiment: Experiment = field(default_factory=Experiment)
+    equations_before: int = 0
+    equations_after: int = 0
+    description: str = ""
+
+    @property
+    def state_count(self) -> int:
+        return sum(b.free for b in self.blocks if b.height)
+
+
+# What is called -------------------------------------------------------------------------------
+
+
+class Kernel(Protocol):
+    """A loaded program with its own workspace: one a run, so that threads are safe.
+
+    Calls return 0, or a positive number when a block could not be solved here (a smaller
+    step may help), or a negative one when no step helps (a number is not finite, a
+    domain error). `failed_block` then tells the block, or -1.
+
+    `selection[i]` is the candidate that state i is. Nonlinear blocks start from the last
+    accepted point, extrapolated with its velocities, never from the last call.
+    """
+
+    w: MutableSequence[float]
+    failed_block: int
+
+    def parameters(self) -> int:
+        """Run the list `parameters`."""
+
+    def select(self, selection: Sequence[int]) -> None:
+        """Choose the states; as many as `Program.state_count`, per block its `free` ones."""
+
+    def accept(self, t: float) -> None:
+        """Take the workspace's present values as the last accepted point."""
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        """States in, their derivatives out; runs `levels`."""
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        """Fill every slot: `levels`, then `rest`."""
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        """With all candidates given as `u` (none solved for): the residuals of all blocks
+        below the top, then of the initial equations. Fills every slot on the way."""
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        """d(residuals)/d(tears) of a block at the workspace's present values."""
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        """The zero functions of all relations; event slots keep their stored values."""
+
+    def discrete(self) -> int:
+        """One pass of the discrete equations at the present values; a negative return is
+        a failure. Whens and relations are the solver's business (`events`)."""

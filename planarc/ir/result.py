@@ -1,0 +1,94 @@
+"""The result of a run: columns over time, and what happened on the way.
+
+Values of variables that do not change are stored once; variables that are equal
+or opposite share one stored column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.ir.program import Column, Program
+
+
+@dataclass(frozen=True, slots=True)
+class EventRecord:
+    """An instant at which something switched; `causes` names the relations."""
+
+    time: float
+    causes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StateChoice:
+    """From `time` on these were the states (user's names)."""
+
+    time: float
+    states: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """How a start value was used: held exactly, or a guess that moved by `moved`."""
+
+    name: str
+    start: float
+    value: float
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    solver: str  # the one that ran, e.g. `cvode-bdf (native)`
+    backend: str
+    steps: int = 0
+    rhs_calls: int = 0
+    jacobians: int = 0
+    error_test_failures: int = 0
+    events: int = 0
+    reason: str = ""  # why this solver
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """`data` has a row for each of `time` and a column for each of `stored`, the slots."""
+
+    program: Program
+    time: NDArray[np.float64]
+    data: NDArray[np.float64]
+    stored: Mapping[int, int]  # slot -> column of data
+    constants: Mapping[int, float]  # slot -> value, of slots that never change
+    statistics: Statistics
+    states: tuple[StateChoice, ...] = ()
+    held: tuple[Held, ...] = ()
+    events: tuple[EventRecord, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
+    #: why the run ended before its stop time (None: it did not), as an error or a note
+    ended: Diagnostic | None = None
+    columns: Mapping[str, Column] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "columns", {c.name: c for c in self.program.columns})
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """The values of a variable over `time` (shape: rows); KeyError if there is none."""
+        import numpy as np
+
+        if name == "time":
+            return self.time
+        column = self.columns[name]
+        if column.slot in self.stored:
+            values: NDArray[np.float64] = self.data[:, self.stored[column.slot]]
+            return values if column.sign > 0 else -values
+        return np.full(len(self.time), column.sign * self.constants[column.slot])
+
+    def __contains__(self, name: str) -> bool:
+        return name == "time" or name in self.columns
