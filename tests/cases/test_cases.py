@@ -1,0 +1,55 @@
+"""Every reference case reaches its tolerances: all signals, both tolerances, both back ends."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.json"))
+
+
+def table(path: Path) -> Any:
+    return np.genfromtxt(path, delimiter=",", names=True)
+
+
+def rows_at(time: Any, wanted: Any) -> Any:
+    """For each wanted instant the row of the result that stands there."""
+    after = np.clip(np.searchsorted(time, wanted), 1, len(time) - 1)
+    nearest = np.where(wanted - time[after - 1] <= time[after] - wanted, after - 1, after)
+    assert np.max(np.abs(time[nearest] - wanted)) < 1e-9, "the run has no row at an instant"
+    return nearest
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+@pytest.mark.parametrize("tolerance", ["1e-6", "1e-9"])
+@pytest.mark.parametrize("folder", CASES, ids=lambda folder: folder.name)
+def test_signals_follow_the_reference(
+    folder: Path, tolerance: str, backend: str, run: Callable[..., Any]
+) -> None:
+    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    reference = table(folder / "reference.csv")
+    wanted = reference["time"]
+    intervals = len(wanted) - 1
+    result = run(folder / case["model"], case["stop"], intervals, float(tolerance), backend)
+    rows = rows_at(result.time, wanted)
+
+    compared = np.ones(len(wanted), dtype=bool)
+    if events := case.get("events"):
+        exact = table(folder / events["times"])["t"]
+        instants = np.array([event.time for event in result.events])
+        assert len(instants) == len(exact)
+        assert np.max(np.abs(instants - exact)) <= events[tolerance]
+        compared = np.min(np.abs(wanted[:, None] - exact), axis=1) > events["blind"]
+
+    missed = {}
+    for signal, expected in case["signals"].items():
+        values = result[expected["variable"]][rows]
+        error = float(np.max(np.abs(values - reference[signal])[compared]))
+        if not error <= expected[tolerance]:
+            missed[signal] = f"{error:.2e} > {expected[tolerance]:.0e}"
+    assert not missed
