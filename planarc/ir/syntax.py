@@ -235,7 +235,14 @@ class ElementRedeclaration(Node):
     final: bool = False
 
 
-Argument: TypeAlias = ElementModification | ElementRedeclaration
+@dataclass(frozen=True, slots=True)
+class Deselection(Node):
+    """`break x` or `break connect(a, b)` in an extends clause (7.4)."""
+
+    target: str | Connect
+
+
+Argument: TypeAlias = ElementModification | ElementRedeclaration | Deselection
 
 
 @dataclass(frozen=True, slots=True)
