@@ -216,6 +216,28 @@ class Program:
 # What is called -------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True, slots=True)
+class Addresses:
+    """Compiled functions of a native kernel as machine addresses, for an integrator in C.
+
+    cv_rhs     int (double t, N_Vector y, N_Vector ydot, void *context)   as CVRhsFn
+    cv_roots   int (double t, N_Vector y, double *g, void *context)       as CVRootFn
+    outputs    int (void *context, double t, const double *y)             as Kernel.outputs
+    accept     int (void *context, double t)                              as Kernel.accept
+    context    what the functions above take
+    workspace  the first number of `Kernel.w`
+
+    All live as long as the kernel that gave them.
+    """
+
+    cv_rhs: int
+    cv_roots: int
+    outputs: int
+    accept: int
+    context: int
+    workspace: int
+
+
 class Kernel(Protocol):
     """A loaded program with its own workspace: one a run, so that threads are safe.
 
@@ -225,6 +247,8 @@ class Kernel(Protocol):
 
     `selection[i]` is the candidate that state i is. Nonlinear blocks start from the last
     accepted point, extrapolated with its velocities, never from the last call.
+
+    A native kernel also has the attribute `addresses: Addresses`.
     """
 
     w: MutableSequence[float]
