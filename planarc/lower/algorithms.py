@@ -1,0 +1,133 @@
+"""Algorithm sections of models: run on expressions, then one equation a result.
+
+In:   flat.Algorithm    statements
+Out:  dae.Equation      `v = what v holds after the last statement`, for each v assigned
+
+A variable that is read before it is assigned starts from its start value, or from
+`pre(v)` when it is discrete (specification 11.1.2). A when-statement acts at its
+event; outside of it the variables that it assigns keep their values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from planarc.core.diagnostic import error
+from planarc.ir import dae, flat
+from planarc.lower import equations
+from planarc.lower.equations import Lowered
+from planarc.lower.scope import Model, Scope
+from planarc.lower.statements import Runner
+from planarc.lower.values import Tensor, Text, Value, elements, expr
+
+
+def lower_algorithm(
+    model: Model, algorithm: flat.Algorithm, starts: Mapping[str, Value], into: Lowered
+) -> None:
+    """Append the equations of an algorithm section to `into`."""
+    runner = _Section(Scope(model), "this algorithm", algorithm.span, events=True)
+    runner.into = into
+    runner.origin = algorithm
+    plain = assigned_names(algorithm.statements)
+    for name in plain:
+        runner.values[name] = _before(model, name, starts)
+    runner.run_body(algorithm.statements)
+    for name in plain:
+        before = elements(model.values[name])
+        for symbol, value in zip(before, elements(runner.values[name]), strict=True):
+            equations.add_equation(model, into, expr(symbol), expr(value), algorithm)
+
+
+def lower_initial_algorithm(
+    model: Model, algorithm: flat.Algorithm, starts: Mapping[str, Value]
+) -> Iterator[dae.Equation]:
+    """The initial equations that an initial algorithm stands for."""
+    scope = Scope(model, events=False, at_event=True)
+    runner = Runner(scope, "this initial algorithm", algorithm.span)
+    names = assigned_names(algorithm.statements)
+    for name in names:
+        runner.values[name] = _before(model, name, starts)
+    runner.run_body(algorithm.statements)
+    for name in names:
+        symbols, values = elements(model.values[name]), elements(runner.values[name])
+        for symbol, value in zip(symbols, values, strict=True):
+            yield dae.Equation(expr(symbol), expr(value), algorithm.span, algorithm.component)
+
+
+def assigned_names(statements: Sequence[flat.Statement]) -> list[str]:
+    """Variables that are assigned, but not those that only when-statements assign."""
+    found: dict[str, None] = {}
+    stack = list(reversed(statements))
+    while stack:
+        s = stack.pop()
+        if isinstance(s, flat.Assignment):
+            found[s.target.name] = None
+        elif isinstance(s, flat.TupleAssignment):
+            found.update((t.name, None) for t in s.targets if t is not None)
+        elif isinstance(s, flat.IfStatement):
+            for _, body in s.branches:
+                stack.extend(reversed(body))
+            stack.extend(reversed(s.otherwise))
+        elif isinstance(s, flat.ForStatement | flat.WhileStatement):
+            stack.extend(reversed(s.body))
+    return list(found)
+
+
+def _before(model: Model, name: str, starts: Mapping[str, Value]) -> Value:
+    value = model.values[name]
+    table = model.table
+
+    def one(e: Value) -> Value:
+        symbol = expr(e)
+        return table.pre(symbol.name) if symbol.name in model.discretes else starts[symbol.name]
+
+    if isinstance(value, Tensor):
+        return Tensor(value.shape, tuple(one(e) for e in value.items))
+    return one(value)
+
+
+@dataclass
+class _Section(Runner):
+    """A runner that also knows when-statements."""
+
+    into: Lowered = field(default_factory=Lowered)
+    origin: flat.EquationNode | None = None
+
+    def when(self, s: flat.WhenStatement) -> None:
+        if self.unknown_branch:
+            raise error("L350", "a `when` cannot stand under an `if` that changes", s.span)
+        branches = []
+        for condition, body in s.branches:
+            name = equations.trigger(self.here(), condition, self.into, s)
+            branches.append((name, tuple(self._actions(body))))
+        self.into.whens.append(dae.When(tuple(branches), s.span, s.component))
+
+    def _actions(self, body: Sequence[flat.Statement]) -> Iterator[dae.Action]:
+        scope = replace(self.scope, at_event=True)
+        inner = _Section(scope, self.label, self.span, values=dict(self.values))
+        plain = assigned_names(body)
+        for s in body:
+            match s:
+                case flat.Reinit():
+                    yield from equations.reinit(inner.here(), s)
+                case flat.Terminate() | flat.Assert():
+                    yield inner.message_action(s)
+                case _:
+                    inner.run([s])
+        model = self.scope.model
+        for name in plain:
+            symbols, values = elements(model.values[name]), elements(inner.values[name])
+            for symbol, value in zip(symbols, values, strict=True):
+                yield equations.set_discrete(expr(symbol), expr(value), self.span)
+
+    def message_action(self, s: flat.Terminate | flat.Assert) -> dae.Action:
+        text = self.value(s.message)
+        message = dae.Message(text.parts if isinstance(text, Text) else ())
+        if isinstance(s, flat.Terminate):
+            return dae.Terminate(message, s.span)
+        condition = expr(self.value(s.condition))
+        return dae.Assertion(condition, message, s.warning, s.component, s.span)
+
+
+_Section.handlers = {**Runner.handlers, flat.WhenStatement: _Section.when}

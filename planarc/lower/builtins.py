@@ -1,0 +1,287 @@
+"""Built-in functions and operators of the language (specification 3.7 and 10.3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import reduce
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.ir import dae
+from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op
+from planarc.lower.operators import divide, product, relation
+from planarc.lower.scope import Scope, unsupported
+from planarc.lower.values import (
+    Tensor,
+    Text,
+    Value,
+    each,
+    elements,
+    expr,
+    exprs,
+    shape_of,
+    stack,
+    transpose,
+)
+
+Builtin = Callable[[Scope, tuple[Value, ...], Span], Value]
+
+
+def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) -> Value:
+    """The value of a built-in function of already lowered arguments."""
+    if function in _BUILTINS:
+        return _BUILTINS[function](scope, arguments, span)
+    if function in FUNCTIONS:
+        table = scope.table
+        return each(lambda *a: table.call(function, *a), *arguments)
+    raise unsupported(f"`{function}`", span)
+
+
+# Time and events -----------------------------------------------------------------------
+
+
+def _time(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
+    return scope.table.time
+
+
+def _der(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return each(scope.model.time_derivative, a[0])
+
+
+def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    def one(e: Value) -> Value:
+        symbol = expr(e)
+        if symbol.op is Op.CONST:
+            return symbol
+        if symbol.op is not Op.SYMBOL:
+            raise error("L306", "`pre` needs a variable", span)
+        if symbol.name in scope.model.discretes:
+            return scope.table.pre(symbol.name)
+        if symbol.name.startswith("$"):
+            return scope.table.false
+        if scope.at_event or symbol.name in scope.model.parameters:
+            return symbol  # the value just before the event acts
+        raise error(
+            "L306",
+            f"`pre({symbol})` of a continuous variable stands outside of a when-clause",
+            span,
+            hint="use `pre` on discrete variables, or move the equation into a `when`",
+        )
+
+    return each(one, a[0])
+
+
+def _edge(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    t = scope.table
+    return each(lambda e: t.and_(e, t.not_(expr(_pre(scope, (e,), span)))), a[0])
+
+
+def _change(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    t = scope.table
+    return each(lambda e: t.not_(t.equal(e, expr(_pre(scope, (e,), span)))), a[0])
+
+
+def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    start, interval = expr(a[0]), expr(a[1])
+    if not (scope.model.is_steady(start) and scope.model.is_steady(interval)):
+        raise error("L307", "`sample` needs a start and an interval that are parameters", span)
+    scope.model.samplers.append(dae.Sampler(start, interval, span))
+    return scope.table.symbol(f"$sample[{len(scope.model.samplers) - 1}]")
+
+
+def _initial(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
+    return scope.table.symbol(dae.INITIAL)
+
+
+def _terminal(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
+    return scope.table.symbol(dae.TERMINAL)
+
+
+def _first(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return a[0]
+
+
+def _semi_linear(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    t = scope.table
+    x, positive, negative = (expr(v) for v in a)
+    forward = relation(scope, ">=", x, t.zero, span)
+    return t.mul(t.if_(forward, positive, negative), x)
+
+
+# Arrays ------------------------------------------------------------------------------------
+
+
+def _integer(e: Expr, span: Span) -> int:
+    if not e.is_const:
+        raise error("L308", "an array size must be known when the model is compiled", span)
+    return int(e.data)
+
+
+def _size(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    shape = shape_of(a[0])
+    if len(a) == 1:
+        return stack([scope.table.const(n) for n in shape])
+    return scope.table.const(shape[_integer(expr(a[1]), span) - 1])
+
+
+def _ndims(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return scope.table.const(len(shape_of(a[0])))
+
+
+def _filled(value: Value, sizes: tuple[Value, ...], span: Span) -> Value:
+    shape = tuple(_integer(expr(s), span) for s in sizes)
+    if not shape:
+        return value
+    inner = elements(value)
+    return Tensor((*shape, *shape_of(value)), inner * math.prod(shape))
+
+
+def _identity(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    return _diagonal(scope, (_filled(scope.table.one, a, span),), span)
+
+
+def _diagonal(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    values = elements(a[0])
+    n = len(values)
+    zero = scope.table.zero
+    return Tensor((n, n), tuple(values[r] if r == c else zero for r in range(n) for c in range(n)))
+
+
+def _linspace(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    t = scope.table
+    first, last, n = expr(a[0]), expr(a[1]), _integer(expr(a[2]), span)
+    step = divide(t, t.sub(last, first), t.const(n - 1), span)
+    return stack([t.add(first, t.mul(t.const(i), step)) for i in range(n)])
+
+
+def _transpose(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    assert isinstance(a[0], Tensor)
+    return transpose(a[0])
+
+
+def _cross(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    t = scope.table
+    x, y = exprs(a[0]), exprs(a[1])
+    return stack([t.sub(t.mul(x[i], y[j]), t.mul(x[j], y[i])) for i, j in ((1, 2), (2, 0), (0, 1))])
+
+
+def _skew(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    t = scope.table
+    x, y, z = exprs(a[0])
+    zero, neg = t.zero, t.neg
+    return Tensor((3, 3), (zero, neg(z), y, z, zero, neg(x), neg(y), x, zero))
+
+
+def _outer_product(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    left, right = exprs(a[0]), exprs(a[1])
+    items = tuple(scope.table.mul(x, y) for x in left for y in right)
+    return Tensor((len(left), len(right)), items)
+
+
+def _symmetric(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    assert isinstance(a[0], Tensor)
+    n = a[0].shape[0]
+    items = a[0].items
+    return Tensor(
+        (n, n), tuple(items[min(r, c) * n + max(r, c)] for r in range(n) for c in range(n))
+    )
+
+
+def _scalar(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return elements(a[0])[0]
+
+
+def _vector(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    values = elements(a[0])
+    return Tensor((len(values),), values)
+
+
+def _matrix(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    shape = (*shape_of(a[0]), 1, 1)[:2]
+    return Tensor(shape, elements(a[0]))
+
+
+def _cat(_scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    dimension = _integer(expr(a[0]), span)
+    return concatenate(dimension, a[1:])
+
+
+def concatenate(dimension: int, values: tuple[Value, ...]) -> Value:
+    """Arrays joined along a dimension, counted from 1 (10.4.2)."""
+    tensors = [v if isinstance(v, Tensor) else Tensor((1,), (v,)) for v in values]
+    if dimension == 1:
+        rows = [r for v in tensors for r in v.rows()]
+        return stack(rows, tensors[0].shape[1:])
+    parts = [v.rows() for v in tensors]
+    joined = [concatenate(dimension - 1, row) for row in zip(*parts, strict=True)]
+    return stack(joined)
+
+
+def _reduction(empty: float, step: Callable[[Exprs, Expr, Expr], Expr]) -> Builtin:
+    def reduction(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+        values = exprs(a[0]) if len(a) == 1 else tuple(expr(v) for v in a)
+        if not values:
+            return scope.table.const(empty)
+        return reduce(lambda x, y: step(scope.table, x, y), values)
+
+    return reduction
+
+
+# Numbers and text -----------------------------------------------------------------------------
+
+
+def _as_number(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return a[0]
+
+
+def _truncated(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    return each(lambda e: scope.table.call("floor", e), a[0])
+
+
+def _string(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    value, *options = a
+    if isinstance(value, Text):
+        return value
+    layout = next((o.constant for o in options if isinstance(o, Text)), None)
+    return Text(((expr(value), layout or ""),))
+
+
+_BUILTINS: Mapping[str, Builtin] = {
+    "time": _time,
+    "der": _der,
+    "pre": _pre,
+    "edge": _edge,
+    "change": _change,
+    "sample": _sample,
+    "initial": _initial,
+    "terminal": _terminal,
+    "homotopy": _first,
+    "semiLinear": _semi_linear,
+    "size": _size,
+    "ndims": _ndims,
+    "zeros": lambda scope, a, span: _filled(scope.table.zero, a, span),
+    "ones": lambda scope, a, span: _filled(scope.table.one, a, span),
+    "fill": lambda _scope, a, span: _filled(a[0], a[1:], span),
+    "identity": _identity,
+    "diagonal": _diagonal,
+    "linspace": _linspace,
+    "transpose": _transpose,
+    "cross": _cross,
+    "skew": _skew,
+    "outerProduct": _outer_product,
+    "symmetric": _symmetric,
+    "scalar": _scalar,
+    "vector": _vector,
+    "matrix": _matrix,
+    "cat": _cat,
+    "sum": _reduction(0.0, lambda t, x, y: t.add(x, y)),
+    "product": _reduction(1.0, lambda t, x, y: t.mul(x, y)),
+    "min": _reduction(math.inf, lambda t, x, y: t.call("min", x, y)),
+    "max": _reduction(-math.inf, lambda t, x, y: t.call("max", x, y)),
+    "dot": lambda scope, a, _span: product(scope.table, a[0], a[1]),
+    "integer": _truncated,
+    "Integer": _as_number,
+    "Real": _as_number,
+    "String": _string,
+}

@@ -1,0 +1,289 @@
+"""Variables told apart: parameters, discrete ones, continuous unknowns, inputs.
+
+In:   the variables of a flat model
+Out:  every name with its value in `Model.values`; parameters in evaluation order
+
+Constants, final and structural parameters whose value is known are put in as
+numbers wherever they are used; other parameters stay symbols, so that a new value
+needs no new compilation.
+
+Needs:     distinct names; dimensions known.
+Promises:  a parameter's value refers to parameters before it only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.ir import dae, flat
+from planarc.ir.expr import Expr
+from planarc.ir.flat import Base, Variability
+from planarc.lower.scalar import lower_expression
+from planarc.lower.scope import Model, Scope
+from planarc.lower.values import (
+    Tensor,
+    Text,
+    Value,
+    elements,
+    fixed_dims,
+    scalar_names,
+)
+
+KINDS = {
+    Base.REAL: dae.Kind.REAL,
+    Base.INTEGER: dae.Kind.INTEGER,
+    Base.BOOLEAN: dae.Kind.BOOLEAN,
+    Base.ENUMERATION: dae.Kind.ENUMERATION,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Classified:
+    """Scalars by what they are; `bindings` are the equations that declarations hold."""
+
+    parameters: tuple[dae.Parameter, ...]
+    variables: tuple[dae.Variable, ...]
+    discretes: tuple[dae.Variable, ...]
+    inputs: tuple[dae.Variable, ...]
+    bindings: tuple[flat.Equality, ...]
+
+
+def is_parameter(v: flat.Variable) -> bool:
+    return v.variability <= Variability.PARAMETER
+
+
+def classify(model: Model, source: flat.FlatModel) -> Classified:
+    """Enter all variables into `model` and give their scalar descriptions."""
+    set_at_events = frozenset(_assigned_in_whens(source))
+    for v in source.variables:
+        if is_parameter(v):
+            model.parameters.update(scalar_names(v.name, fixed_dims(v.type)))
+        elif _is_discrete(v, set_at_events):
+            model.discretes.update(scalar_names(v.name, fixed_dims(v.type)))
+        model.values[v.name] = _symbols(model, v)
+    parameters = _parameters(model, source)
+    variables: list[dae.Variable] = []
+    discretes: list[dae.Variable] = []
+    inputs: list[dae.Variable] = []
+    bindings: list[flat.Equality] = []
+    for v in source.variables:
+        if is_parameter(v) or v.type.base is Base.STRING:
+            continue
+        scalars = _describe(model, v)
+        if _is_discrete(v, set_at_events):
+            discretes.extend(scalars)
+        elif v.causality == "input" and v.binding is None:
+            inputs.extend(scalars)
+        else:
+            variables.extend(scalars)
+        if v.binding is not None:
+            own = flat.Reference(v.type, v.span, v.name)
+            bindings.append(flat.Equality(v.binding.span, v.component, own, v.binding))
+    return Classified(
+        tuple(parameters), tuple(variables), tuple(discretes), tuple(inputs), tuple(bindings)
+    )
+
+
+def _is_discrete(v: flat.Variable, set_at_events: frozenset[str]) -> bool:
+    return (
+        v.variability is Variability.DISCRETE
+        or v.type.base is not Base.REAL
+        or v.name in set_at_events
+    )
+
+
+def _symbols(model: Model, v: flat.Variable) -> Value:
+    if v.type.base is Base.STRING:
+        return Text(("",))
+    dims = fixed_dims(v.type)
+    symbols = tuple(model.table.symbol(n) for n in scalar_names(v.name, dims))
+    return Tensor(dims, symbols) if dims else symbols[0]
+
+
+def _assigned_in_whens(source: flat.FlatModel) -> Iterator[str]:
+    """Names of variables that when-clauses give values to."""
+    for node in _nodes((source.equations, tuple(a.statements for a in source.algorithms))):
+        if isinstance(node, flat.WhenEquation | flat.WhenStatement):
+            for inner in _nodes(tuple(body for _, body in node.branches)):
+                if isinstance(inner, flat.Equality) and isinstance(inner.left, flat.Reference):
+                    yield inner.left.name
+                elif isinstance(inner, flat.Equality) and isinstance(inner.left, flat.Targets):
+                    yield from (i.name for i in inner.left.items if isinstance(i, flat.Reference))
+                elif isinstance(inner, flat.Assignment):
+                    yield inner.target.name
+                elif isinstance(inner, flat.TupleAssignment):
+                    yield from (t.name for t in inner.targets if t is not None)
+
+
+def _nodes(tree: object) -> Iterator[object]:
+    """All equations and statements inside of nested tuples and nodes."""
+    stack = [tree]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, tuple) and not isinstance(node, Span):
+            stack.extend(reversed(node))
+        elif isinstance(node, flat.EquationNode):
+            yield node
+            stack.extend(getattr(node, "branches", ()))
+            stack.extend(getattr(node, "otherwise", ()))
+            stack.extend(getattr(node, "body", ()))
+
+
+# Parameters ----------------------------------------------------------------------------
+
+
+def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
+    scope = Scope(model, events=False)
+    result: list[dae.Parameter] = []
+    for v in _in_order([v for v in source.variables if is_parameter(v)]):
+        given = v.binding if v.binding is not None else v.attributes.start
+        if given is None:
+            value: Value = Text(("",)) if v.type.base is Base.STRING else _default(model, v)
+        else:
+            value = lower_expression(scope, given)
+        if v.type.base is Base.STRING:
+            model.values[v.name] = value
+            continue
+        result.extend(_enter(model, v, _spread(value, v)))
+    return result
+
+
+def _default(model: Model, v: flat.Variable) -> Value:
+    return model.table.false if v.type.base is Base.BOOLEAN else model.table.zero
+
+
+def _spread(value: Value, v: flat.Variable) -> tuple[Expr, ...]:
+    """The value of each scalar of a variable; a scalar value stands for all (`each`)."""
+    dims = fixed_dims(v.type)
+    items = elements(value)
+    names = scalar_names(v.name, dims)
+    if not isinstance(value, Tensor):
+        items = items * len(names)
+    if len(items) != len(names):
+        raise error("L331", f"`{v.name}` has {len(names)} entries, its value {len(items)}", v.span)
+    return tuple(e for e in items if isinstance(e, Expr))
+
+
+def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator[dae.Parameter]:
+    dims = fixed_dims(v.type)
+    names = scalar_names(v.name, dims)
+    frozen = v.variability is Variability.CONSTANT or v.final or v.structural
+    if frozen and all(e.is_const for e in values):
+        model.values[v.name] = Tensor(dims, values) if dims else values[0]
+    low, high = (_limits(model, v, a) for a in (v.attributes.min, v.attributes.max))
+    for i, (name, value) in enumerate(zip(names, values, strict=True)):
+        yield dae.Parameter(
+            name,
+            KINDS[v.type.base],
+            value,
+            settable=value.is_const and not frozen,
+            structural=v.structural,
+            constant=v.variability is Variability.CONSTANT,
+            unit=v.attributes.unit,
+            display_unit=v.attributes.display_unit,
+            description=v.description,
+            protected=v.protected,
+            component=v.component,
+            literals=v.type.literals,
+            minimum=low[i],
+            maximum=high[i],
+            span=v.span,
+        )
+
+
+def _in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
+    """Every parameter after those that its value refers to; else as declared."""
+    by_name = {v.name: v for v in variables}
+    needs = {
+        v.name: [n for n in _referenced((v.binding, v.attributes.start)) if n in by_name]
+        for v in variables
+    }
+    done: dict[str, bool] = {}  # False while its needs are being looked at
+    order: list[flat.Variable] = []
+    for first in variables:
+        path = [first.name]
+        while path:
+            name = path[-1]
+            if name not in done:
+                done[name] = False
+            waiting = next((n for n in needs[name] if not done.get(n, False)), None)
+            if waiting is None:
+                path.pop()
+                if not done[name]:
+                    done[name] = True
+                    order.append(by_name[name])
+            elif waiting in done:
+                raise _cycle(by_name, path[path.index(waiting) :])
+            else:
+                path.append(waiting)
+    return order
+
+
+def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
+    chain = ", ".join(f"`{n}`" for n in names)
+    return error(
+        "L332",
+        f"the value of a parameter depends on itself: {chain}",
+        by_name[names[0]].span,
+        related=[Related(f"`{n}` is declared here", by_name[n].span) for n in names[1:]],
+    )
+
+
+def _referenced(roots: object) -> Iterator[str]:
+    """Names of the variables that expressions refer to, in their order."""
+    stack = [roots]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, flat.Reference):
+            yield node.name
+        if isinstance(node, tuple) and not isinstance(node, Span):
+            stack.extend(reversed(node))
+        elif is_dataclass(node) and not isinstance(node, flat.Type):
+            stack.extend(getattr(node, f.name) for f in reversed(fields(node)))
+
+
+# Unknowns ---------------------------------------------------------------------------------
+
+
+def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
+    a = v.attributes
+    start = _limits(model, v, a.start)
+    nominal, low, high = (_limits(model, v, x) for x in (a.nominal, a.min, a.max))
+    fixed = _limits(model, v, a.fixed)
+    for i, name in enumerate(scalar_names(v.name, fixed_dims(v.type))):
+        yield dae.Variable(
+            name,
+            KINDS[v.type.base],
+            start=start[i],
+            fixed=_is_fixed(v, fixed[i]),
+            start_written=a.start_written,
+            state_select=a.state_select,
+            nominal=nominal[i],
+            minimum=low[i],
+            maximum=high[i],
+            unit=a.unit,
+            display_unit=a.display_unit,
+            description=v.description,
+            protected=v.protected,
+            causality=v.causality,
+            component=v.component,
+            literals=v.type.literals,
+            span=v.span,
+        )
+
+
+def _is_fixed(v: flat.Variable, value: Expr | None) -> bool:
+    if value is not None and not value.is_const:
+        raise error("L333", f"`fixed` of `{v.name}` must be known at compile time", v.span)
+    return bool(value is not None and value.data)
+
+
+def _limits(model: Model, v: flat.Variable, e: flat.Expression | None) -> tuple[Expr | None, ...]:
+    """An attribute for each scalar of a variable."""
+    names = scalar_names(v.name, fixed_dims(v.type))
+    if e is None:
+        return (None,) * len(names)
+    return _spread(lower_expression(Scope(model, events=False), e), v)

@@ -1,0 +1,307 @@
+"""Equations of the flat model as scalar equations, when-clauses as events.
+
+In:   flat.Equation     array equations, if- and when-equations
+Out:  dae.Equation ...  scalar ones, gathered in `Lowered`
+
+Example:
+
+    frame_a.f + frame_b.f = zeros(2)   ->   frame_a.f[1] + frame_b.f[1] = 0
+                                            frame_a.f[2] + frame_b.f[2] = 0
+    when h < 0 then reinit(v, -e*v)    ->   discrete  $when[1] = event[0]
+                                            when $when[1]: reinit(v, -e*v)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.ir import dae, flat
+from planarc.ir.expr import Expr, Op
+from planarc.lower import functions
+from planarc.lower.scalar import lower_expression
+from planarc.lower.scope import Model, Scope
+from planarc.lower.values import (
+    Struct,
+    Tensor,
+    Text,
+    Value,
+    elements,
+    expr,
+    exprs,
+    shape_of,
+)
+
+Pair = tuple[Expr, Expr]
+
+
+@dataclass
+class Lowered:
+    """The scalar equations, by what they are."""
+
+    continuous: list[dae.Equation] = field(default_factory=list)
+    discrete: list[dae.Equation] = field(default_factory=list)
+    whens: list[dae.When] = field(default_factory=list)
+
+
+def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowered) -> None:
+    """Append the scalar equations of a model to `into`."""
+    scope = Scope(model)
+    for e in equations:
+        match e:
+            case flat.Equality() | flat.IfEquation():
+                for left, right in _pairs(scope, e):
+                    add_equation(model, into, left, right, e)
+            case flat.WhenEquation():
+                into.whens.append(_when(scope, e, into))
+            case flat.Assert():
+                model.assertions.append(_assertion(scope, e, None))
+            case flat.Terminate() | flat.Reinit():
+                raise error(
+                    "L340",
+                    "`terminate` and `reinit` stand in when-clauses only",
+                    e.span,
+                    hint="write `when condition then ... end when;`",
+                )
+
+
+def add_equation(
+    model: Model, into: Lowered, left: Expr, right: Expr, origin: flat.EquationNode
+) -> None:
+    generated = isinstance(origin, flat.Equality) and origin.generated
+    equation = dae.Equation(left, right, origin.span, origin.component, generated)
+    discrete = any(
+        (s.op is Op.SYMBOL and s.name in model.discretes) for s in (left, right)
+    ) and all(model.is_steady(s) or s.op is Op.SYMBOL for s in (left, right))
+    (into.discrete if discrete else into.continuous).append(equation)
+
+
+def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.Equation]:
+    """Initial equations: no relation in them makes an event."""
+    scope = Scope(model, events=False, at_event=True)
+    result = []
+    for e in equations:
+        if isinstance(e, flat.Assert):
+            model.assertions.append(_assertion(scope, e, None))
+            continue
+        if not isinstance(e, flat.Equality | flat.IfEquation):
+            raise error("L341", "this stands in no initial equation", e.span)
+        for left, right in _pairs(scope, e):
+            result.append(dae.Equation(left, right, e.span, e.component))
+    return result
+
+
+# Equalities -------------------------------------------------------------------------------
+
+
+def _pairs(scope: Scope, e: flat.Equation) -> list[Pair]:
+    """The scalar equations of an equality or of an if-equation."""
+    if isinstance(e, flat.Equality):
+        return list(_equality(scope, e))
+    if isinstance(e, flat.IfEquation):
+        return _joined(scope, e)
+    raise error("L342", "this equation cannot stand inside of an if-equation", e.span)
+
+
+def _equality(scope: Scope, e: flat.Equality) -> Iterator[Pair]:
+    if isinstance(e.left, flat.Targets):
+        assert isinstance(e.right, flat.Call)
+        given = tuple(lower_expression(scope, a) for a in e.right.arguments)
+        results = functions.inline(scope, e.right.function, given, e.span)
+        for target, value in zip(e.left.items, results, strict=False):
+            if target is not None:
+                yield from match_values(lower_expression(scope, target), value, e.span)
+        return
+    left, right = lower_expression(scope, e.left), lower_expression(scope, e.right)
+    yield from match_values(left, right, e.span)
+
+
+def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
+    """left = right, entry by entry, field by field."""
+    if isinstance(left, Struct) and isinstance(right, Struct):
+        for name, value in left.fields:
+            yield from match_values(value, right.field(name), span)
+        return
+    if isinstance(left, Text) or isinstance(right, Text):
+        raise error("L343", "strings cannot be unknowns", span)
+    if shape_of(left) != shape_of(right):
+        raise error("L344", f"dimensions {shape_of(left)} and {shape_of(right)} do not agree", span)
+    for a, b in zip(elements(left), elements(right), strict=True):
+        if isinstance(a, Struct):
+            yield from match_values(a, b, span)
+        else:
+            yield expr(a), expr(b)
+
+
+def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
+    """Branch by branch: `if c then a = b; else a = d; end if` is `a = if c then b else d`."""
+    t = scope.table
+    result = _section(scope, e.otherwise, t.true)
+    for condition, body in reversed(e.branches):
+        truth = expr(lower_expression(scope, condition))
+        branch = _section(scope, body, truth)
+        if len(branch) != len(result):
+            raise error(
+                "L345",
+                f"the branches hold {len(branch)} and {len(result)} equations",
+                e.span,
+                hint="give every branch as many equations, or make the condition a parameter",
+            )
+        result = [_join(scope, truth, a, b) for a, b in zip(branch, result, strict=True)]
+    return result
+
+
+def _section(scope: Scope, body: Sequence[flat.Equation], truth: Expr) -> list[Pair]:
+    pairs: list[Pair] = []
+    for e in body:
+        if isinstance(e, flat.Assert):
+            scope.model.assertions.append(_assertion(scope, e, truth))
+        else:
+            pairs.extend(_pairs(scope, e))
+    return pairs
+
+
+def _join(scope: Scope, truth: Expr, then: Pair, otherwise: Pair) -> Pair:
+    t = scope.table
+    if then[0] is otherwise[0]:
+        return then[0], t.if_(truth, then[1], otherwise[1])
+    return t.if_(truth, t.sub(*then), t.sub(*otherwise)), t.zero
+
+
+# When-clauses ------------------------------------------------------------------------------
+
+
+def _when(scope: Scope, e: flat.WhenEquation, into: Lowered) -> dae.When:
+    branches = []
+    for condition, body in e.branches:
+        name = trigger(scope, condition, into, e)
+        branches.append((name, tuple(_actions(replace(scope, at_event=True), body))))
+    return dae.When(tuple(branches), e.span, e.component)
+
+
+def trigger(
+    scope: Scope, condition: flat.Expression, into: Lowered, origin: flat.EquationNode
+) -> str:
+    """The name of a new Boolean that becomes true when a when-branch is to act."""
+    t = scope.table
+    value = lower_expression(scope, condition)
+    truths = [_named(scope, e, into, origin) for e in exprs(value)]
+    truth = truths[0] if not isinstance(value, Tensor) else t.false
+    if isinstance(value, Tensor):  # any one that just became true (8.3.5)
+        for one in truths:
+            truth = t.or_(truth, t.and_(one, t.not_(_before(scope, one))))
+    return _named(scope, truth, into, origin, always=True).name
+
+
+def _before(scope: Scope, e: Expr) -> Expr:
+    t = scope.table
+    return t.pre(e.name) if e.name in scope.model.discretes else t.false
+
+
+def _named(
+    scope: Scope,
+    truth: Expr,
+    into: Lowered,
+    origin: flat.EquationNode,
+    always: bool = False,
+) -> Expr:
+    """A discrete variable with that value (reserved names serve as they are)."""
+    model = scope.model
+    if truth.op is Op.SYMBOL:
+        known = truth.name in model.discretes
+        if known or (truth.name.startswith("$") and not always):
+            return truth
+    name = f"$when[{len(model.auxiliaries) + 1}]"
+    symbol = model.table.symbol(name)
+    variable = dae.Variable(name, dae.Kind.BOOLEAN, protected=True, span=origin.span)
+    equation = dae.Equation(symbol, truth, origin.span, origin.component)
+    model.discretes.add(name)
+    model.auxiliaries.append((variable, equation))
+    return symbol
+
+
+def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action]:
+    for e in body:
+        match e:
+            case flat.Equality():
+                for left, right in _equality(scope, e):
+                    yield set_discrete(left, right, e.span)
+            case flat.Reinit():
+                yield from reinit(scope, e)
+            case flat.Assert():
+                yield _assertion(scope, e, None)
+            case flat.Terminate():
+                yield dae.Terminate(_message(scope, e.message), e.span)
+            case flat.IfEquation():
+                yield from _conditional(scope, e)
+            case _:
+                raise error("L346", "a when-clause cannot stand inside of another one", e.span)
+
+
+def set_discrete(left: Expr, right: Expr, span: Span) -> dae.SetDiscrete:
+    if left.op is not Op.SYMBOL:
+        raise error("L347", "a when-equation must have a variable on its left side", span)
+    return dae.SetDiscrete(left.name, right, span)
+
+
+def reinit(scope: Scope, e: flat.Reinit) -> Iterator[dae.Reinit]:
+    targets = exprs(lower_expression(scope, e.variable))
+    values = exprs(lower_expression(scope, e.value))
+    for target, value in zip(targets, values, strict=True):
+        if target.op is not Op.SYMBOL:
+            raise error("L348", "`reinit` needs a variable", e.span)
+        yield dae.Reinit(target, value, e.span)
+
+
+def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
+    """An if inside of a when: each action keeps the old value where its condition is false."""
+    t = scope.table
+    earlier = t.false
+    branches = [*e.branches, (None, e.otherwise)]
+    chosen: dict[tuple[str, Expr], tuple[Expr, Span]] = {}
+    for condition, body in branches:
+        own = t.true if condition is None else expr(lower_expression(scope, condition))
+        truth = t.and_(own, t.not_(earlier))
+        for action in _actions(scope, body):
+            match action:
+                case dae.SetDiscrete(name, value, span):
+                    key = ("set", t.symbol(name))
+                    old = chosen.get(key, (t.pre(name), span))[0]
+                    chosen[key] = (t.if_(truth, value, old), span)
+                case dae.Reinit(symbol, value, span):
+                    key = ("reinit", symbol)
+                    old = chosen.get(key, (symbol, span))[0]
+                    chosen[key] = (t.if_(truth, value, old), span)
+                case dae.Assertion():
+                    yield replace(action, condition=t.or_(t.not_(truth), action.condition))
+                case dae.Terminate():
+                    raise error(
+                        "L349",
+                        "`terminate` under an `if` inside of a when-clause",
+                        action.span,
+                        hint="put the condition into the `when`",
+                    )
+        earlier = t.or_(earlier, own)
+    for (what, symbol), (value, span) in chosen.items():
+        if what == "set":
+            yield dae.SetDiscrete(symbol.name, value, span)
+        else:
+            yield dae.Reinit(symbol, value, span)
+
+
+# Asserts --------------------------------------------------------------------------------------
+
+
+def _assertion(scope: Scope, e: flat.Assert, truth: Expr | None) -> dae.Assertion:
+    t = scope.table
+    condition = expr(lower_expression(scope.without_events(), e.condition))
+    if truth is not None:
+        condition = t.or_(t.not_(truth), condition)
+    return dae.Assertion(condition, _message(scope, e.message), e.warning, e.component, e.span)
+
+
+def _message(scope: Scope, e: flat.Expression) -> dae.Message:
+    text = lower_expression(scope.without_events(), e)
+    return dae.Message(text.parts if isinstance(text, Text) else ())

@@ -1,0 +1,126 @@
+"""Calls of the model's functions, put in place by running the function on expressions.
+
+In:   flat.Function and the values of its inputs
+Out:  the values of its outputs, as expressions of the inputs
+
+Example:
+
+    function resolve1                      resolve1(phi, {x, y})
+      input Real phi; input Real v[2];     ->  {cos(phi)*x - sin(phi)*y,
+      output Real w[2];                         sin(phi)*x + cos(phi)*y}
+    algorithm
+      w := {{cos(phi), -sin(phi)}, {sin(phi), cos(phi)}}*v;
+
+An `if` whose condition is not known is run on both sides and joined; loops run
+as often as they would, which must be known when the model is compiled.
+
+Promises:  no call is left; what cannot be run so is refused with the function's name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.ir import flat
+from planarc.ir.calculus import partial
+from planarc.ir.expr import FUNCTIONS, Expr, Substitution
+from planarc.lower import scalar
+from planarc.lower.scope import Scope, unsupported
+from planarc.lower.statements import Runner
+from planarc.lower.values import FunctionValue, Value, each, expr
+
+MAX_DEPTH = 100  # of calls inside calls
+
+
+def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> tuple[Value, ...]:
+    """The results of a call. Raises PlanarcError when it cannot be run on expressions."""
+    if scope.depth >= MAX_DEPTH:
+        raise error(
+            "L320",
+            f"`{name}` calls itself more than {MAX_DEPTH} times",
+            span,
+            hint="recursion must end for the arguments that are known at compile time",
+        )
+    passed = scope.locals.get(name) if scope.locals else None
+    if isinstance(passed, FunctionValue):  # a functional argument is called
+        bound = dict(passed.bound)
+        function = scope.model.functions[passed.function]
+        given = iter(arguments)
+        arguments = [
+            bound[v.name] if v.name in bound else next(given, _default(scope, v))
+            for v in function.inputs
+        ]
+        return inline(_deeper(scope), passed.function, arguments, span)
+    function = scope.model.functions[name]
+    if function.external is not None:
+        return (_external(scope, function, arguments, span),)
+    if function.derivative_of is not None:
+        return _derivative(scope, function, arguments, span)
+    return _results(_deeper(scope), function, arguments, span)
+
+
+def _deeper(scope: Scope) -> Scope:
+    return Scope(scope.model, scope.locals, scope.events, scope.at_event, scope.depth + 1)
+
+
+def _default(scope: Scope, variable: flat.Variable) -> Value:
+    assert variable.binding is not None
+    return scalar.lower_expression(scope, variable.binding)
+
+
+def _external(
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
+) -> Value:
+    name = function.external
+    if name is None or name not in FUNCTIONS:
+        raise unsupported(f"the external function `{function.name}`", span)
+    return each(lambda *a: scope.table.call(name, *a), *arguments)
+
+
+def _derivative(
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
+) -> tuple[Value, ...]:
+    """`function f_s = der(f, s)` (12.7.2): run f on stand-ins, differentiate, put values in."""
+    assert function.derivative_of is not None
+    table = scope.table
+    original, names = function.derivative_of
+    stand_ins: dict[Expr, Expr] = {}
+
+    def stand_in(value: Value) -> Expr:
+        symbol = table.symbol(f"$argument{len(stand_ins)}_{scope.depth}")
+        stand_ins[symbol] = expr(value)
+        return symbol
+
+    parameters = scope.model.functions[original].inputs if original in scope.model.functions else ()
+    given = [
+        stand_in(a) if p.name in names else a for p, a in zip(parameters, arguments, strict=True)
+    ]
+    results: tuple[Value, ...] = inline(_deeper(scope), original, given, span)
+    for name in names:
+        position = next(i for i, p in enumerate(parameters) if p.name == name)
+        by = partial(table, expr(given[position]))
+        results = tuple(each(by, r) for r in results)
+    put_in = Substitution(table, stand_ins)
+    return tuple(each(put_in, r) for r in results)
+
+
+def _results(
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
+) -> tuple[Value, ...]:
+    runner = Runner(scope, f"function `{function.name}`", span)
+    for variable, value in zip(function.inputs, arguments, strict=True):
+        runner.values[variable.name] = value
+    for variable in (*function.outputs, *function.locals):
+        runner.declare(variable)
+    runner.run_body(function.body)
+    missing = [v.name for v in function.outputs if v.name not in runner.values]
+    if missing:
+        raise error(
+            "L321",
+            f"function `{function.name}` gives its output `{missing[0]}` no value",
+            span,
+            related=(Related("the function", function.span),),
+        )
+    return tuple(runner.values[v.name] for v in function.outputs)

@@ -1,0 +1,107 @@
+"""Operators on scalars and arrays (specification 10.6), as scalar expressions."""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.ir.expr import Expr, Exprs
+from planarc.lower.scope import Scope
+from planarc.lower.values import Tensor, Text, Value, each, expr, shape_of, stack
+
+
+def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
+    """`op` of `+ - * / ^ .+ .- .* ./ .^ and or`, or a relation."""
+    t = scope.table
+    if isinstance(a, Text) and isinstance(b, Text):
+        return _texts(t, op, a, b, span)
+    match op:
+        case "+" | ".+":
+            return each(t.add, a, b)
+        case "-" | ".-":
+            return each(t.sub, a, b)
+        case ".*":
+            return each(t.mul, a, b)
+        case "/" | "./":
+            return each(lambda x, y: divide(t, x, y, span), a, b)
+        case ".^":
+            return each(t.pow, a, b)
+        case "*":
+            return product(t, a, b)
+        case "^":
+            return t.pow(expr(a), expr(b)) if not shape_of(a) else _matrix_power(t, a, b, span)
+        case "and":
+            return each(t.and_, a, b)
+        case "or":
+            return each(t.or_, a, b)
+    return relation(scope, op, expr(a), expr(b), span)
+
+
+def divide(t: Exprs, a: Expr, b: Expr, span: Span) -> Expr:
+    if b.is_const and b.data == 0:
+        raise error("L303", "division by zero", span)
+    return t.div(a, b)
+
+
+def product(t: Exprs, a: Value, b: Value) -> Value:
+    """`a*b`: by a scalar, inner product, or matrix product (10.6.4)."""
+    if not isinstance(a, Tensor) or not isinstance(b, Tensor):
+        return each(t.mul, a, b)
+    if len(a.shape) == 1 and len(b.shape) == 1:
+        return t.add(*(t.mul(expr(x), expr(y)) for x, y in zip(a.items, b.items, strict=True)))
+    if len(a.shape) == 1:
+        return stack([product(t, a, c) for c in _columns(b)])
+    rows = [product(t, r, b) if len(b.shape) == 1 else _row(t, r, b) for r in a.rows()]
+    return stack(rows, b.shape[1:])
+
+
+def _row(t: Exprs, row: Value, b: Tensor) -> Tensor:
+    return stack([product(t, row, c) for c in _columns(b)])
+
+
+def _columns(b: Tensor) -> list[Tensor]:
+    rows, columns = b.shape
+    return [Tensor((rows,), b.items[c::columns]) for c in range(columns)]
+
+
+def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
+    exponent = expr(b)
+    if not exponent.is_const or exponent.data < 0 or not isinstance(a, Tensor):
+        raise error("L304", "the power of a matrix needs a constant whole exponent", span)
+    n = a.shape[0]
+    one = Tensor((n, n), tuple(t.one if r == c else t.zero for r in range(n) for c in range(n)))
+    result: Value = one
+    for _ in range(int(exponent.data)):
+        result = product(t, result, a)
+    return result
+
+
+def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
+    """`a op b`: a stored truth where a switch makes an event, else evaluated in place."""
+    t = scope.table
+    if op in (">", ">="):
+        a, b, op = b, a, {">": "<", ">=": "<="}[op]
+    if op == "==":
+        return t.equal(a, b)
+    if op == "<>":
+        return t.not_(t.equal(a, b))
+    plain = t.less(a, b) if op == "<" else t.less_equal(a, b)
+    if plain.is_const or not scope.events or scope.at_event or scope.model.is_steady(plain):
+        return plain
+    return scope.model.relation(t.sub(a, b), op == "<", span.text or repr(plain), span)
+
+
+def _texts(t: Exprs, op: str, a: Text, b: Text, span: Span) -> Value:
+    if op == "+":
+        return Text(a.parts + b.parts)
+    left, right = a.constant, b.constant
+    if left is None or right is None:
+        raise error("L305", "strings that change while running cannot be compared", span)
+    truth = {
+        "==": left == right,
+        "<>": left != right,
+        "<": left < right,
+        "<=": left <= right,
+        ">": left > right,
+        ">=": left >= right,
+    }
+    return t.const(truth[op])

@@ -1,0 +1,107 @@
+"""From the flat model to the scalar hybrid system.
+
+In:   FlatModel   arrays, functions, relations where they were written
+Out:  Dae         scalar equations over one expression table; events taken out
+
+    classify      what each name is; parameters in evaluation order
+    equations     array equations entry by entry; when-clauses
+    algorithms    statements run on expressions
+    visuals       what is drawn
+
+Needs:     a checked flat model (types, dimensions, names).
+Promises:  every name in an equation is a variable or parameter of the Dae, or reserved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from planarc.core.diagnostic import error
+from planarc.ir import dae, flat
+from planarc.ir.expr import Exprs, Op
+from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
+from planarc.lower.classify import classify
+from planarc.lower.equations import Lowered, lower_equations, lower_initial
+from planarc.lower.scope import Model
+from planarc.lower.values import Value
+from planarc.lower.visuals import lower_visual
+
+
+def lower(source: flat.FlatModel) -> dae.Dae:
+    """The scalar model. Raises PlanarcError (codes L3xx)."""
+    try:
+        return _lower(source)
+    except RecursionError:
+        raise error(
+            "L300", "an expression is nested too deeply", source.span, hint="split the expression"
+        ) from None
+
+
+def _lower(source: flat.FlatModel) -> dae.Dae:
+    model = Model(Exprs(), {f.name: f for f in source.functions})
+    classified = classify(model, source)
+    starts = _starts(model, (*classified.variables, *classified.discretes))
+    into = Lowered()
+    lower_equations(model, (*classified.bindings, *source.equations), into)
+    for algorithm in source.algorithms:
+        lower_algorithm(model, algorithm, starts, into)
+    initial = lower_initial(model, source.initial_equations)
+    for algorithm in source.initial_algorithms:
+        initial.extend(lower_initial_algorithm(model, algorithm, starts))
+    initial, discretes = _start_discretes(model, initial, classified.discretes)
+    triggers = [v for v, _ in model.auxiliaries]
+    return dae.Dae(
+        name=source.name,
+        table=model.table,
+        variables=classified.variables,
+        parameters=classified.parameters,
+        equations=tuple(into.continuous),
+        discretes=(*discretes, *triggers),
+        inputs=classified.inputs,
+        initial_equations=tuple(initial),
+        discrete_equations=(*into.discrete, *(e for _, e in model.auxiliaries)),
+        relations=tuple(model.relations),
+        samplers=tuple(model.samplers),
+        whens=tuple(into.whens),
+        assertions=tuple(model.assertions),
+        visuals=tuple(lower_visual(model, v) for v in source.visuals),
+        parts=source.parts,
+        connections=source.connections,
+        experiment=source.experiment,
+        description=source.description,
+        span=source.span,
+        warnings=source.warnings,
+    )
+
+
+def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]:
+    t = model.table
+    default = {dae.Kind.BOOLEAN: t.false}
+    return {
+        v.name: v.start if v.start is not None else default.get(v.kind, t.zero) for v in variables
+    }
+
+
+def _start_discretes(
+    model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable]
+) -> tuple[list[dae.Equation], list[dae.Variable]]:
+    """`initial equation d = value` of a discrete variable is its start value."""
+    starts = {}
+    rest = []
+    for equation in initial:
+        left, right = equation.left, equation.right
+        if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
+            if not model.is_steady(right):
+                raise error(
+                    "L334",
+                    f"the start value of `{left.name}` must be an expression of parameters",
+                    equation.span,
+                )
+            starts[left.name] = right
+        else:
+            rest.append(equation)
+    changed = [
+        replace(v, start=starts[v.name], fixed=True) if v.name in starts else v for v in discretes
+    ]
+    return rest, changed

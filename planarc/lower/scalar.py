@@ -1,0 +1,230 @@
+"""Expressions of the flat model as scalar expressions, arrays entry by entry.
+
+In:   flat.Expression   typed, with arrays, records and function calls
+Out:  Value             scalars of the shared table; arrays as `Tensor`s of them
+
+Example: with `r` of two entries,
+
+    frame_a.r + R*{L, 0}     ->  {frame_a.r[1] + R[1,1]*L, frame_a.r[2] + R[2,1]*L}
+
+Functions are put in place of their calls (`functions`); relations that can switch
+while running become stored truth values (`operators.relation`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.ir import flat
+from planarc.lower import builtins, functions
+from planarc.lower.operators import binary
+from planarc.lower.scope import Scope, unsupported
+from planarc.lower.values import (
+    FunctionValue,
+    Struct,
+    Tensor,
+    Text,
+    Value,
+    each,
+    elements,
+    expr,
+    shape_of,
+    stack,
+)
+
+
+def lower_expression(scope: Scope, e: flat.Expression) -> Value:
+    """The value of an expression in a scope. Raises PlanarcError."""
+    return _RULES[type(e)](scope, e)
+
+
+def _literal(scope: Scope, e: flat.Literal) -> Value:
+    return Text((e.value,)) if isinstance(e.value, str) else scope.table.const(e.value)
+
+
+def _reference(scope: Scope, e: flat.Reference) -> Value:
+    value = scope.value(e.name, e.span)
+    return index(scope, value, e.subscripts, e.span) if e.subscripts else value
+
+
+def _unary(scope: Scope, e: flat.Unary) -> Value:
+    t = scope.table
+    return each(t.not_ if e.op == "not" else t.neg, lower_expression(scope, e.operand))
+
+
+def _binary(scope: Scope, e: flat.Binary) -> Value:
+    left, right = lower_expression(scope, e.left), lower_expression(scope, e.right)
+    return binary(scope, e.op, left, right, e.span)
+
+
+def _if(scope: Scope, e: flat.If) -> Value:
+    conditions = [expr(lower_expression(scope, c)) for c, _ in e.branches]
+    for condition, (_, branch) in zip(conditions, e.branches, strict=True):
+        if not condition.is_const:
+            break
+        if condition.data:
+            return lower_expression(scope, branch)
+    else:
+        return lower_expression(scope, e.otherwise)
+    result = lower_expression(scope, e.otherwise)
+    for condition, (_, branch) in zip(reversed(conditions), reversed(e.branches), strict=True):
+        if condition.is_const and not condition.data:
+            continue
+        value = lower_expression(scope, branch)
+        result = choose(scope, condition, value, result, e.span)
+    return result
+
+
+def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Span) -> Value:
+    """`if condition then ... else ...` on values of one type."""
+    if isinstance(then, Struct) and isinstance(otherwise, Struct):
+        return Struct(
+            tuple(
+                (n, choose(scope, condition, v, otherwise.field(n), span)) for n, v in then.fields
+            )
+        )
+    if isinstance(then, Text) or isinstance(otherwise, Text):
+        if then == otherwise:
+            return then
+        raise unsupported("a string that changes while running", span)
+    if shape_of(then) != shape_of(otherwise):
+        raise error("L309", "the branches differ in their dimensions", span)
+    return each(lambda a, b: scope.table.if_(condition, a, b), then, otherwise)
+
+
+def _array(scope: Scope, e: flat.Array) -> Value:
+    inner = tuple(n or 0 for n in e.type.dims[1:])
+    return stack([lower_expression(scope, item) for item in e.items], inner)
+
+
+def _range(scope: Scope, e: flat.Range) -> Value:
+    bounds = [expr(lower_expression(scope, b)) for b in (e.start, e.step, e.stop) if b is not None]
+    if not all(b.is_const for b in bounds):
+        raise error("L310", "the ends of a range must be known when the model is compiled", e.span)
+    start, stop = bounds[0].data, bounds[-1].data
+    step = bounds[1].data if len(bounds) == 3 else 1
+    if step == 0:
+        raise error("L310", "the step of a range is zero", e.span)
+    count = max(0, math.floor((stop - start) / step * (1 + 1e-15)) + 1)
+    return stack([scope.table.const(start + i * step) for i in range(count)])
+
+
+def _index(scope: Scope, e: flat.Index) -> Value:
+    return index(scope, lower_expression(scope, e.base), e.subscripts, e.span)
+
+
+def index(scope: Scope, value: Value, subscripts: tuple[flat.Expression, ...], span: Span) -> Value:
+    """`value[subscripts]`; a vector or `:` as a subscript keeps its dimension."""
+    positions = [
+        None if isinstance(s, flat.Slice) else lower_expression(scope, s) for s in subscripts
+    ]
+    return _taken(scope, value, positions, span)
+
+
+def _taken(scope: Scope, value: Value, positions: list[Value | None], span: Span) -> Value:
+    if not positions:
+        return value
+    if not isinstance(value, Tensor):
+        raise error("L311", "a scalar has no subscripts", span)
+    rows, (position, *rest) = value.rows(), positions
+    if position is None:
+        return stack([_taken(scope, r, rest, span) for r in rows], value.shape[1:])
+    if isinstance(position, Tensor):
+        picked = [_row(scope, rows, expr(p), span) for p in position.items]
+        return stack([_taken(scope, r, rest, span) for r in picked], value.shape[1:])
+    return _taken(scope, _row(scope, rows, expr(position), span), rest, span)
+
+
+def _row(scope: Scope, rows: tuple[Value, ...], position: Any, span: Span) -> Value:
+    t = scope.table
+    if position.is_const:
+        number = int(position.data)
+        if not 1 <= number <= len(rows):
+            raise error("L312", f"subscript {number} is outside of 1 to {len(rows)}", span)
+        return rows[number - 1]
+    if not rows:
+        raise error("L312", "an empty array has no entries", span)
+    # A subscript that changes while running: a choice between all entries.
+    result = rows[-1]
+    for number in range(len(rows) - 1, 0, -1):
+        condition = t.equal(position, t.const(number))
+        result = choose(scope, condition, rows[number - 1], result, span)
+    return result
+
+
+def _field(scope: Scope, e: flat.Field) -> Value:
+    base = lower_expression(scope, e.base)
+    if isinstance(base, Tensor):
+        return Tensor(
+            base.shape, tuple(v.field(e.name) for v in base.items if isinstance(v, Struct))
+        )
+    assert isinstance(base, Struct)
+    return base.field(e.name)
+
+
+def _record(scope: Scope, e: flat.Record) -> Value:
+    names = (name for name, _ in e.type.fields)
+    return Struct(
+        tuple((n, lower_expression(scope, i)) for n, i in zip(names, e.items, strict=True))
+    )
+
+
+def _builtin(scope: Scope, e: flat.Builtin) -> Value:
+    match e.function:
+        case "noEvent":
+            return lower_expression(scope.without_events(), e.arguments[0])
+        case "smooth":
+            return lower_expression(scope.without_events(), e.arguments[1])
+    arguments = tuple(lower_expression(scope, a) for a in e.arguments)
+    return builtins.call(scope, e.function, arguments, e.span)
+
+
+def _call(scope: Scope, e: flat.Call) -> Value:
+    arguments = tuple(lower_expression(scope, a) for a in e.arguments)
+    results = functions.inline(scope, e.function, arguments, e.span)
+    return results[e.output or 0]
+
+
+def _partial_call(scope: Scope, e: flat.PartialCall) -> Value:
+    return FunctionValue(e.function, tuple((n, lower_expression(scope, b)) for n, b in e.bound))
+
+
+def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:
+    def rows(at: Scope, rest: tuple[tuple[str, flat.Expression], ...]) -> Value:
+        if not rest:
+            return lower_expression(at, e.body)
+        (name, domain), *others = rest
+        entries = elements(lower_expression(at, domain))
+        inner = [
+            rows(
+                Scope(at.model, {**(at.locals or {}), name: x}, at.events, at.at_event, at.depth),
+                tuple(others),
+            )
+            for x in entries
+        ]
+        return stack(inner)
+
+    value = rows(scope, e.iterators)
+    return value if e.reduce == "array" else builtins.call(scope, e.reduce, (value,), e.span)
+
+
+_RULES: Mapping[type, Callable[[Scope, Any], Value]] = {
+    flat.Literal: _literal,
+    flat.Reference: _reference,
+    flat.Unary: _unary,
+    flat.Binary: _binary,
+    flat.If: _if,
+    flat.Array: _array,
+    flat.Range: _range,
+    flat.Index: _index,
+    flat.Field: _field,
+    flat.Record: _record,
+    flat.Builtin: _builtin,
+    flat.Call: _call,
+    flat.PartialCall: _partial_call,
+    flat.Comprehension: _comprehension,
+}

@@ -1,0 +1,98 @@
+"""What names mean while expressions are lowered, and where relations are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.ir import dae, flat
+from planarc.ir.calculus import Differentiator, time_derivative
+from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.lower.values import Value
+
+
+@dataclass(slots=True)
+class Model:
+    """What all expressions of one model share while it is lowered.
+
+    `values` gives every variable and parameter by its flat name; `steady` holds the
+    scalar names that do not change between events (parameters and discrete variables).
+    """
+
+    table: Exprs
+    functions: Mapping[str, flat.Function]
+    values: dict[str, Value] = field(default_factory=dict)
+    parameters: set[str] = field(default_factory=set)
+    discretes: set[str] = field(default_factory=set)
+    relations: list[dae.Relation] = field(default_factory=list)
+    samplers: list[dae.Sampler] = field(default_factory=list)
+    assertions: list[dae.Assertion] = field(default_factory=list)
+    auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
+    time_derivative: Differentiator = field(init=False)
+    _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.time_derivative = time_derivative(
+            self.table, lambda name: name in self.parameters or name in self.discretes
+        )
+
+    def is_steady(self, e: Expr) -> bool:
+        """True when the value cannot change between events."""
+        return all(
+            n.op is not Op.TIME and not (n.op is Op.SYMBOL and not self._is_steady_symbol(n))
+            for n in postorder((e,))
+        )
+
+    def _is_steady_symbol(self, e: Expr) -> bool:
+        return e.name in self.parameters or e.name in self.discretes or e.name.startswith("$")
+
+    def relation(self, zero: Expr, strict: bool, text: str, span: Span) -> Expr:
+        """The stored truth of `zero < 0` (strict) or `zero <= 0`; equal ones share it."""
+        key = (zero, strict)
+        if key not in self._relation_of:
+            self._relation_of[key] = len(self.relations)
+            time_only = all(
+                e.op is not Op.SYMBOL or e.name in self.parameters for e in postorder((zero,))
+            ) and not any(e.op in (Op.PRE, Op.EVENT) for e in postorder((zero,)))
+            self.relations.append(dae.Relation(zero, strict, time_only, text, span))
+        return self.table.event(self._relation_of[key])
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Where an expression stands.
+
+    `locals` are a function's variables (None outside of functions). `events`: relations
+    make events; false inside functions, `noEvent`, asserts and initial equations.
+    `at_event`: inside a when-clause, where relations are plain and `pre` of a continuous
+    variable is its value.
+    """
+
+    model: Model
+    locals: Mapping[str, Value] | None = None
+    events: bool = True
+    at_event: bool = False
+    depth: int = 0  # of function calls
+
+    @property
+    def table(self) -> Exprs:
+        return self.model.table
+
+    def without_events(self) -> Scope:
+        return Scope(self.model, self.locals, False, self.at_event, self.depth)
+
+    def value(self, name: str, span: Span) -> Value:
+        if self.locals is not None and name in self.locals:
+            return self.locals[name]
+        if name in self.model.values:
+            return self.model.values[name]
+        if self.locals is not None:
+            raise error("L301", f"`{name}` is used before it has a value", span)
+        raise AssertionError(f"the flat model does not declare `{name}`")
+
+
+def unsupported(what: str, span: Span, hint: str | None = None) -> PlanarcError:
+    """A construct that planarc reads but cannot turn into equations."""
+    return error("L302", f"{what} is not supported", span, hint=hint)
