@@ -1,0 +1,251 @@
+"""The scene: what a mechanism looks like, as plain data over the rows of a result.
+
+In:   Result   its program lists the visuals: attributes as expressions in the model's variables
+Out:  Scene    one item a drawn thing: where it is, how it is turned, its size and colour
+
+Every kind of visual is brought to one form, so that any viewer can show it: an origin `x`, `y`
+in the world, an `angle` of its length, `length` and `width`. A quantity is a number when it
+never changes, else an array with a value for each row.
+
+Example: the rod of a pendulum, 1.2 m long, at the origin
+
+    shape(shapeType="beam", r=rod.frame_a.r, phi=rod.frame_a.phi, length=1.2, width=0.06)
+    -> Item(shape="beam", x=0.0, y=0.0, angle=array([0, -0.02, ...]), length=1.2, width=0.06)
+
+Needs:     a result whose columns hold the variables that the attributes name.
+Promises:  items in drawing order (`height`, then declaration); angles without jumps of whole
+           turns; what cannot be evaluated is left out and named in `notes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.ir.dae import Visual
+    from planarc.ir.result import Result
+
+#: A number, or one number for each row of the result.
+Track: TypeAlias = "float | NDArray[np.float64]"
+
+
+class Kind(StrEnum):
+    SHAPE = "shape"
+    ARROW = "arrow"
+    DOUBLE_ARROW = "doubleArrow"
+    FRAME = "frame"
+    CURVE = "curve"
+    TEXT = "text"
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Something drawn. Lengths in m, angles in rad, colour 0 to 255.
+
+    `shape` is the kind of solid (`box`, `cylinder` ...) of a SHAPE; `upright` shows its end,
+    centred at (x, y). An ARROW or DOUBLE_ARROW runs from (x, y) along `angle` for `length`. A
+    FRAME has two axes of `length` with `labels`. A CURVE runs through `points`, which are fixed
+    in the frame (x, y, angle). A TEXT writes `labels[0]` at (x, y), `width` high.
+    """
+
+    component: str
+    kind: Kind
+    x: Track
+    y: Track
+    angle: Track
+    length: Track
+    width: Track
+    color: tuple[Track, Track, Track]
+    height: float = 0.0  # what is higher covers what is lower
+    shape: str = ""
+    upright: bool = False
+    extra: Track = 0.0
+    labels: tuple[str, ...] = ()
+    points: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """`box` is (left, bottom, right, top) of everything drawn at any time, or None."""
+
+    time: NDArray[np.float64]
+    items: tuple[Item, ...]
+    box: tuple[float, float, float, float] | None
+    notes: tuple[str, ...] = field(default=())
+
+
+def make_scene(result: Result) -> Scene:
+    """The scene of a run, one pose for each row of the result."""
+    import numpy as np
+
+    from planarc.view.evaluate import Evaluator, NotDrawable
+
+    evaluator = Evaluator(result)
+    items: list[Item] = []
+    notes: list[str] = []
+    with np.errstate(all="ignore"):
+        for visual in result.program.visuals:
+            try:
+                attributes = {name: evaluator(value) for name, value in visual.attributes}
+                items.append(_item(visual, attributes))
+            except NotDrawable as reason:
+                notes.append(f"`{visual.component}` is not drawn: {reason}")
+        items.sort(key=lambda item: item.height)
+        box = _bounds(items)
+    return Scene(result.time, tuple(items), box, tuple(notes))
+
+
+def _item(visual: Visual, a: dict[str, Any]) -> Item:
+    from planarc.view.evaluate import NotDrawable
+
+    try:
+        kind = Kind(visual.kind)
+    except ValueError:
+        raise NotDrawable(f"nobody knows how to draw the kind `{visual.kind}`") from None
+    try:
+        return _MAKERS[kind](visual.component, a)
+    except KeyError as missing:
+        raise NotDrawable(f"it has no attribute `{missing.args[0]}`") from None
+
+
+def _shape(component: str, a: dict[str, Any]) -> Item:
+    x, y = _offset(a["r"], a["phi"], a["r_shape"])
+    return Item(
+        component,
+        Kind.SHAPE,
+        x,
+        y,
+        _smooth(a["phi"] + a["angle"]),
+        a["length"],
+        a["width"],
+        _color(a),
+        _number(a["heightShift"]),
+        shape=str(a["shapeType"]),
+        upright=bool(_number(a["zDirection"])),
+        extra=a["extra"],
+    )
+
+
+def _arrow_of(kind: Kind) -> Any:
+    def make(component: str, a: dict[str, Any]) -> Item:
+        import numpy as np
+
+        x, y = _offset(a["r"], a["phi"], a["r_tail"])
+        hx, hy = a["r_head"]
+        angle = _smooth(a["phi"] + np.arctan2(hy, hx))
+        height = _number(a["heightShift"])
+        return Item(
+            component, kind, x, y, angle, _plain(np.hypot(hx, hy)), a["width"], _color(a), height
+        )
+
+    return make
+
+
+def _frame(component: str, a: dict[str, Any]) -> Item:
+    (x, y), height = a["r"], _number(a["heightShift"])
+    size = a["axisLength"], a["axisWidth"]
+    labels = str(a["label1"]), str(a["label2"])
+    return Item(component, Kind.FRAME, x, y, a["phi"], *size, _color(a), height, labels=labels)
+
+
+def _curve(component: str, a: dict[str, Any]) -> Item:
+    (x, y), height = a["r"], _number(a["heightShift"])
+    points = tuple((_number(px), _number(py)) for px, py in a["points"])
+    return Item(
+        component, Kind.CURVE, x, y, a["phi"], 0.0, a["width"], _color(a), height, points=points
+    )
+
+
+def _text(component: str, a: dict[str, Any]) -> Item:
+    (x, y), height = a["r"], _number(a["heightShift"])
+    labels = (str(a["text"]),)
+    return Item(
+        component, Kind.TEXT, x, y, a["phi"], 0.0, a["width"], _color(a), height, labels=labels
+    )
+
+
+_MAKERS: dict[Kind, Callable[[str, dict[str, Any]], Item]] = {
+    Kind.SHAPE: _shape,
+    Kind.ARROW: _arrow_of(Kind.ARROW),
+    Kind.DOUBLE_ARROW: _arrow_of(Kind.DOUBLE_ARROW),
+    Kind.FRAME: _frame,
+    Kind.CURVE: _curve,
+    Kind.TEXT: _text,
+}
+
+
+def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
+    """r + R(phi)*v."""
+    import numpy as np
+
+    c, s = np.cos(phi), np.sin(phi)
+    return _plain(r[0] + c * v[0] - s * v[1]), _plain(r[1] + s * v[0] + c * v[1])
+
+
+def _color(a: dict[str, Any]) -> tuple[Track, Track, Track]:
+    red, green, blue = a["color"]
+    return red, green, blue
+
+
+def _plain(value: Any) -> Track:
+    """An array where it has rows, else a Python number."""
+    return float(value) if getattr(value, "ndim", 0) == 0 else value
+
+
+def _smooth(angle: Any) -> Track:
+    import numpy as np
+
+    value = _plain(angle)
+    if isinstance(value, float) or not np.all(np.isfinite(value)):
+        return value
+    unwrapped: Track = np.unwrap(value)
+    return unwrapped
+
+
+def _number(value: Any) -> float:
+    """What may not change while running; of something that does, its first value."""
+    return float(value) if isinstance(value, (int, float)) else float(value[0])
+
+
+def _bounds(items: list[Item]) -> tuple[float, float, float, float] | None:
+    """The smallest upright rectangle around all items at all times."""
+    import numpy as np
+
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for item in items:
+        for x, y in _outline(item):
+            for axis, value in enumerate((x, y)):
+                finite = np.asarray(value)[np.isfinite(value)]
+                if finite.size:
+                    low[axis] = min(low[axis], finite.min())
+                    high[axis] = max(high[axis], finite.max())
+    if not np.all(np.isfinite(np.concatenate([low, high]))):
+        return None
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _outline(item: Item) -> list[tuple[Any, Any]]:
+    """Points that lie on the edge of what is drawn, or a little outside."""
+    import numpy as np
+
+    c, s = np.cos(item.angle), np.sin(item.angle)
+
+    def at(u: Any, v: Any) -> tuple[Any, Any]:
+        return item.x + c * u - s * v, item.y + s * u + c * v
+
+    if item.kind is Kind.CURVE:
+        return [at(u, v) for u, v in item.points]
+    if item.kind is Kind.FRAME:
+        return [at(0.0, 0.0), at(item.length, 0.0), at(0.0, item.length)]
+    half = np.abs(item.width) / 2
+    if item.upright:
+        return [(item.x - half, item.y - half), (item.x + half, item.y + half)]
+    if item.shape == "ground":
+        return [at(-half, -np.abs(item.length)), at(half, 0.0)]
+    return [at(u, v) for u in (0.0, item.length) for v in (-half, half)]
