@@ -1,0 +1,162 @@
+"""From a file to a result: the stages, one call each.
+
+    stage       takes               gives               in
+    ---------   -----------------   -----------------   --------------------
+    parse       source text         syntax tree         parse/parser.py
+    flatten     classes, a name     FlatModel           flatten/pipeline.py
+    lower       FlatModel           Dae                 lower/pipeline.py
+    structure   Dae                 SortedDae           structure/pipeline.py
+    codegen     SortedDae           Program, code       codegen/pipeline.py
+    load        Program, code       Kernel              solve/kernels/
+    simulate    Kernel, options     Result              solve/simulate.py
+
+Stages do not know each other; only this file calls them in a row. What a model was
+compiled to is remembered (`memory.py`), so that the second run starts at `load`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.options import Backend, RunOptions
+from planarc.request import Request, Target, open_target
+
+if TYPE_CHECKING:
+    from planarc.ir.dae import Dae
+    from planarc.ir.flat import FlatModel
+    from planarc.ir.program import Kernel, Program
+    from planarc.ir.result import Result
+    from planarc.ir.sorted import SortedDae
+
+
+@dataclass
+class Clock:
+    """Wall seconds spent in each phase, in the order in which they began."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        begin = perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + perf_counter() - begin
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """A program and its code for one back end, ready to be loaded any number of times."""
+
+    program: Program
+    backend: Backend
+    code: str | bytes  # NumPy source, or a native object file
+    warnings: tuple[Diagnostic, ...] = ()
+    remembered: bool = False  # True when it came from the cache
+
+    def load(self) -> Kernel:
+        """A kernel with a workspace of its own."""
+        from planarc.solve.kernels import load
+
+        return load(self.program, self.code)
+
+
+def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
+    """Parse what is needed and flatten. Raises PlanarcError."""
+    from planarc.flatten.pipeline import flatten as run_stage
+
+    seconds = (clock or Clock()).seconds
+    begin, parsed = perf_counter(), target.reader.seconds
+    try:
+        return run_stage(target.library, target.class_name)
+    finally:
+        # Files of libraries are parsed on the way; that time counts as parsing.
+        seconds["parse"] = target.reader.seconds
+        seconds["flatten"] = perf_counter() - begin - (target.reader.seconds - parsed)
+
+
+def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
+    from planarc.lower.pipeline import lower
+
+    with (clock or Clock()).phase("lower"):
+        return lower(model)
+
+
+def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
+    from planarc.structure.pipeline import structure
+
+    with (clock or Clock()).phase("structure"):
+        return structure(dae)
+
+
+def to_program(model: SortedDae, clock: Clock | None = None) -> Program:
+    from planarc.codegen.pipeline import generate
+
+    with (clock or Clock()).phase("codegen"):
+        return generate(model)
+
+
+def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> str | bytes:
+    """NumPy source, or a native object file."""
+    with (clock or Clock()).phase("codegen"):
+        if backend is Backend.NUMPY:
+            from planarc.codegen.numpy.printer import source
+
+            return source(program)
+        from planarc.codegen.native.machine import compile_object
+
+        return compile_object(program)
+
+
+def compile_model(
+    request: Request, backend: Backend = Backend.NATIVE, clock: Clock | None = None
+) -> Compiled:
+    """All stages up to code for one back end, or what an earlier run remembered of them."""
+    from planarc.memory import Remembered, recall, remember
+
+    clock = clock or Clock()
+    with clock.phase("recall"):
+        known = recall(request, backend)
+    if known is not None:
+        return Compiled(known.program, backend, known.code, known.warnings, remembered=True)
+    target = open_target(request)
+    model = flatten(target, clock)
+    program = to_program(to_sorted(to_dae(model, clock), clock), clock)
+    code = to_code(program, backend, clock)
+    remember(request, backend, target.reader, Remembered(program, code, model.warnings))
+    return Compiled(program, backend, code, model.warnings)
+
+
+def run(
+    compiled: Compiled,
+    options: RunOptions,
+    clock: Clock | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """One run of a compiled model; it may be run any number of times."""
+    from planarc.solve.simulate import simulate as run_stage
+
+    clock = clock or Clock()
+    with clock.phase("load"):
+        kernel = compiled.load()
+    with clock.phase("simulate"):
+        return run_stage(compiled.program, kernel, options, progress=progress)
+
+
+def simulate(
+    file: Path | None = None,
+    class_name: str | None = None,
+    *,
+    libraries: Sequence[Path] = (),
+    options: RunOptions | None = None,
+) -> Result:
+    """Compile and run a file, or a class of a library."""
+    options = options or RunOptions()
+    request = Request(file, class_name, tuple(libraries))
+    return run(compile_model(request, options.backend), options)
