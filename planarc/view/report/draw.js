@@ -5,7 +5,7 @@
 function rgb(color, dark) {
   // Dark colours are lightened on a dark ground.
   const bright = 0.3 * color[0] + 0.59 * color[1] + 0.11 * color[2];
-  const mix = dark && bright < 120 ? (120 - bright) / 255 : 0;
+  const mix = dark && bright < 150 ? (155 - bright) / 255 : 0;
   return color.map((c) => Math.round(c + (255 - c) * mix));
 }
 
@@ -15,7 +15,7 @@ function css(c, alpha = 1) {
 
 function paint(ctx, item, px, dark) {
   const c = rgb(item.color, dark);
-  const edge = c.map((v) => Math.round(v * (dark ? 0.55 : 0.6)));
+  const edge = c.map((v) => Math.round(v * 0.6));
   ctx.fillStyle = css(c, item.kind === "shape" ? 0.92 : 1);
   ctx.strokeStyle = css(edge);
   ctx.lineWidth = 1.2 * px;
@@ -23,7 +23,7 @@ function paint(ctx, item, px, dark) {
   ctx.lineCap = "round";
   const draw = { shape: paintShape, arrow: paintArrow, doubleArrow: paintArrow, frame: paintFrame,
     curve: paintCurve, text: paintText }[item.kind];
-  if (draw) draw(ctx, item, px, c, edge);
+  if (draw) draw(ctx, item, px, c, edge, dark);
 }
 
 function both(ctx) {
@@ -31,10 +31,10 @@ function both(ctx) {
   ctx.stroke();
 }
 
-function paintShape(ctx, item, px, c, edge) {
+function paintShape(ctx, item, px, c, edge, dark) {
   const { length: l, width: w } = item;
   const solid = SOLIDS[item.shape] || SOLIDS.box;
-  if (item.shape === "ground") return paintGround(ctx, l, w, px, edge);
+  if (item.shape === "ground") return paintGround(ctx, l, w, px, dark ? c : edge);
   if (item.upright) return (ENDS[item.shape] || ENDS.box)(ctx, w, item.extra, c, px);
   if (!l || !w) return undefined;
   return solid(ctx, l, w, item.extra, px, c);
@@ -156,7 +156,7 @@ ENDS.beam = ENDS.cylinder;
 ENDS.cone = ENDS.sphere;
 ENDS.spring = (ctx, w, extra, c, px) => ENDS.pipe(ctx, w, 0.8, c, px);
 
-function paintGround(ctx, l, w, px, edge) {
+function paintGround(ctx, l, w, px, line) {
   // A bearing: a triangle under its point, on hatched ground.
   const base = -0.62 * l;
   ctx.beginPath();
@@ -165,7 +165,7 @@ function paintGround(ctx, l, w, px, edge) {
   ctx.lineTo(-0.36 * w, base);
   ctx.closePath();
   both(ctx);
-  ctx.strokeStyle = css(edge);
+  ctx.strokeStyle = css(line);
   ctx.lineWidth = 1.6 * px;
   ctx.beginPath();
   ctx.moveTo(-0.55 * w, base);

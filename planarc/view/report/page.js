@@ -19,6 +19,7 @@
   let playing = false;
   let last = 0;
   let asked = false;
+  let fitted = true; // until the user moves or zooms, a new size fits anew
 
   slider.min = start;
   slider.max = stop;
@@ -80,11 +81,13 @@
   }
 
   function zoomMiddle(factor) {
+    fitted = false;
     stage.zoom(factor, 0, 0);
     ask();
   }
 
   function fit() {
+    fitted = true;
     stage.fit();
     ask();
   }
@@ -136,6 +139,7 @@
   });
   canvas.addEventListener("pointermove", (event) => {
     if (!grabbed) return;
+    fitted = false;
     stage.move(event.clientX - grabbed[0], event.clientY - grabbed[1]);
     grabbed = [event.clientX, event.clientY];
     ask();
@@ -148,6 +152,7 @@
     const box = canvas.getBoundingClientRect();
     const x = event.clientX - box.left - box.width / 2;
     const y = event.clientY - box.top - box.height / 2;
+    fitted = false;
     stage.zoom(Math.exp(-event.deltaY * 0.0015), x, y);
     ask();
   }, { passive: false });
@@ -178,7 +183,7 @@
   get("theme").addEventListener("click", () => setTheme(!isDark()));
   prefersDark.addEventListener("change", (event) => setTheme(event.matches));
 
-  new ResizeObserver(ask).observe(canvas);
+  new ResizeObserver(() => (fitted ? fit() : ask())).observe(canvas);
   new ResizeObserver(() => { plots.resize(); ask(); }).observe(get("plots"));
 
   choose();

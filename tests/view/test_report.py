@@ -1,0 +1,151 @@
+"""The page of a run: one file, no network, no way for a model's text to run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc.core.diagnostic import UsageError
+from planarc.ir.expr import Exprs
+from planarc.ir.flat import Part
+from planarc.view.report import write_report
+from planarc.view.report.curves import choose_curves
+from planarc.view.report.data import ROWS, page_data, thin_rows
+from planarc.view.report.page import render_page
+from planarc.view.scene import make_scene
+
+EVIL = "</script><script>alert(1)</script>&<img src=x onerror=alert(2)>"
+TIME = np.linspace(0.0, 1.0, 11)
+VENDOR = Path(__file__).parents[2] / "planarc" / "view" / "vendor"
+
+
+@pytest.fixture
+def pendulum(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> Callable[..., Any]:
+    def make(time: Any = TIME, name: str = "Pendulum", description: str = "") -> Any:
+        rod = shape_of(table, name, phi=table.symbol("hinge.phi"), length=1.0, shapeType="beam")
+        columns = {"hinge.phi": np.sin(time), "hinge.w": np.cos(time), "energy": time**2, "g": 9.81}
+        parts = (Part("hinge", "PlanarMultiBody.Joints.Revolute"),)
+        units = {"hinge.phi": ("rad", "deg"), "hinge.w": ("rad/s", "")}
+        return result_of(table, time, columns, (rod,), name, parts, units, description)
+
+    return make
+
+
+def data_of(page: str) -> Any:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
+    assert found
+    return json.loads(found[1])
+
+
+def test_the_joint_angles_are_shown_in_degrees(pendulum: Callable[..., Any]) -> None:
+    result = pendulum()
+    data = data_of(render_page(result, make_scene(result)))
+    shown = [curve for curve in data["curves"] if curve["shown"]]
+    assert [(c["name"], c["unit"]) for c in shown] == [("hinge.phi", "deg")]
+    np.testing.assert_allclose(shown[0]["values"], np.degrees(np.sin(TIME)), atol=1e-4)
+    assert [c["name"] for c in data["curves"]] == ["hinge.phi", "hinge.w", "energy"]
+
+
+def test_the_motion_is_in_the_page(pendulum: Callable[..., Any]) -> None:
+    result = pendulum()
+    data = data_of(render_page(result, make_scene(result)))
+    (rod,) = data["items"]
+    np.testing.assert_allclose(data["tracks"][rod["angle"][0]], np.sin(TIME), atol=1e-5)
+    assert rod["length"] == 1.0
+
+
+def test_chosen_curves_replace_the_rule(pendulum: Callable[..., Any], tmp_path: Path) -> None:
+    result = pendulum()
+    write_report(tmp_path / "a.html", result, make_scene(result), curves=["energy"])
+    data = data_of((tmp_path / "a.html").read_text(encoding="utf-8"))
+    assert [c["name"] for c in data["curves"]] == ["energy"]
+    with pytest.raises(UsageError, match="no variable `entropy`"):
+        write_report(tmp_path / "b.html", result, make_scene(result), curves=["entropy"])
+
+
+def test_texts_of_a_model_cannot_become_markup(pendulum: Callable[..., Any]) -> None:
+    plain, evil = pendulum(), pendulum(name=EVIL, description=EVIL)
+    honest = render_page(plain, make_scene(plain), [("Model", "x")])
+    attacked = render_page(evil, make_scene(evil), [(EVIL, EVIL)])
+    assert attacked.count("<script") == honest.count("<script") == 3
+    assert "<img" not in attacked
+    assert data_of(attacked)["items"][0]["component"] == EVIL
+
+
+def test_only_the_scripts_of_the_page_may_run_and_nothing_is_loaded(
+    pendulum: Callable[..., Any],
+) -> None:
+    page = render_page(pendulum(), make_scene(pendulum()))
+    policy = re.search(r'content="(default-src [^"]*)"', page)
+    assert policy
+    assert policy[1].startswith("default-src 'none'")
+    for script in re.findall(r"<script>(.*?)</script>", page, re.S):
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy[1]
+    assert not re.search(
+        r"""(src|href)\s*=\s*["']""", re.sub(r"<script.*?</script>", "", page, flags=re.S)
+    )
+
+
+def test_the_same_result_gives_the_same_bytes(pendulum: Callable[..., Any], tmp_path: Path) -> None:
+    pages = []
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        path = tmp_path / folder / "page.html"
+        write_report(path, pendulum(), make_scene(pendulum()))
+        pages.append(path.read_bytes())
+    assert pages[0] == pages[1]
+
+
+def test_a_large_result_is_thinned_and_the_page_says_so(pendulum: Callable[..., Any]) -> None:
+    time = np.linspace(0.0, 100.0, 50_001)
+    result = pendulum(time)
+    page = render_page(result, make_scene(result))
+    data = data_of(page)
+    assert len(data["time"]) <= 1.1 * ROWS
+    assert f"of {len(time)} rows" in page
+    phi = next(c["values"] for c in data["curves"] if c["name"] == "hinge.phi")
+    assert max(phi) == pytest.approx(np.degrees(1.0), abs=1e-4)
+
+
+def test_thinning_keeps_ends_and_peaks() -> None:
+    column = np.zeros(100_000)
+    column[[777, 50_123, 99_998]] = 5.0, -3.0, 7.0
+    rows = thin_rows(len(column), [column]).tolist()
+    assert {0, 777, 50_123, 99_998, 99_999} <= set(rows)
+    assert rows == sorted(set(rows))
+
+
+def test_a_small_result_is_not_thinned() -> None:
+    assert thin_rows(501, [np.zeros(501)]).tolist() == list(range(501))
+
+
+def test_values_that_are_not_finite_are_gaps(table: Exprs, result_of: Callable[..., Any]) -> None:
+    values = np.where(TIME > 0.5, np.nan, TIME)
+    result = result_of(table, TIME, {"x": values})
+    data = page_data(result, make_scene(result), choose_curves(result))
+    assert [v is None for v in data["curves"][0]["values"]] == np.isnan(values).tolist()
+
+
+def test_a_page_that_cannot_be_written_is_a_usage_error(
+    pendulum: Callable[..., Any], tmp_path: Path
+) -> None:
+    with pytest.raises(UsageError, match="cannot write the report"):
+        write_report(tmp_path / "no" / "page.html", pendulum(), make_scene(pendulum()))
+
+
+def test_vendored_files_are_the_published_ones() -> None:
+    sums = re.findall(r"\| `([^`]+)` .* `([0-9a-f]{64})` \|", (VENDOR / "README.md").read_text())
+    assert len(sums) == 2
+    for name, digest in sums:
+        assert hashlib.sha256((VENDOR / name).read_bytes()).hexdigest() == digest

@@ -1,0 +1,121 @@
+"""A scene says where each drawn thing is, at each row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc.ir.expr import Exprs
+from planarc.view.scene import Kind, make_scene
+
+TIME = np.linspace(0.0, 2.0, 5)
+ANGLE = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+
+
+def test_a_shape_sits_at_its_offset_turned_with_its_frame(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    phi = table.symbol("phi")
+    rod = shape_of(
+        table,
+        "rod",
+        r=(1.0, table.symbol("y")),
+        phi=phi,
+        r_shape=(0.5, 0.0),
+        angle=0.25,
+        length=2.0,
+    )
+    result = result_of(table, TIME, {"phi": ANGLE, "y": 3 * TIME}, (rod,))
+    (item,) = make_scene(result).items
+    assert item.kind is Kind.SHAPE
+    np.testing.assert_allclose(item.x, 1.0 + 0.5 * np.cos(ANGLE))
+    np.testing.assert_allclose(item.y, 3 * TIME + 0.5 * np.sin(ANGLE))
+    np.testing.assert_allclose(item.angle, ANGLE + 0.25)
+    assert item.length == 2.0
+
+
+def test_what_never_changes_is_a_number(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    block = shape_of(table, "block", r=(table.symbol("d"), 0.0), phi=0.5, width=0.1)
+    (item,) = make_scene(result_of(table, TIME, {"x": TIME, "d": 0.75}, (block,))).items
+    assert (item.x, item.y, item.angle) == (0.75, 0.0, 0.5)
+
+
+def test_higher_things_come_later_and_equal_ones_stay_in_order(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    heights = {"a": 0.1, "b": 0.0, "c": 0.1, "d": -1.0}
+    shapes = tuple(shape_of(table, n, heightShift=h) for n, h in heights.items())
+    scene = make_scene(result_of(table, TIME, {"x": TIME}, shapes))
+    assert [item.component for item in scene.items] == ["d", "b", "a", "c"]
+
+
+def test_an_angle_of_atan2_does_not_jump(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    turn = np.linspace(0.0, 4 * math.pi, 100)
+    angle = table.call("atan2", table.symbol("y"), table.symbol("x"))
+    spring = shape_of(table, "spring", angle=angle, length=1.0)
+    columns = {"x": np.cos(turn), "y": np.sin(turn)}
+    (item,) = make_scene(result_of(table, turn, columns, (spring,))).items
+    np.testing.assert_allclose(item.angle, turn, atol=1e-12)
+
+
+def test_the_box_holds_the_whole_motion(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    turn = np.linspace(0.0, 2 * math.pi, 1000)
+    rod = shape_of(table, "rod", phi=table.symbol("phi"), length=1.5, width=0.0)
+    scene = make_scene(result_of(table, turn, {"phi": turn}, (rod,)))
+    np.testing.assert_allclose(scene.box, (-1.5, -1.5, 1.5, 1.5), atol=1e-4)
+
+
+def test_an_arrow_points_along_its_vector(
+    table: Exprs, result_of: Callable[..., Any], visual_of: Callable[..., Any]
+) -> None:
+    force = visual_of(
+        table, "force", "arrow", r=(1.0, 0.0), phi=math.pi / 2, r_tail=(1.0, 0.0),
+        r_head=(0.0, -2.0), width=0.01, heightShift=0.0, color=(0, 0, 0),
+    )  # fmt: skip
+    (item,) = make_scene(result_of(table, TIME, {"x": TIME}, (force,))).items
+    assert (item.x, item.y) == pytest.approx((1.0, 1.0))
+    assert item.angle == pytest.approx(0.0)
+    assert item.length == pytest.approx(2.0)
+
+
+def test_what_cannot_be_drawn_is_named_and_the_rest_is_drawn(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    lost = shape_of(table, "lost", length=table.symbol("nowhere"))
+    there = shape_of(table, "there", length=1.0)
+    scene = make_scene(result_of(table, TIME, {"x": TIME}, (lost, there)))
+    assert [item.component for item in scene.items] == ["there"]
+    assert scene.notes == ("`lost` is not drawn: the result has no variable `nowhere`",)
+
+
+def test_every_operator_has_the_values_of_the_scalar_tree(
+    table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
+) -> None:
+    from planarc.ir.expr import FUNCTIONS, evaluate
+
+    t, x = table, table.symbol("x")
+    half = t.const(0.5)
+    two = ("atan2", "min", "max", "div", "mod", "rem")
+    expressions = [t.call(f, x, half) if f in two else t.call(f, x) for f in FUNCTIONS]
+    expressions += [
+        t.add(x, half), t.mul(x, x), t.neg(x), t.div(half, x), t.pow(x, t.const(3.0)),
+        t.if_(t.less(x, half), x, t.neg(x)), t.if_(t.less_equal(x, half), x, half),
+        t.if_(t.and_(t.less(x, half), t.not_(t.equal(x, half))), x, half),
+        t.if_(t.or_(t.less(x, half), t.less(half, x)), x, half),
+    ]  # fmt: skip
+    values = np.array([0.1, 0.5, 0.9])
+    for expression in expressions:
+        shape = shape_of(table, "s", length=expression)
+        (item,) = make_scene(result_of(table, TIME[:3], {"x": values}, (shape,))).items
+        expected = [evaluate(expression, lambda leaf, v=v: v) for v in values.tolist()]
+        np.testing.assert_allclose(item.length, expected, err_msg=repr(expression))
