@@ -1,0 +1,122 @@
+"""The table of commands, and what becomes of an error: a message and an exit code.
+
+0    done                        70   a mistake of planarc's own
+1    the model is wrong          130  stopped by Ctrl-C
+2    the request is wrong        141  the reader of the output went away
+3    the run failed part-way
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import check, console, equations, flatten, simulate
+from planarc.cli import compile as compile_command
+from planarc.cli import list as list_command
+from planarc.cli.exits import Exit, exit_code
+from planarc.cli.outcome import Outcome
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+
+app = typer.Typer(
+    name="planarc",
+    help="Compile and simulate planar mechanisms.",
+    add_completion=False,
+    rich_markup_mode=None,  # help without colours: importing rich would double its time
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("simulate")(simulate.simulate)
+app.command("check")(check.check)
+app.command("flatten")(flatten.flatten)
+app.command("equations")(equations.equations)
+app.command("compile")(compile_command.compile_model)
+app.command("list")(list_command.list_classes)
+
+#: What typer raises when the command line itself cannot be understood.
+_CommandLineError: type[Exception] = typer.BadParameter.__mro__[1]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        console.say(f"planarc {version('planarc')}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line; gives its exit code and never raises."""
+    console.prepare()
+    as_json = "--json" in arguments
+    try:
+        code = app(args=list(arguments) or ["--help"], prog_name="planarc", standalone_mode=False)
+        sys.stdout.flush()
+        return int(code or 0)
+    except PlanarcError as error:
+        return _fail(error.diagnostics, exit_code(error), as_json)
+    except _CommandLineError as error:
+        return _fail((_usage(error),), Exit.USAGE, as_json)
+    except BrokenPipeError:
+        # Python flushes standard output once more when it ends; let that go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.BROKEN_PIPE
+    except (KeyboardInterrupt, typer.Abort):
+        return _fail((_INTERRUPTED,), Exit.INTERRUPTED, as_json)
+    except Exception as error:
+        if os.environ.get("PLANARC_DEBUG"):
+            raise
+        return _fail((_bug(error),), Exit.BUG, as_json)
+
+
+_INTERRUPTED = Diagnostic("C130", "interrupted; there was nothing to save yet")
+
+
+def _fail(diagnostics: tuple[Diagnostic, ...], code: Exit, as_json: bool) -> int:
+    if as_json:
+        console.say(Outcome(ok=False, diagnostics=diagnostics).as_json())
+    else:
+        console.complain(diagnostics)
+    return code
+
+
+def _usage(error: Exception) -> Diagnostic:
+    """typer's message in our form: lower case, names in backticks."""
+    text = getattr(error, "format_message", lambda: str(error))().strip().rstrip(".")
+    text = re.sub(r"'([^']*)'", r"`\1`", text)
+    context = getattr(error, "ctx", None)
+    command = getattr(context, "command_path", "planarc")
+    return Diagnostic("C100", text[:1].lower() + text[1:], hint=f"see `{command} --help`")
+
+
+def _bug(error: Exception) -> Diagnostic:
+    """Where planarc broke, in one line that a user can pass on."""
+    place = ""
+    trace = error.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        place = f"{file.parent.name}/{file.name}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return Diagnostic(
+        "X001",
+        f"sorry, planarc made a mistake: {type(error).__name__} in {place}",
+        hint="report this line together with the model; PLANARC_DEBUG=1 shows the traceback",
+    )

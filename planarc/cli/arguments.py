@@ -1,0 +1,73 @@
+"""The arguments that commands share, and the request that they make."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.request import Request
+
+Target: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE|CLASS",
+        help="A .pmo or .mo file, or a class of a library.",
+        show_default=False,
+    ),
+]
+ClassName: TypeAlias = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="CLASS",
+        help="The class of FILE, when it is not the one named like the file.",
+        show_default=False,
+    ),
+]
+Libraries: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--library",
+        metavar="DIR",
+        help="A folder of libraries, a package's own folder, or a file. Repeatable.",
+        show_default=False,
+    ),
+]
+AsJson: TypeAlias = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object instead of text.")
+]
+
+_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
+
+
+def make_request(
+    target: str, class_name: str | None = None, libraries: Sequence[Path] | None = None
+) -> Request:
+    """What the arguments ask for."""
+    from planarc.request import Request
+
+    folders = tuple(libraries or ())
+    if names_file(target):
+        return Request(Path(target), class_name, folders)
+    if class_name is None:
+        return Request(None, target, folders)
+    raise UsageError(
+        Diagnostic(
+            "C109",
+            f"`{target}` is no file, so `{class_name}` cannot be a class in it",
+            hint="give one class, or a file and a class",
+        )
+    )
+
+
+def names_file(target: str) -> bool:
+    """Whether an argument means a file; otherwise it is the name of a class."""
+    if target.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(target):
+        return True
+    return Path(target).exists()

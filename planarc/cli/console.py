@@ -1,0 +1,85 @@
+"""What the commands print: results on standard output, diagnostics on standard error.
+
+Colour is for terminals only, and only when the user did not refuse it
+(https://no-color.org).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from typing import TextIO
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.render import render_all
+
+
+def prepare() -> None:
+    """Let no character that the terminal cannot show stop a command."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def may_colour(stream: TextIO) -> bool:
+    refused = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
+    return not refused and stream.isatty()
+
+
+def plain(text: str) -> str:
+    """A text of the model on one line, without characters that would steer a terminal."""
+    line = " ".join(text.split())
+    return "".join(c if c.isprintable() else "\N{MIDDLE DOT}" for c in line)
+
+
+def say(text: str) -> None:
+    """Print on standard output, as it is."""
+    sys.stdout.write(text if text.endswith("\n") else text + "\n")
+
+
+def complain(diagnostics: Iterable[Diagnostic]) -> None:
+    """Print diagnostics on standard error."""
+    found = tuple(diagnostics)
+    if not found:
+        return
+    text = render_all(found, may_colour(sys.stderr))
+    if may_colour(sys.stderr):
+        _rich_print(text, sys.stderr)
+    else:
+        sys.stderr.write(text)
+    sys.stderr.flush()
+
+
+def say_rows(rows: Sequence[tuple[str, str]]) -> None:
+    """Print labels with their texts, one below the other; a text may have several lines."""
+    width = max((len(label) for label, _ in rows), default=0)
+    lines = []
+    for label, text in rows:
+        first, *more = map(plain, text.split("\n"))
+        lines.append((label.ljust(width), first))
+        lines += [(" " * width, line) for line in more]
+    if may_colour(sys.stdout):
+        _rich_rows(lines)
+    else:
+        say("\n".join(f"{label}  {text}".rstrip() for label, text in lines))
+
+
+def _rich_print(text: str, stream: TextIO) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    Console(file=stream, highlight=False).print(Text.from_ansi(text), soft_wrap=True)
+
+
+def _rich_rows(lines: Sequence[tuple[str, str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(style="bold cyan", no_wrap=True)
+    grid.add_column(overflow="fold")
+    for label, text in lines:
+        grid.add_row(Text(label), Text(text))
+    Console(file=sys.stdout, highlight=False).print(grid)

@@ -1,0 +1,22 @@
+"""`planarc equations`: the sorted model, block by block."""
+
+from __future__ import annotations
+
+from planarc.cli import console
+from planarc.cli.arguments import ClassName, Libraries, Target, make_request
+
+
+def equations(target: Target, class_name: ClassName = None, library: Libraries = None) -> int:
+    """Print the sorted blocks of equations.
+
+    Each with its unknowns, torn variables, states, and source lines.
+    """
+    from planarc import compiler
+    from planarc.ir.sortedtext import print_sorted
+    from planarc.request import open_target
+
+    flat = compiler.flatten(open_target(make_request(target, class_name, library)))
+    model = compiler.to_sorted(compiler.to_dae(flat))
+    console.complain((*flat.warnings, *model.dae.warnings))
+    console.say(print_sorted(model))
+    return 0

@@ -1,0 +1,104 @@
+"""Where the results of a run go, decided before it starts.
+
+Named files are replaced. The default ones, `<Class>.csv` and `<Class>.html` in the
+working directory, are replaced only when planarc wrote what is there now: a file of
+the user that happens to have that name is never lost.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+TABLES = (".csv", ".mat")
+PAGES = (".html", ".htm")
+
+#: How the files begin that planarc writes (at the latest within the first few lines).
+_OWN = {
+    ".csv": re.compile(r'\A"time",'),
+    ".html": re.compile(r'<meta name="generator" content="planarc\b'),
+}
+_HEAD = 4096  # characters in which the mark must stand
+
+
+@dataclass(frozen=True, slots=True)
+class Destinations:
+    """The files to write, None for none."""
+
+    output: Path | None
+    report: Path | None
+
+
+def destinations(
+    model: str,
+    output: Path | None,
+    report: Path | None,
+    no_output: bool,
+    no_report: bool,
+) -> Destinations:
+    """The files that a run of `model` will write; UsageError when one cannot be written."""
+    stem = file_stem(model)
+    return Destinations(
+        None if no_output else _destination(output, f"{stem}.csv", TABLES, "--output"),
+        None if no_report else _destination(report, f"{stem}.html", PAGES, "--report"),
+    )
+
+
+def file_stem(model: str) -> str:
+    """The last part of a class name, safe as a file name."""
+    last = re.findall(r"'(?:[^'\\]|\\.)*'|[^.]+", model)[-1]
+    return re.sub(r"[^\w-]", "_", last.strip("'")) or "model"
+
+
+def _destination(named: Path | None, default: str, suffixes: tuple[str, ...], option: str) -> Path:
+    path = Path(default) if named is None else named
+    if path.suffix.lower() not in suffixes:
+        known = " or ".join(f"`{s}`" for s in suffixes)
+        raise _refusal(
+            "C121", f"`{option} {path}` has no ending that planarc writes", f"use {known}"
+        )
+    check_writable(path, option)
+    if named is None and path.exists() and not _is_own(path):
+        raise _refusal(
+            "C122",
+            f"`{path}` exists and was not written by planarc",
+            f"move it away, or name another file with `{option}`, or use `--no{option[1:]}`",
+        )
+    return path
+
+
+def check_writable(path: Path, option: str) -> None:
+    """UsageError unless a file can be written at `path`."""
+    if path.is_dir():
+        raise _refusal("C123", f"cannot write `{path}`: it is a folder", f"give `{option}` a file")
+    if not path.parent.is_dir():
+        raise _refusal(
+            "C123",
+            f"cannot write `{path}`: there is no folder `{path.parent}`",
+            "create the folder first",
+        )
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise _refusal("C123", f"cannot write `{path}`: permission denied", f"change `{option}`")
+
+
+def cannot_write(path: Path, error: OSError) -> UsageError:
+    """The system refused to write after all (a full disk, for example)."""
+    reason = (error.strerror or str(error)).lower()
+    return _refusal("C123", f"cannot write `{path}`: {reason}", "choose another file or folder")
+
+
+def _refusal(code: str, message: str, hint: str) -> UsageError:
+    return UsageError(Diagnostic(code, message, hint=hint))
+
+
+def _is_own(path: Path) -> bool:
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return False
+    return not head or bool(_OWN[path.suffix].search(head))

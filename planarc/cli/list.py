@@ -1,0 +1,73 @@
+"""`planarc list`: the classes of a file or of a library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import Libraries, names_file
+
+if TYPE_CHECKING:
+    from planarc.flatten.library import Entry, Library
+
+
+def list_classes(
+    target: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[FILE|PACKAGE]",
+            help="A .pmo or .mo file, or a package; without, the libraries that are found.",
+            show_default=False,
+        ),
+    ] = None,
+    library: Libraries = None,
+) -> int:
+    """List classes with their kinds and descriptions."""
+    from planarc.request import Request, open_library, open_target
+
+    folders = tuple(library or ())
+    if target is not None and Path(target).is_dir():
+        classes, _, _ = open_library(Request(None, None, (Path(target), *folders)))
+        own = type(classes)((Path(target),), classes.parse_file, classes.parse_annotation)
+        found = _below(classes, own.top_names())
+    elif target is None:
+        classes, _, _ = open_library(Request(None, None, folders))
+        found = tuple(_entries(classes, classes.top_names()))
+    elif names_file(target):
+        classes, _, declared = open_library(Request(Path(target), None, folders))
+        found = _below(classes, declared)
+    else:
+        named = open_target(Request(None, target, folders))
+        found = _below(named.library, (named.class_name,))
+    console.say("\n".join(_line(entry) for entry in found))
+    return 0
+
+
+def _entries(classes: Library, names: Sequence[str]) -> Iterator[Entry]:
+    for name in names:
+        entry = classes.entry(name)
+        if entry is not None:
+            yield entry
+
+
+def _below(classes: Library, names: Sequence[str]) -> tuple[Entry, ...]:
+    """The named classes and all that they hold, parents before children."""
+    found = []
+    stack = list(_entries(classes, names))[::-1]
+    while stack:
+        entry = stack.pop()
+        found.append(entry)
+        children = (entry.child(name) for name in reversed(entry.child_names()))
+        stack.extend(child for child in children if child is not None)
+    return tuple(found)
+
+
+def _line(entry: Entry) -> str:
+    definition = entry.definition
+    kind = f"partial {definition.kind.value}" if definition.partial else definition.kind.value
+    comment = f'  "{definition.comment}"' if definition.comment else ""
+    return console.plain(f"{kind} {entry.full_name}{comment}")

@@ -1,0 +1,93 @@
+"""The short summary of a run: labels with texts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from planarc.ir.result import Held, Result, StateChoice
+
+MOST_NAMES = 8  # of a list of names that are shown
+PHASES = (
+    "parse",
+    "flatten",
+    "lower",
+    "structure",
+    "codegen",
+    "load",
+    "start",
+    "integrate",
+    "write",
+)
+
+
+def summary(
+    result: Result, seconds: Mapping[str, float], cached: bool, written: Sequence[str]
+) -> tuple[tuple[str, str], ...]:
+    """The rows of the summary, in the order in which a reader asks."""
+    program, statistics = result.program, result.statistics
+    about = f"{program.name}: {program.description}" if program.description else program.name
+    rows = [
+        ("model", about),
+        (
+            "equations",
+            f"{program.equations_before}, after reduction {program.equations_after}",
+        ),
+        ("states", states(result.states)),
+        ("start", start_values(result.held)),
+        ("solver", solver(statistics.solver, statistics.backend, statistics.reason)),
+        ("steps", f"{statistics.steps}, events {statistics.events}"),
+        ("time", times(seconds, cached)),
+        ("written", "\n".join(written)),
+    ]
+    return tuple((label, text) for label, text in rows if text)
+
+
+def solver(name: str, backend: str, reason: str) -> str:
+    return f"{name}, {backend} back end" + (f" ({reason})" if reason else "")
+
+
+def states(choices: Sequence[StateChoice]) -> str:
+    """The states, and when others were chosen while running."""
+    if not choices:
+        return "none"
+    lines = [f"{_names(c.states)} from t = {c.time:.6g} s" for c in choices[-MOST_NAMES:]]
+    if len(choices) == 1:
+        return _names(choices[0].states)
+    return "\n".join([f"chosen {len(choices)} times", *lines])
+
+
+def start_values(held: Sequence[Held]) -> str:
+    """What was held at the start, and how far guesses moved (farthest first)."""
+    lines = []
+    exact = [f"{h.name} = {h.start:.6g}" for h in held if h.held]
+    if exact:
+        lines.append("held " + _names(exact))
+    moved = sorted(
+        (h for h in held if not h.held and abs(h.value - h.start) > 1e-9 * max(1.0, abs(h.start))),
+        key=lambda h: -abs(h.value - h.start),
+    )
+    if moved:
+        lines.append(
+            "guessed " + _names([f"{h.name} = {h.start:.6g} -> {h.value:.6g}" for h in moved])
+        )
+    return "\n".join(lines)
+
+
+def times(seconds: Mapping[str, float], cached: bool) -> str:
+    """Milliseconds by phase, in the order of the stages."""
+    order = [p for p in PHASES if p in seconds]
+    order += [p for p in seconds if p not in PHASES and p != "total"]
+    phases = ", ".join(f"{phase} {milliseconds(seconds[phase])}" for phase in order)
+    note = " (compiled before)" if cached else ""
+    return f"{milliseconds(seconds['total'])} in all{note}: {phases}"
+
+
+def milliseconds(seconds: float) -> str:
+    ms = 1000 * seconds
+    return f"{ms:.0f} ms" if ms >= 10 else f"{ms:.1f} ms"
+
+
+def _names(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:MOST_NAMES])
+    more = len(names) - MOST_NAMES
+    return f"{shown} and {more} more" if more > 0 else shown or "none"
