@@ -15,7 +15,7 @@ from planarc.ir.program import Column, Program
 from planarc.ir.result import Result, Statistics
 
 #: The parts of a program that drawing does not need.
-EMPTY = [
+EMPTY = (
     "parameter_slots",
     "candidates",
     "fixed",
@@ -33,7 +33,7 @@ EMPTY = [
     "roots",
     "discrete",
     "equations",
-]
+)
 
 
 def make_result(
