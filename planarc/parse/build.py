@@ -40,12 +40,15 @@ class Build(Expressions, Modifications, Equations):
                 prefixes = syntax.Prefixes(final=True) if final else child.prefixes
                 classes.append(replace(child, prefixes=prefixes))
             final = isinstance(child, Token) and child.type == "FINAL"
-        span = cover([*c, self.whole])
-        return syntax.StoredDefinition(span, tuple(classes), c[0].value if c[0] else None)
+        return syntax.StoredDefinition(self.whole, tuple(classes), c[0].value if c[0] else None)
 
     def expression_text(self, c: list[Any]) -> syntax.Expression:
         expression: syntax.Expression = c[0]
         return expression
+
+    def annotation_text(self, c: list[Any]) -> tuple[syntax.Argument, ...]:
+        arguments: tuple[syntax.Argument, ...] = c[0].value
+        return arguments
 
     def within(self, c: list[Any]) -> Part:
         return Part(c[1].value if c[1] else (), cover(c))

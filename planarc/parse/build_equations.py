@@ -31,9 +31,16 @@ class Equations(Builder):
     def call_equation(self, c: list[Any]) -> syntax.CallEquation:
         call = c[0]
         if not isinstance(call, syntax.Call):
-            after = call.span._replace(start=call.span.end, end=call.span.end + 1)
-            self.refuse("P101", "expected `=` after the left side of the equation", after)
+            self._refuse_bare(call)
         return syntax.CallEquation(call.span, call)
+
+    def _refuse_bare(self, side: syntax.Expression) -> None:
+        if isinstance(side, syntax.Binary) and side.op == "==":
+            message = "`==` compares, it makes no equation"
+            self.refuse("P111", message, side.span, "write `=`")
+            return
+        after = side.span._replace(start=side.span.end, end=side.span.end + 1)
+        self.refuse("P101", "expected `=` after the left side of the equation", after)
 
     def connect_equation(self, c: list[Any]) -> syntax.Connect:
         connect: syntax.Connect = c[0]

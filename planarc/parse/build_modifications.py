@@ -37,7 +37,6 @@ class Modifications(Builder):
     def class_modification(self, c: list[Any]) -> Part:
         return Part(nodes(c), c[0].span.to(c[-1].span))
 
-    annotation_text = class_modification
     inheritance_modification = class_modification
 
     def deselection(self, c: list[Any]) -> syntax.Deselection:

@@ -46,6 +46,23 @@ _BODY = re.compile(
 )
 _AFTER_END = re.compile(r"\s+(?!(?:then|else|elseif|for|loop|and|or)\b)[A-Za-z_]")
 
+#: Characters that other languages or word processors have, and what is meant.
+_HINTS = {
+    "!": "write `<>` for not equal, `not` for the opposite",
+    "&": "write `and`",
+    "|": "write `or`",
+    "%": "write `mod(a, b)` for a remainder, `//` for a comment",
+    "#": "write `//` for a comment",
+    "~": "write `not`",
+    "\N{MINUS SIGN}": "write `-`",
+    "\N{EN DASH}": "write `-`",
+    "\N{MULTIPLICATION SIGN}": "write `*`",
+    "\N{DOT OPERATOR}": "write `*`",
+    "\N{MIDDLE DOT}": "write `*`",
+    "\N{LEFT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
+    "\N{RIGHT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
+}
+
 
 class Token(NamedTuple):
     type: str
@@ -77,8 +94,8 @@ def compile_terminals(defined: Iterable[tuple[str, str, bool]]) -> Terminals:
     names += sorted(free.keys() - set(names))
     groups = [r"(?P<_OPEN_COMMENT>/\*)", *(f"(?P<{name}>{free[name]})" for name in names)]
     groups.append(f"(?P<_FIXED>{'|'.join(map(re.escape, punctuation))})")
-    pattern = re.compile(f"(?:{skipped})*+(?:{'|'.join(groups)})?")
-    return Terminals(pattern, fixed, frozenset(t for t in fixed if t[0].isalpha()))
+    compiled = re.compile(f"(?:{skipped})*+(?:{'|'.join(groups)})?")
+    return Terminals(compiled, fixed, frozenset(t for t in fixed if t[0].isalpha()))
 
 
 def scan(
@@ -194,12 +211,12 @@ def _skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) 
     while end < stop and not text[end].isascii() and text[end].isalnum() == character.isalnum():
         end += 1
     span = Span(source, at, end)
+    hint = _HINTS.get(character)
     if character.isalpha():
         hint = "put names with other letters than a to z in single quotes"
         message = f"`{text[at:end]}` cannot stand in a name"
-        errors.append(Diagnostic("P104", message, span, hint=hint))
     else:
         shown = character if character.isprintable() else f"U+{ord(character):04X}"
         message = f"the character `{shown}` has no meaning here"
-        errors.append(Diagnostic("P104", message, span))
+    errors.append(Diagnostic("P104", message, span, hint=hint))
     return end

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.source import Span
+from planarc.core.source import NOWHERE, Span
 from planarc.ir import syntax
 from planarc.parse.lexer import Token
 
@@ -25,7 +25,7 @@ class Description(NamedTuple):
 
 def cover(children: Iterable[Any]) -> Span:
     """From the first to the last of the children that stand somewhere."""
-    spans = [child.span for child in children if hasattr(child, "span")]
+    spans: list[Span] = [child.span for child in children if hasattr(child, "span")]
     return spans[0].to(spans[-1])
 
 
@@ -39,7 +39,12 @@ class Builder:
 
     def __init__(self) -> None:
         self.errors: list[Diagnostic] = []
-        self.whole: Token | None = None  # stands for the whole text
+        self.whole = NOWHERE  # the whole text
+
+    def begin(self, whole: Span) -> None:
+        """Forget the text before this one."""
+        self.errors = []
+        self.whole = whole
 
     def refuse(self, code: str, message: str, span: Span, hint: str | None = None) -> None:
         self.errors.append(Diagnostic(code, message, span, hint=hint))

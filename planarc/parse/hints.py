@@ -1,0 +1,394 @@
+"""Syntax errors in words: what was expected, what stands there, what to do.
+
+In:   Trouble, Repair   where the automaton stopped, and what would mend it
+Out:  Diagnostic        the message for the one who wrote the text
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.source import Span
+from planarc.parse.automaton import Automaton, Stack
+from planarc.parse.lexer import Terminals, Token
+
+
+class Trouble(NamedTuple):
+    """A token that does not fit."""
+
+    automaton: Automaton
+    terminals: Terminals
+    stack: Stack  # before that token
+    tokens: list[Token]
+    at: int
+    begin: int  # first token of the statement, equation or declaration
+
+    @property
+    def token(self) -> Token:
+        return self.tokens[self.at]
+
+    @property
+    def previous(self) -> Token | None:
+        return self.tokens[self.at - 1] if self.at else None
+
+    @property
+    def on_new_line(self) -> bool:
+        """Whether a line ends between the last token that fits and this one."""
+        if not self.at:
+            return False
+        between = self.token.span._replace(start=self.tokens[self.at - 1].span.end)
+        return "\n" in between.source.text[between.start : self.token.span.start]
+
+    @property
+    def accepted(self) -> tuple[str, ...]:
+        return self.automaton.accepts(self.stack)
+
+
+class Repair(NamedTuple):
+    """What mends a trouble, and the place where reading goes on."""
+
+    inserted: tuple[str, ...]
+    dropped: int
+    stack: Stack
+    at: int
+
+
+_OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
+_BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}
+_BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}
+
+#: What a rule is called when it has ended.
+_ENDED = {
+    "equality": "the equation",
+    "call_equation": "the equation",
+    "connect_equation": "`connect(...)`",
+    "if_equation": "`end if`",
+    "if_statement": "`end if`",
+    "for_equation": "`end for`",
+    "for_statement": "`end for`",
+    "when_equation": "`end when`",
+    "when_statement": "`end when`",
+    "while_statement": "`end while`",
+    "assignment": "the statement",
+    "tuple_assignment": "the statement",
+    "call_statement": "the statement",
+    "break_statement": "`break`",
+    "return_statement": "`return`",
+    "component_element": "the declaration",
+    "class_element": "the class",
+    "class_definition": "the class",
+    "extends_clause": "the `extends` clause",
+    "import_as": "the import",
+    "import_all": "the import",
+    "import_some": "the import",
+    "import_class": "the import",
+    "external": "the `external` clause",
+}
+
+
+def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
+    """One diagnostic; the first explanation that knows the case gives it."""
+    for explanation in _EXPLANATIONS:
+        diagnostic = explanation(trouble, repair)
+        if diagnostic is not None:
+            return diagnostic
+    return _expected(trouble)
+
+
+# Cases that have a name ----------------------------------------------------------------
+
+
+def _operators_in_a_row(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if token.type not in ("PLUS", "SIGN") or not previous or previous.type not in _OPERATORS:
+        return None
+    hint = f"put the sign and its operand in parentheses: `{previous.text} ({token.text}...)`"
+    message = f"`{token.text}` cannot follow `{previous.text}`"
+    return Diagnostic("P101", message, token.span, hint=hint)
+
+
+def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Relations and powers have no associativity (3.2)."""
+    token = trouble.token
+    if token.type == "POWER" and "POWER" in _open_symbols(trouble):
+        hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
+        return Diagnostic("P101", f"`{token.text}` cannot be chained", token.span, hint=hint)
+    if token.type == "RELATION" and "RELATION" in _open_symbols(trouble):
+        hint = "compare two at a time: `a < b and b < c`"
+        return Diagnostic("P101", "comparisons cannot be chained", token.span, hint=hint)
+    return None
+
+
+def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if token.text == "*" and previous and previous.text == "*":
+        hint = "write `^` for a power"
+        return Diagnostic("P101", "`**` is no operator", previous.span.to(token.span), hint=hint)
+    return None
+
+
+def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """`.5` is a point and an integer: one of the two does not fit."""
+    for at in (trouble.at, trouble.at - 1):
+        point, *digits = trouble.tokens[at : at + 2] if at >= 0 else (trouble.token,)
+        if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
+            continue
+        before = trouble.tokens[at - 1] if at else None
+        if before is None or before.span.end == point.span.start:
+            continue
+        number = f".{digits[0].text}"
+        message = f"`{number}` is no number: a digit stands before the point"
+        span = point.span.to(digits[0].span)
+        return Diagnostic("P101", message, span, hint=f"write `0{number}`")
+    return None
+
+
+def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.inserted not in _SECTIONS:
+        return None
+    message, hint = _SECTIONS[repair.inserted]
+    span = trouble.tokens[trouble.begin].span.to(trouble.token.span)
+    return Diagnostic("P113", message, span, hint=hint)
+
+
+_SECTIONS = {
+    ("EQUATION",): ("an equation cannot stand among declarations", "write `equation` above it"),
+    ("ALGORITHM",): ("a statement cannot stand among declarations", "write `algorithm` above it"),
+    ("PUBLIC",): (
+        "a declaration cannot stand here",
+        "move it above `equation` or `algorithm`, or write `public` or `protected` above it",
+    ),
+}
+
+
+def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.dropped != 1:
+        return None
+    token = trouble.token
+    pair = (token.type, *repair.inserted)
+    if pair == ("ASSIGN", "EQUAL"):
+        in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
+        what = "an equation" if in_equation or _inside(trouble, "EQUATION") else "a value"
+        message = f"{what} is written with `=`; `:=` assigns, in algorithms only"
+        return Diagnostic("P111", message, token.span, hint="write `=`")
+    if pair == ("EQUAL", "ASSIGN"):
+        message = "a statement assigns with `:=`; `=` is for equations"
+        return Diagnostic("P111", message, token.span, hint="write `:=`")
+    if pair == ("EQUAL", "RELATION"):
+        message = "`=` does not compare"
+        return Diagnostic("P111", message, token.span, hint="write `==`")
+    return None
+
+
+def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token = trouble.token
+    if not repair or repair.inserted != ("IDENT",) or repair.dropped != 1:
+        return None
+    if token.text not in trouble.terminals.keywords:
+        return None
+    if trouble.previous and trouble.previous.type == "END":
+        return None
+    message = f"`{token.text}` is a reserved word and cannot be a name"
+    hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
+    return Diagnostic("P105", message, token.span, hint=hint)
+
+
+def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """`end for` for `end if`, or no `end if` at all."""
+    token, previous = trouble.token, trouble.previous
+    if not repair:
+        return None
+    opened = _opened(trouble)
+    related = (Related(f"`{opened.text}` begins here", opened.span),) if opened else ()
+    if previous and previous.type == "END" and repair.dropped == 1 and repair.inserted:
+        word = _BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
+        message = f"expected `end {word}`, not `end {token.text}`"
+        return Diagnostic("P102", message, token.span, related=related)
+    blocks = [kind for kind in repair.inserted if kind in _BLOCKS]
+    if "END" in repair.inserted and blocks:
+        found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
+        message = f"missing `end {_BLOCKS[blocks[0]]};` before `{found}`"
+        return Diagnostic("P112", message, token.span, related=related)
+    return None
+
+
+def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if repair and repair.inserted == ("ELSEIF",):
+        word = trouble.tokens[trouble.begin]
+        return Diagnostic("P101", f"expected `elseif`, not `{word.text}`", word.span)
+    return None
+
+
+def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if trouble.token.type != "$END":
+        return None
+    after = _after(trouble)
+    bracket = _open_bracket(trouble)
+    if bracket is not None:
+        message = f"this `{bracket.text}` is never closed"
+        return Diagnostic("P103", message, bracket.span)
+    if repair and repair.inserted == ("SEMICOLON",):
+        return None
+    opened = _opened(trouble)
+    if opened is None:
+        return None
+    related = (Related(f"`{opened.text}` begins here", opened.span),)
+    message = f"the text ends, `end {opened.text};` is missing"
+    return Diagnostic("P112", message, after, related=related)
+
+
+def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """One token, or an expression, left out."""
+    if not repair or repair.dropped or not repair.inserted:
+        return None
+    kind, token, previous = repair.inserted[0], trouble.token, trouble.previous
+    if kind == "SEMICOLON":
+        finished = trouble.automaton.finished(trouble.stack, "SEMICOLON")
+        ended = next((_ENDED[name] for name in reversed(finished) if name in _ENDED), None)
+        where = ended or (f"`{previous.text}`" if previous else "this")
+        return Diagnostic("P101", f"expected `;` after {where}", _after(trouble))
+    if kind in _BRACKETS:
+        opened = _open_bracket(trouble)
+        related = (Related(f"`{opened.text}` opens here", opened.span),) if opened else ()
+        message = f"expected `{_BRACKETS[kind][1]}` before {_shown(token)}"
+        return Diagnostic("P103", message, _after(trouble), related=related)
+    if kind == "IDENT":
+        return None
+    if kind == "TIMES" and previous:
+        message = f"expected an operator between `{previous.text}` and {_shown(token)}"
+        return Diagnostic("P101", message, token.span, hint="write `*` for a product")
+    if kind == "ELSE":
+        message = "an `if` expression needs an `else` part"
+        return Diagnostic("P101", message, _after(trouble))
+    message = f"expected `{_text_of(trouble, kind)}` before {_shown(token)}"
+    return Diagnostic("P101", message, _after(trouble))
+
+
+def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.inserted or repair.dropped != 1:
+        return None
+    token = trouble.token
+    for opening, closing in _BRACKETS.values():
+        if token.text == closing:
+            return Diagnostic("P103", f"no `{opening}` is open for this `{closing}`", token.span)
+    return None
+
+
+_EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _operators_in_a_row,
+    _chained,
+    _power_sign,
+    _bare_fraction,
+    _end_of_text,
+    _wrong_section,
+    _equal_signs,
+    _reserved,
+    _wrong_end,
+    _else_if,
+    _missing,
+    _superfluous,
+)
+
+
+# What was expected, from what the automaton would accept --------------------------------------
+
+
+def _expected(trouble: Trouble) -> Diagnostic:
+    token = trouble.token
+    accepted = frozenset(trouble.accepted)
+    what = _in_words(trouble, accepted)
+    hint = None
+    if token.text in trouble.terminals.keywords and what == "a name":
+        hint = f"`{token.text}` is a reserved word: choose another name"
+    if token.type in ("INTEGER", "REAL") and what == "a name":
+        hint = "a name begins with a letter"
+    return Diagnostic("P101", f"expected {what}, not {_shown(token)}", _here(trouble), hint=hint)
+
+
+def _in_words(trouble: Trouble, accepted: frozenset[str]) -> str:
+    if {"IDENT", "INTEGER"} <= accepted:
+        return "an equation" if "CONNECT" in accepted else "an expression"
+    if {"MODEL", "PARAMETER", "END"} <= accepted:
+        return "a declaration or `end`"
+    if {"PARAMETER", "IDENT"} <= accepted:
+        return "a declaration"
+    if "MODEL" in accepted:
+        return "a class, such as `model Name ... end Name;`"
+    if {"IDENT", "WHILE"} <= accepted:
+        return "a statement"
+    if "IDENT" in accepted:
+        return "a name"
+    if accepted == {"$END"}:
+        return "the end of the text"
+    texts = [f"`{_text_of(trouble, kind)}`" for kind in sorted(accepted - {"ANNOTATION", "STRING"})]
+    likely = [text for text in texts if text in ("`;`", "`)`", "`]`", "`}`", "`,`", "`=`", "`:=`")]
+    shown = (likely or texts)[:4]
+    return (
+        " or ".join(filter(None, [", ".join(shown[:-1]), shown[-1]])) if shown else "something else"
+    )
+
+
+def _text_of(trouble: Trouble, kind: str) -> str:
+    names = {"PLUS": "+", "SIGN": "-", "TIMES": "*", "RELATION": "<", "POWER": "^"}
+    texts = {name: text for text, name in trouble.terminals.fixed.items()}
+    return names.get(kind) or texts.get(kind) or kind.lower()
+
+
+def _shown(token: Token) -> str:
+    if token.type == "$END":
+        return "the end of the text"
+    text = token.text if len(token.text) <= 30 else f"{token.text[:27]}..."
+    return "an annotation" if token.type == "ANNOTATION" else f"`{text}`".replace("\n", " ")
+
+
+# Places -----------------------------------------------------------------------------------------
+
+
+def _after(trouble: Trouble) -> Span:
+    """The character after the last token that fits."""
+    previous = trouble.previous
+    if previous is None:
+        return trouble.token.span
+    return previous.span._replace(start=previous.span.end, end=previous.span.end + 1)
+
+
+def _here(trouble: Trouble) -> Span:
+    return _after(trouble) if trouble.token.type == "$END" else trouble.token.span
+
+
+def _opened(trouble: Trouble) -> Token | None:
+    """The word or name that the next `end` would close."""
+    stack = trouble.stack
+    for position in range(len(stack) - 1, 0, -1):
+        item, before = stack[position], stack[position - 1]
+        token = trouble.tokens[item.first]
+        if item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS"):
+            return token
+        if item.symbol in _BLOCKS and token.text == _BLOCKS[item.symbol]:
+            return token
+    return None
+
+
+def _open_bracket(trouble: Trouble) -> Token | None:
+    for item in reversed(trouble.stack):
+        if item.symbol in ("LPAR", "LSQB", "LBRACE"):
+            return trouble.tokens[item.first]
+    return None
+
+
+def _open_symbols(trouble: Trouble) -> set[str]:
+    """The symbols since the last bracket, comma or boundary."""
+    symbols: set[str] = set()
+    for item in reversed(trouble.stack):
+        if item.symbol in ("LPAR", "LSQB", "LBRACE", "COMMA", "SEMICOLON", "EQUAL", "ASSIGN"):
+            break
+        if item.symbol in ("AND", "OR", "PLUS", "SIGN", "TIMES", "EACH_TIMES") and not symbols:
+            break
+        symbols.add(item.symbol)
+    return symbols
+
+
+def _inside(trouble: Trouble, symbol: str) -> bool:
+    return any(item.symbol == symbol for item in trouble.stack)

@@ -1,0 +1,226 @@
+"""Finds every syntax error of a text, each once, by repairing and reading on.
+
+In:   list[Token]        the tokens of a text that the parser refused
+Out:  list[Diagnostic]   its errors in source order
+
+Where a token does not fit, small repairs are tried (a token put in, left out or
+replaced); the one after which most of the following tokens fit both names the
+error (`hints`) and lets the reading go on. Where none helps, the text up to the
+next `;` or section is skipped.
+
+Example:
+
+    x = 1           put in `;`      "expected `;` after the equation"
+    y := 2;         `=` for `:=`    "an equation is written with `=`"
+
+Needs:     a text that is wrong; a right one gives no error.
+Promises:  reads each token a bounded number of times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.parse.automaton import Automaton, Stack
+from planarc.parse.hints import Repair, Trouble, explain
+from planarc.parse.lexer import MAX_ERRORS, Token
+from planarc.parse.machine import Machine
+
+#: Tokens after a repair that are looked at, and how many of them have to fit.
+_AHEAD = 8
+_ENOUGH = 3
+#: Places tried when text is skipped.
+_MAX_SKIPS = 300
+
+_BOUNDARIES = frozenset(
+    {"SEMICOLON", "EQUATION", "ALGORITHM", "PUBLIC", "PROTECTED", "THEN", "ELSE", "LOOP"}
+)
+_RESTARTS = frozenset({"EQUATION", "ALGORITHM", "INITIAL_SECTION", "PUBLIC", "PROTECTED", "END"})
+_BLOCKS = ("IF", "FOR", "WHEN", "WHILE")
+_NUMBERS = frozenset({"INTEGER", "REAL"})
+
+#: What is put in, most likely first.
+_INSERTED: tuple[tuple[str, ...], ...] = (
+    *(("SEMICOLON",), ("COMMA",), ("RPAR",), ("RSQB",), ("RBRACE",), ("THEN",), ("LOOP",)),
+    *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
+)
+_INSERTED_LAST: tuple[tuple[str, ...], ...] = (
+    ("IDENT",),
+    ("LPAR",),
+    *((block, "SEMICOLON", "END") for block in _BLOCKS),
+)
+_INSERTED_LAST += tuple(("END", block, "SEMICOLON") for block in _BLOCKS)
+
+
+class _Place(NamedTuple):
+    """Where a statement, equation or declaration begins."""
+
+    stack: Stack
+    at: int
+
+
+def find_errors(
+    machine: Machine, start: str, tokens: list[Token], lexical: list[Diagnostic]
+) -> list[Diagnostic]:
+    automaton = Automaton(machine, start)
+    kinds = [token.type for token in tokens]
+    errors: list[Diagnostic] = []
+    stack, at = automaton.begin, 0
+    begin = _Place(stack, at)
+    while at < len(tokens) and len(errors) < MAX_ERRORS:
+        if kinds[at - 1] == "END" and kinds[at] == "IDENT" and at:
+            stack = _compare_names(automaton, stack, tokens, at, errors)
+        following = automaton.shift(stack, kinds[at], at)
+        if following is not None:
+            stack = following
+            at += 1
+            if kinds[at - 1] in _BOUNDARIES:
+                begin = _Place(stack, at)
+            continue
+        trouble = Trouble(automaton, machine.terminals, stack, tokens, at, begin.at)
+        repair = _choose(trouble, kinds, begin) or _skip(trouble, kinds)
+        error = explain(trouble, repair)
+        if not (errors and error.code == errors[-1].code == "P113"):  # once for a section
+            errors.append(error)
+        if repair is None or kinds[at] == "$END":
+            break
+        stack, at = repair.stack, repair.at
+        begin = _Place(stack, at)
+    return _without_echo(errors, lexical, tokens)
+
+
+def _choose(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
+    """The repair after which most tokens fit."""
+    automaton, at = trouble.automaton, trouble.at
+    known = _misspelt_elseif(trouble, kinds, begin) or _other_section(trouble, kinds, begin)
+    if known is not None:
+        return known
+    best: Repair | None = None
+    best_score = 0
+    for inserted, dropped in _candidates(trouble):
+        stack: Stack | None = trouble.stack
+        for kind in inserted:
+            stack = automaton.shift(stack, kind, at) if stack else None
+        if stack is None:
+            continue
+        ahead = kinds[at + dropped : at + dropped + _AHEAD]
+        score = automaton.advance(stack, ahead)
+        enough = 1 if inserted == ("SEMICOLON",) and trouble.on_new_line else _ENOUGH
+        if score < min(enough, len(ahead)) and kinds[at] != "$END":
+            continue
+        if score > best_score:
+            best, best_score = Repair(inserted, dropped, stack, at + dropped), score
+    return best
+
+
+def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
+    """What to put in, and how many tokens to leave out."""
+    token, previous = trouble.token, trouble.previous
+    if previous and previous.type in _NUMBERS and token.type in ("IDENT", "LPAR"):
+        yield ("TIMES",), 0
+    for inserted in _INSERTED:
+        yield inserted, 0
+    if token.type == "$END":
+        return
+    for wrong, right in (("ASSIGN", "EQUAL"), ("EQUAL", "ASSIGN"), ("EQUAL", "RELATION")):
+        if token.type == wrong:
+            yield (right,), 1
+    if token.text in trouble.terminals.keywords:
+        yield ("IDENT",), 1
+    if previous and previous.type == "END":
+        for block in (*_BLOCKS, "IDENT"):
+            yield (block,), 1
+    yield ("TIMES",), 0
+    yield (), 1
+    for inserted in _INSERTED_LAST:
+        yield inserted, 0
+
+
+def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
+    word = trouble.tokens[begin.at]
+    if begin.at != trouble.at - 1 or word.text.lower() not in ("elif", "elsif", "elseif"):
+        return None
+    stack = trouble.automaton.shift(begin.stack, "ELSEIF", begin.at)
+    return Repair(("ELSEIF",), 0, stack, trouble.at) if stack else None
+
+
+def _other_section(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
+    """An equation among the declarations, or a declaration among the equations."""
+    automaton = trouble.automaton
+    read = trouble.at - begin.at
+    following = kinds[begin.at : begin.at + read + _ENOUGH]
+    among_declarations = automaton.shift(begin.stack, "PARAMETER", begin.at) is not None
+    for section in ("EQUATION", "ALGORITHM") if among_declarations else ("PUBLIC",):
+        stack = automaton.shift(begin.stack, section, begin.at)
+        if not stack or automaton.advance(stack, following) < len(following):
+            continue
+        if among_declarations:
+            return Repair((section,), 0, stack, begin.at)
+        ended = kinds.index("SEMICOLON", trouble.at) if "SEMICOLON" in kinds[trouble.at :] else 0
+        return Repair((section,), ended + 1 - begin.at, begin.stack, ended + 1) if ended else None
+    return None
+
+
+def _skip(trouble: Trouble, kinds: list[str]) -> Repair | None:
+    """Go on after the next `;` or at the next section, in the innermost place that fits."""
+    tried = 0
+    for at in range(trouble.at + 1, len(kinds)):
+        if kinds[at - 1] != "SEMICOLON" and kinds[at] not in _RESTARTS:
+            continue
+        ahead = kinds[at : at + _ENOUGH]
+        for size in range(len(trouble.stack), 0, -1):
+            stack = trouble.stack[:size]
+            if trouble.automaton.advance(stack, ahead) == len(ahead):
+                return Repair((), at - trouble.at, stack, at)
+        tried += 1
+        if tried > _MAX_SKIPS:
+            break
+    return None
+
+
+def _compare_names(
+    automaton: Automaton, stack: Stack, tokens: list[Token], at: int, errors: list[Diagnostic]
+) -> Stack:
+    """`end B` has to name the innermost class; if it names an outer one, an `end` is missing."""
+    opened = [
+        tokens[item.first]
+        for before, item in pairwise(stack)
+        if item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
+    ]
+    found = tokens[at]
+    if not opened or automaton.shift(stack, "IDENT", at) is None:
+        return stack
+    while opened and opened[-1].text != found.text:
+        name = opened.pop()
+        related = (Related(f"`{name.text}` begins here", name.span),)
+        closed = automaton.shift(stack, "IDENT", at)
+        ended = automaton.shift(closed, "SEMICOLON", at) if closed else None
+        again = automaton.shift(ended, "END", at) if ended else None
+        if again is None or all(outer.text != found.text for outer in opened):
+            message = f"`end {found.text}` does not match `{name.text}`"
+            hint = f"write `end {name.text}`"
+            errors.append(Diagnostic("P102", message, found.span, hint=hint, related=related))
+            break
+        message = f"missing `end {name.text};` before `end {found.text}`"
+        errors.append(Diagnostic("P112", message, found.span, related=related))
+        stack = again
+    return stack
+
+
+def _without_echo(
+    errors: list[Diagnostic], lexical: list[Diagnostic], tokens: list[Token]
+) -> list[Diagnostic]:
+    """Without those that only follow from an unreadable character or an open string."""
+    lines = {e.span.line for e in lexical if e.span}
+    cut_short = any(e.span and e.span.end >= tokens[-2].span.end for e in lexical if tokens[1:])
+    kept = []
+    for error in errors:
+        if error.span is None or error.span.line in lines:
+            continue
+        if cut_short and error.span.start >= tokens[-2].span.end:
+            continue
+        kept.append(error)
+    return kept
