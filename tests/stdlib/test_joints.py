@@ -1,0 +1,73 @@
+"""Joints: closed forms, reactions, signs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+Run = Callable[..., Any]
+
+
+@pytest.mark.parametrize("axis", ["{1, 0}", "{3, 0}"])
+def test_a_block_slides_down_an_incline(run: Run, axis: str) -> None:
+    result = run(
+        f"""
+  Parts.FixedRotation incline(angle=-0.5);
+  Joints.Prismatic slide(n={axis}, s(start=0.2, fixed=true), v(start=1, fixed=true));
+  Parts.Body block(m=2, I=0.1);
+equation
+  connect(world.frame_b, incline.frame_a);
+  connect(incline.frame_b, slide.frame_a);
+  connect(slide.frame_b, block.frame_a);
+"""
+    )
+    t, slope, weight = result.time, 9.81 * np.sin(0.5), 2 * 9.81
+    s = 0.2 + t + slope / 2 * t**2
+    np.testing.assert_allclose(result["slide.s"], s, atol=1e-8)
+    np.testing.assert_allclose(result["slide.a"], slope, atol=1e-9)
+    # The ground carries the normal force, and its moment about the foot of the slide.
+    normal = weight * np.cos(0.5) * np.array([np.sin(0.5), np.cos(0.5)])
+    np.testing.assert_allclose(result["slide.frame_a.f[1]"], normal[0], atol=1e-8)
+    np.testing.assert_allclose(result["slide.frame_a.f[2]"], normal[1], atol=1e-8)
+    np.testing.assert_allclose(result["slide.frame_a.t"], weight * np.cos(0.5) * s, atol=1e-7)
+
+
+def test_a_hinge_passes_force_and_no_torque(run: Run) -> None:
+    result = run(
+        """
+  Joints.Revolute hinge(phi(start=-0.4, fixed=true), w(start=3, fixed=true));
+  Parts.Body rod(m=2, I=0.1, r_CM={0.5, 0});
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+"""
+    )
+    np.testing.assert_allclose(result["hinge.frame_a.t"], 0, atol=1e-12)
+    for i, gravity in ((1, 0.0), (2, 9.81)):
+        force = 2 * (result[f"rod.a_CM[{i}]"] + gravity)
+        np.testing.assert_allclose(result[f"hinge.frame_a.f[{i}]"], force, atol=1e-7)
+
+
+def test_mirroring_a_double_pendulum_mirrors_its_motion(run: Run) -> None:
+    def swing(side: int) -> Any:
+        return run(
+            f"""
+  Joints.Revolute a(phi(start=-1.5707963267948966 + {side}*0.9, fixed=true), w(fixed=true));
+  Joints.Revolute b(phi(start={side}*0.5, fixed=true), w(fixed=true));
+  Parts.BodyShape upper(r={{0.5, 0}}, r_CM={{0.2, {side}*0.1}}, m=1.5, I=0.03);
+  Parts.BodyShape lower(r={{0.6, 0}}, r_CM={{0.3, {side}*0.05}}, m=1, I=0.03);
+equation
+  connect(world.frame_b, a.frame_a);
+  connect(a.frame_b, upper.frame_a);
+  connect(upper.frame_b, b.frame_a);
+  connect(b.frame_b, lower.frame_a);
+"""
+        )
+
+    left, right = swing(-1), swing(1)
+    np.testing.assert_allclose(left["b.phi"], -right["b.phi"], atol=1e-7)
+    np.testing.assert_allclose(left["lower.frame_b.r[1]"], -right["lower.frame_b.r[1]"], atol=1e-7)
+    np.testing.assert_allclose(left["a.frame_a.f[2]"], right["a.frame_a.f[2]"], atol=1e-5)

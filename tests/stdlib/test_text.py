@@ -1,0 +1,98 @@
+"""The library's files: all parse, lie where their names say, and describe what they declare."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from planarc.core.resources import stdlib
+from planarc.ir import syntax
+from planarc.parse.parser import parse_annotation, parse_file
+
+ROOT = stdlib()
+FILES = sorted(ROOT.rglob("*.pmo"))
+NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
+
+#: Mathematical functions and constants have no unit.
+PHYSICAL = [p for p in FILES if p.parts[len(ROOT.parts)] != "Modelica" and "Frames" not in p.parts]
+
+each_file = pytest.mark.parametrize("path", FILES, ids=NAMES)
+
+
+@cache
+def tree(path: Path) -> syntax.StoredDefinition:
+    return parse_file(path)
+
+
+def classes(cls: syntax.ClassDef) -> Iterator[syntax.ClassDef]:
+    yield cls
+    for element in elements(cls):
+        if isinstance(element, syntax.ClassDef):
+            yield from classes(element)
+
+
+def elements(cls: syntax.ClassDef) -> tuple[syntax.Element, ...]:
+    return cls.body.elements if isinstance(cls.body, syntax.Composition) else ()
+
+
+@each_file
+def test_a_file_holds_the_class_of_its_name_at_its_place(path: Path) -> None:
+    stored = tree(path)
+    folder = path.parent.relative_to(ROOT).parts
+    is_package = path.stem == "package"
+    assert [cls.name for cls in stored.classes] == [folder[-1] if is_package else path.stem]
+    assert (stored.within or ()) == (folder[:-1] if is_package else folder)
+
+
+@each_file
+def test_annotations_are_well_formed(path: Path) -> None:
+    for cls in classes(tree(path).classes[0]):
+        components = (e for e in elements(cls) if isinstance(e, syntax.Component))
+        for owner in (cls, *components):
+            if owner.annotation is not None:
+                parse_annotation(owner.annotation)
+
+
+@each_file
+def test_classes_and_public_components_are_described(path: Path) -> None:
+    undescribed = []
+    for cls in classes(tree(path).classes[0]):
+        is_short_type = cls.kind is syntax.ClassKind.TYPE and "Units" in path.parts
+        if not cls.comment and not is_short_type:
+            undescribed.append(cls.name)
+        for e in elements(cls):
+            if isinstance(e, syntax.Component) and not e.prefixes.protected and not e.comment:
+                undescribed.append(f"{cls.name}.{e.name}")
+    assert not undescribed
+
+
+@each_file
+def test_switches_are_described_as_truths(path: Path) -> None:
+    for cls in classes(tree(path).classes[0]):
+        for e in elements(cls):
+            if isinstance(e, syntax.Component) and str(e.type) == "Boolean":
+                assert e.comment.startswith("= true, if "), e.name
+
+
+@pytest.mark.parametrize("path", PHYSICAL, ids=[p.stem for p in PHYSICAL])
+def test_real_quantities_have_a_unit(path: Path) -> None:
+    for cls in classes(tree(path).classes[0]):
+        for e in elements(cls):
+            if isinstance(e, syntax.Component) and str(e.type) == "Real" and e.name != "color":
+                arguments = e.modification.arguments if e.modification else ()
+                named = [a.name for a in arguments if isinstance(a, syntax.ElementModification)]
+                assert ("unit",) in named, e.name
+
+
+@pytest.mark.parametrize(
+    "folder", sorted({p.parent for p in FILES if p.stem == "package"}), ids=lambda p: p.name
+)
+def test_package_order_lists_the_folder(folder: Path) -> None:
+    listed = (folder / "package.order").read_text(encoding="utf-8").split()
+    stored = {p.stem for p in folder.glob("*.pmo") if p.stem != "package"}
+    stored |= {p.parent.name for p in folder.glob("*/package.pmo")}
+    assert len(listed) == len(set(listed))
+    assert set(listed) == stored
