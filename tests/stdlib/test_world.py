@@ -60,9 +60,7 @@ def test_a_model_may_bring_its_own_gravity(run: Run) -> None:
 
 
 @pytest.mark.parametrize("angle", [0.7, 2.5])
-def test_the_motion_does_not_depend_on_how_the_whole_model_is_turned(
-    run: Run, angle: float
-) -> None:
+def test_turning_the_whole_model_changes_nothing(run: Run, angle: float) -> None:
     def swing(turn: float) -> Any:
         c, s = np.cos(turn), np.sin(turn)
         return run(
