@@ -76,6 +76,11 @@ FUNCTIONS: Mapping[str, Callable[..., float]] = {
 }
 
 
+#: Longer sums and products stay whole inside others: taking a chain of them apart again
+#: and again would cost the square of its length.
+_MERGED = 256
+
+
 class Expr:
     """A node. Made by `Exprs` only; never changed."""
 
@@ -171,7 +176,7 @@ class Exprs:
             term, factor = stack.pop()
             if term.op is Op.CONST:
                 constant += factor * term.data
-            elif term.op is Op.ADD:
+            elif term.op is Op.ADD and len(term.args) <= _MERGED:
                 stack.extend((t, factor) for t in reversed(term.args))
             elif term.op is Op.NEG:
                 stack.append((term.args[0], -factor))
@@ -219,7 +224,7 @@ class Exprs:
             factor = stack.pop()
             if factor.op is Op.CONST:
                 number *= factor.data
-            elif factor.op is Op.MUL:
+            elif factor.op is Op.MUL and len(factor.args) <= _MERGED:
                 stack.extend(reversed(factor.args))
             elif factor.op is Op.NEG:
                 number = -number
@@ -532,6 +537,8 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
             return f"{function}{marks}({', '.join(a for a, _ in args)})", 9
         case Op.DIV:
             return f"{bound(0, 6)}/{bound(1, 7)}", 6
+        case Op.MUL if args[0][0].startswith("-"):  # -2*a needs no parentheses
+            return "*".join([args[0][0], *(bound(i, 6) for i in range(1, len(args)))]), 5
         case _:
             sign, strength = _OPERATORS[e.op]
             tighter = strength + (e.op in (Op.POW, Op.LESS, Op.LESS_EQUAL, Op.EQUAL))
