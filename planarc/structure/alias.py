@@ -1,0 +1,260 @@
+"""Alias elimination: variables that are another variable, its derivative, or constant.
+
+In:   Dae           continuous variables and equations as `lower` made them
+Out:  Elimination   the variables and equations that remain, and what the others are
+
+    a = b    a = -b    0 = a + b        one variable, maybe with a sign
+    v = der(x)                          v is the first derivative of x, so that
+    a = der(v)                          a is the second one
+    x = p*sin(q)    2*x = 3             constant while running (parameters only)
+
+Equations may become such when others have been put in (0 = f1 + f2 and f2 = 0), so
+equations wait in a queue and come back when one of their variables has vanished.
+
+Example: the hinge that turns a rod in the ground.
+
+    base.phi = 0;  rod.phi = base.phi + rev.phi;  rev.w = der(rev.phi)
+        base.phi -> 0,  rod.phi -> rev.phi,  rev.w -> der(rev.phi)
+
+Of two names the one of higher StateSelect stays, then a public one, then the first.
+
+Needs:     scalar equations; parameters and discrete variables are told by name.
+Promises:  nothing is divided by what may vanish, and no curved equation is solved;
+           near-linear time in the number of equations.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from planarc.ir.dae import Dae
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder
+from planarc.ir.sorted import Alias
+from planarc.structure.linear import Contents, coefficients, solve_affine
+from planarc.structure.signs import Signs
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """An equation that remains, in the symbols that remain."""
+
+    index: int  # of the equation in the Dae
+    left: Expr
+    right: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Elimination:
+    kept: tuple[str, ...]  # variables that remain, in declaration order
+    live: tuple[Live, ...]
+    vanished: tuple[int, ...]  # equations that came to 0 = 0: they follow from others
+    aliases: tuple[Alias, ...]
+    rewrite: Substitution  # any expression of the Dae in the symbols that remain
+
+
+def eliminate_aliases(dae: Dae, signs: Signs) -> Elimination:
+    search = _Search(dae, signs)
+    search.run()
+    rewrite = search.substitution()
+    live = []
+    vanished = []
+    for i, equation in enumerate(dae.equations):
+        if i in search.spent:
+            continue
+        left, right = rewrite(equation.left), rewrite(equation.right)
+        if dae.table.sub(left, right) is dae.table.zero:
+            vanished.append(i)
+        else:
+            live.append(Live(i, left, right))
+    kept = tuple(v.name for v in dae.variables if search.forest.is_root(v.name))
+    return Elimination(kept, tuple(live), tuple(vanished), search.aliases(), rewrite)
+
+
+class Forest:
+    """What each name stands for: sign * (root differentiated `shift` times), or a value."""
+
+    def __init__(self, table: Exprs) -> None:
+        self._table = table
+        self._parent: dict[str, tuple[int, str, int]] = {}
+        self._value: dict[str, Expr] = {}
+
+    def is_root(self, name: str) -> bool:
+        return name not in self._parent and name not in self._value
+
+    def find(self, name: str) -> tuple[int, str, int]:
+        """(sign, root, shift) of a name; shortens the path on the way."""
+        trail = []
+        while name in self._parent:
+            trail.append(name)
+            name = self._parent[name][1]
+        sign, shift = 1, 0
+        for child in reversed(trail):
+            own_sign, _, own_shift = self._parent[child]
+            sign, shift = sign * own_sign, shift + own_shift
+            self._parent[child] = (sign, name, shift)
+        return sign, name, shift
+
+    def resolve(self, symbol: Expr) -> Expr:
+        sign, root, shift = self.find(symbol.name)
+        order = symbol.order + shift
+        if root in self._value:
+            found = self._table.zero if order else self._value[root]
+        else:
+            found = self._table.symbol(root, order)
+        return found if sign > 0 else self._table.neg(found)
+
+    def join(self, name: str, sign: int, root: str, shift: int) -> None:
+        """The root `name` is sign * der^shift(root)."""
+        self._parent[name] = (sign, root, shift)
+
+    def settle(self, name: str, value: Expr) -> None:
+        self._value[name] = value
+
+
+class _Search:
+    def __init__(self, dae: Dae, signs: Signs) -> None:
+        self.table = dae.table
+        self.signs = signs
+        self.forest = Forest(dae.table)
+        self.names = [v.name for v in dae.variables]
+        self.key = {v.name: (-v.state_select, v.protected, i) for i, v in enumerate(dae.variables)}
+        self.contents = Contents(self.key.__contains__)
+        self.parameters = {p.name for p in dae.parameters}
+        self.numbers = {
+            self.table.symbol(p.name): p.value
+            for p in dae.parameters
+            if p.value.is_const and not p.settable
+        }
+        inline = Substitution(self.table, self.numbers)
+        self.residuals = [self.table.sub(inline(e.left), inline(e.right)) for e in dae.equations]
+        self.spent: set[int] = set()  # equations that made an alias
+        self.reason: dict[str, int] = {}  # which equation eliminated a name
+        self.uses: dict[str, list[int]] = {name: [] for name in self.key}
+
+    def run(self) -> None:
+        for i, residual in enumerate(self.residuals):
+            for name in {s.name: None for s in self.contents.ordered(residual)}:
+                self.uses[name].append(i)
+        self.queue = deque(range(len(self.residuals)))
+        self.queued = [True] * len(self.residuals)
+        while self.queue:
+            i = self.queue.popleft()
+            self.queued[i] = False
+            if i not in self.spent:
+                self._refresh(i)
+                self._classify(i)
+
+    def _refresh(self, i: int) -> None:
+        """Put in what has become known of the variables of an equation."""
+        residual = self.residuals[i]
+        changed = {}
+        for symbol in self.contents.ordered(residual):
+            found = self.forest.resolve(symbol)
+            if found is not symbol:
+                changed[symbol] = found
+        if changed:
+            self.residuals[i] = Substitution(self.table, changed)(residual)
+
+    def _classify(self, i: int) -> None:
+        unknowns = self.contents.ordered(self.residuals[i])
+        if len(unknowns) == 1:
+            self._try_constant(i, unknowns[0])
+        elif len(unknowns) == 2:
+            self._try_pair(i, *unknowns)
+
+    def _try_constant(self, i: int, symbol: Expr) -> None:
+        residual = self.residuals[i]
+        if symbol.order:
+            return
+        factor = coefficients(self.table, self.contents, residual)[symbol]
+        if factor is None or not self.signs.never_zero(factor):
+            return
+        value = solve_affine(self.table, self.contents, residual, self.table.zero, symbol, factor)
+        if not self._is_constant(value):
+            return
+        self.forest.settle(symbol.name, value)
+        self._spend(i, symbol.name)
+
+    def _is_constant(self, value: Expr) -> bool:
+        """Only parameters: it stays the same while running, events included."""
+        return not any(
+            e.op in (Op.TIME, Op.PRE, Op.EVENT)
+            or (e.op is Op.SYMBOL and e.name not in self.parameters)
+            for e in postorder((value,))
+        )
+
+    def _try_pair(self, i: int, a: Expr, b: Expr) -> None:
+        sign = self._pair_sign(self.residuals[i], a, b)
+        if not sign or a.name == b.name:
+            return
+        if a.order and b.order:
+            return
+        if a.order or (not b.order and self.key[a.name] < self.key[b.name]):
+            a, b = b, a
+        self.forest.join(a.name, sign, b.name, b.order)
+        self.uses[b.name].extend(self.uses[a.name])
+        self._spend(i, a.name)
+
+    def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
+        """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
+        if residual.op is not Op.ADD or len(residual.args) != 2:
+            return 0
+        factors = {}
+        for term in residual.args:
+            number, symbol = 1.0, term
+            if symbol.op is Op.NEG:
+                number, symbol = -1.0, symbol.args[0]
+            if symbol.op is Op.MUL and len(symbol.args) == 2 and symbol.args[0].is_const:
+                number, symbol = number * symbol.args[0].data, symbol.args[1]
+            factors[symbol] = number
+        if factors.keys() != {a, b} or abs(factors[a]) != abs(factors[b]):
+            return 0
+        return -1 if factors[a] == factors[b] else 1
+
+    def _spend(self, i: int, name: str) -> None:
+        """Equation i has eliminated a name: whatever holds that name is looked at again."""
+        self.spent.add(i)
+        self.reason[name] = i
+        for j in self.uses[name]:
+            if not self.queued[j] and j not in self.spent:
+                self.queued[j] = True
+                self.queue.append(j)
+
+    def substitution(self) -> Substitution:
+        mapping = dict(self.numbers)
+        for e in list(self.table.all):
+            if e.op is Op.SYMBOL and e.name in self.key:
+                found = self.forest.resolve(e)
+                if found is not e:
+                    mapping[e] = found
+        return Substitution(self.table, mapping)
+
+    def aliases(self) -> tuple[Alias, ...]:
+        found = []
+        for name in self.names:
+            if self.forest.is_root(name):
+                continue
+            target = self.forest.resolve(self.table.symbol(name))
+            sign = 1
+            if (
+                target.op is Op.NEG
+                and target.args[0].op is Op.SYMBOL
+                and (target.args[0].name in self.key)
+            ):
+                target, sign = target.args[0], -1
+            found.append(Alias(name, target, sign, self.reason[name]))
+        return tuple(found)
+
+
+def orders_needed(
+    elimination: Elimination, contents: Contents, other: Sequence[Expr]
+) -> dict[str, int]:
+    """How often a kept variable must at least be differentiated, for aliases and `other`."""
+    least = dict.fromkeys(elimination.kept, 0)
+    targets = [a.target for a in elimination.aliases]
+    for expression in (*targets, *other):
+        for symbol in contents(expression):
+            least[symbol.name] = max(least[symbol.name], symbol.order)
+    return least

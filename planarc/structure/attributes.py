@@ -1,0 +1,145 @@
+"""What the user said of each symbol that remains: start, fixed, StateSelect, name.
+
+In:   Dae, Elimination
+Out:  one `Attributes` for each kept symbol that some variable of the model stands for
+
+An alias set may have said several things. The highest StateSelect wins. Of the start
+values a fixed one wins, then a written one, then that of higher StateSelect, then the
+first; it carries the sign of its variable. `v = der(x)` makes the start of `v` that
+of the symbol der(x), and `v` the name that the user knows it by.
+
+Promises:  two `fixed` values that disagree, in an alias set or with a constant, are
+           an error that names both lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.source import Span
+from planarc.ir.dae import Dae, Variable
+from planarc.ir.expr import Expr, Exprs, symbol_text, text
+from planarc.ir.flat import StateSelect
+from planarc.structure.alias import Elimination
+from planarc.structure.numbers import ParameterNumbers
+
+
+@dataclass(frozen=True, slots=True)
+class Attributes:
+    display: str
+    select: StateSelect
+    start: Expr | None
+    start_written: bool
+    fixed: bool
+    nominal: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class _Member:
+    variable: Variable
+    sign: int
+    place: int  # in the order of declaration
+
+    def start(self, table: Exprs) -> Expr | None:
+        if self.variable.start is None or self.sign > 0:
+            return self.variable.start
+        return table.neg(self.variable.start)
+
+
+def merge_attributes(
+    dae: Dae, elimination: Elimination, numbers: ParameterNumbers
+) -> dict[Expr, Attributes]:
+    table = dae.table
+    targets = {a.name: (a.target, a.sign) for a in elimination.aliases}
+    kept = set(elimination.kept)
+    sets: dict[Expr, list[_Member]] = {}
+    wrong: list[Diagnostic] = []
+    for place, variable in enumerate(dae.variables):
+        target, sign = targets.get(variable.name, (table.symbol(variable.name), 1))
+        if target.is_symbol and target.name in kept:
+            sets.setdefault(target, []).append(_Member(variable, sign, place))
+        elif variable.fixed:
+            wrong.extend(_check_constant(variable, target, sign, table, numbers))
+    merged = {}
+    for symbol, members in sets.items():
+        wrong.extend(_check_fixed(members, table, numbers))
+        merged[symbol] = _merge(symbol, members, table)
+    if wrong:
+        raise PlanarcError(wrong)
+    return merged
+
+
+def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
+    by_start = sorted(
+        members,
+        key=lambda m: (
+            not m.variable.fixed,
+            not m.variable.start_written,
+            m.variable.start is None,
+            -m.variable.state_select,
+            m.place,
+        ),
+    )
+    by_name = sorted(
+        (m for m in members if m.sign > 0),
+        key=lambda m: (
+            m.variable.name != symbol.name,
+            -m.variable.state_select,
+            m.variable.protected,
+            m.place,
+        ),
+    )
+    first = by_start[0].variable
+    nominals = (m.variable.nominal for m in (*by_name, *members))
+    shown = by_name[0].variable if by_name else None
+    return Attributes(
+        display=shown.name if shown else symbol_text(symbol.name, symbol.order),
+        select=max(m.variable.state_select for m in members),
+        start=by_start[0].start(table),
+        start_written=first.start_written,
+        fixed=first.fixed,
+        nominal=next((n for n in nominals if n is not None), None),
+        span=first.span if first.fixed or first.start_written else (shown or first).span,
+    )
+
+
+def _check_fixed(
+    members: list[_Member], table: Exprs, numbers: ParameterNumbers
+) -> Iterable[Diagnostic]:
+    fixed = [m for m in members if m.variable.fixed]
+    for other in fixed[1:]:
+        first = fixed[0]
+        a, b = first.start(table) or table.zero, other.start(table) or table.zero
+        if numbers.differ(a, b):
+            sign = "-" if first.sign != other.sign else ""
+            yield Diagnostic(
+                "S304",
+                f"`{first.variable.name}` and `{other.variable.name}` are held at starts that "
+                f"disagree: `{first.variable.name} = {sign}{other.variable.name}`, but "
+                f"{_held(first.variable)} and {_held(other.variable)}",
+                other.variable.span,
+                hint="remove `fixed=true` from one of them",
+                related=(Related(f"`{first.variable.name}` is held here", first.variable.span),),
+            )
+
+
+def _check_constant(
+    variable: Variable, target: Expr, sign: int, table: Exprs, numbers: ParameterNumbers
+) -> Iterable[Diagnostic]:
+    start = variable.start or table.zero
+    value = target if sign > 0 else table.neg(target)
+    if numbers.differ(start, value):
+        yield Diagnostic(
+            "S305",
+            f"`{variable.name}` is held at {_held(variable)}, but the equations make it "
+            f"{text(value)}",
+            variable.span,
+            hint="remove `fixed=true`, or give it the value that the equations say",
+        )
+
+
+def _held(variable: Variable) -> str:
+    return f"start = {text(variable.start)}" if variable.start is not None else "start = 0"

@@ -1,0 +1,98 @@
+"""Discrete equations in order of evaluation.
+
+In:   Dae        its discrete equations, of Boolean, Integer and discrete Real unknowns
+Out:  Assignment for each, after those that it needs
+
+Example: b = a and u;  a = x > 1    ->    a := x > 1;  b := a and u
+
+pre(x) is known at an event, so it makes no order. Variables that only when-clauses set
+are known, too.
+
+Promises:  a loop over discrete variables, an equation that cannot be solved for a
+           discrete variable, or two equations for one, are errors that name them.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.ir.dae import Dae, Equation
+from planarc.ir.expr import Expr, Exprs, Substitution, text
+from planarc.ir.sorted import Assignment
+from planarc.structure.blocks import sort_blocks
+from planarc.structure.linear import Contents, coefficients, solve_affine
+from planarc.structure.matching import match_equations
+from planarc.structure.signs import Signs
+
+
+def sort_discrete(
+    dae: Dae, rewrite: Substitution, signs: Signs, first: int
+) -> tuple[Assignment, ...]:
+    """`first` is the number of the first discrete equation among all equations."""
+    table = dae.table
+    names = {v.name: i for i, v in enumerate(dae.discretes)}
+    contents = Contents(names.__contains__)
+    sides = [(rewrite(e.left), rewrite(e.right)) for e in dae.discrete_equations]
+    solved = [_solutions(table, contents, signs, left, right) for left, right in sides]
+    rows = [[names[s.name] for s in options] for options in solved]
+    matching = match_equations(rows, len(names))
+    if matching.exposed:
+        raise PlanarcError([_unsolvable(dae.discrete_equations[e]) for e in matching.exposed])
+    values = [
+        solved[e][table.symbol(dae.discretes[v].name)] for e, v in enumerate(matching.variable)
+    ]
+    needs = [
+        [e for s in contents.ordered(value) if (e := matching.equation[names[s.name]]) >= 0]
+        for value in values
+    ]
+    steps = []
+    for block in sort_blocks(needs):
+        e = block[0]
+        target = dae.discretes[matching.variable[e]].name
+        if len(block) > 1 or e in needs[e]:
+            raise PlanarcError(
+                _loop(dae, block, [dae.discretes[matching.variable[e]].name for e in block])
+            )
+        steps.append(Assignment(table.symbol(target), values[e], first + e))
+    return tuple(steps)
+
+
+def _solutions(
+    table: Exprs, contents: Contents, signs: Signs, left: Expr, right: Expr
+) -> dict[Expr, Expr]:
+    """What an equation can be solved for, with the values; left = right comes first."""
+    options = {}
+    for a, b in ((left, right), (right, left)):
+        if a.is_symbol and contents(a) and a not in contents(b):
+            options[a] = b
+    if options:
+        return options
+    residual = table.sub(left, right)
+    for symbol, factor in sorted(coefficients(table, contents, residual).items()):
+        if factor is not None and signs.never_zero(factor):
+            options[symbol] = solve_affine(table, contents, left, right, symbol, factor)
+    return options
+
+
+def _text(equation: Equation) -> str:
+    return f"`{text(equation.left)} = {text(equation.right)}`"
+
+
+def _unsolvable(equation: Equation) -> Diagnostic:
+    return Diagnostic(
+        "S310",
+        f"the discrete equation {_text(equation)} has no variable to be solved for",
+        equation.span,
+        hint="write it as `variable = expression`, once for each discrete variable",
+    )
+
+
+def _loop(dae: Dae, block: list[int], names: list[str]) -> Diagnostic:
+    first, *others = (dae.discrete_equations[e] for e in block)
+    return Diagnostic(
+        "S311",
+        f"discrete variables depend on each other at one instant: "
+        f"{', '.join(f'`{n}`' for n in names)}",
+        first.span,
+        hint="break the loop with `pre(...)`",
+        related=tuple(Related("and in this equation", e.span) for e in others),
+    )

@@ -1,0 +1,88 @@
+"""Derivatives of the equations, as often as index reduction asks for.
+
+In:   Elimination, Offsets
+Out:  Expansion   all equations of the reduced system, each with where it came from
+
+Example: the length of a rod, differentiated twice.
+
+    x*x + y*y = L*L
+    2*x*der(x) + 2*y*der(y) = 0
+    2*der(x)*der(x) + 2*x*der(der(x)) + ... = 0
+
+The user's equations keep their numbers in the Dae; derivatives follow.
+
+Needs:     no equation that is differentiated holds an input: its derivative is not
+           known (an error says so).
+Promises:  parameters and discrete variables are constant between events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.ir.calculus import time_derivative
+from planarc.ir.dae import Dae, Equation
+from planarc.ir.expr import Expr, symbols, text
+from planarc.ir.sorted import SourceEquation
+from planarc.structure.alias import Live
+from planarc.structure.pantelides import Offsets
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """An equation of the reduced system: left = right in kept symbols."""
+
+    index: int  # in Expansion.equations
+    left: Expr
+    right: Expr
+    residual: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    equations: tuple[SourceEquation, ...]
+    forms: tuple[tuple[Form, ...], ...]  # of each live equation: itself, derivatives in order
+
+
+def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expansion:
+    table = dae.table
+    _refuse_inputs(dae, live, offsets)
+    constant = {p.name for p in dae.parameters} | {v.name for v in dae.discretes}
+    derive = time_derivative(table, constant.__contains__)
+    equations = [SourceEquation(e) for e in dae.equations]
+    forms = []
+    for entry, times in zip(live, offsets.differentiated, strict=True):
+        left, right = entry.left, entry.right
+        residual = table.sub(left, right)
+        tower = [Form(entry.index, left, right, residual)]
+        for order in range(1, times + 1):
+            left, right, residual = derive(left), derive(right), derive(residual)
+            source: Equation = replace(dae.equations[entry.index], left=left, right=right)
+            equations.append(SourceEquation(source, tower[-1].index, order))
+            tower.append(Form(len(equations) - 1, left, right, residual))
+        forms.append(tuple(tower))
+    return Expansion(tuple(equations), tuple(forms))
+
+
+def _refuse_inputs(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
+    names = {v.name for v in dae.inputs}
+    if not names:
+        return
+    wrong = []
+    for entry, times in zip(live, offsets.differentiated, strict=True):
+        for symbol in symbols(entry.left, entry.right) if times else ():
+            if symbol.name in names:
+                equation = dae.equations[entry.index]
+                wrong.append(
+                    Diagnostic(
+                        "S306",
+                        f"the derivative of the input `{symbol.name}` is needed: "
+                        f"`{text(equation.left)} = {text(equation.right)}` must be "
+                        "differentiated to find the motion",
+                        equation.span,
+                        hint="give the input through a filter, or prescribe an acceleration",
+                    )
+                )
+    if wrong:
+        raise PlanarcError(wrong)

@@ -1,0 +1,189 @@
+"""How an equation depends on unknowns: coefficients, degrees, the solved form.
+
+An equation may be solved for an unknown by the tree's own rule when it is affine in
+it and the coefficient never vanishes: `0 = a + c*x` gives `x = -a/c`.
+
+Example: 0 = ta + tb - sin(phi)*f + m*(a - g), unknowns ta, phi, f, a
+
+    ta: 1     f: -sin(phi)     a: m     phi: None, not affine
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+
+from planarc.ir.expr import Expr, Exprs, Op, Substitution
+
+_EMPTY: frozenset[Expr] = frozenset()
+_NESTING = 40  # deeper if-expressions count as not affine
+
+
+class Contents:
+    """The unknown symbols below a node, remembered for all nodes of a model."""
+
+    def __init__(self, is_unknown: Callable[[str], bool]) -> None:
+        self._is_unknown = is_unknown
+        self._memo: dict[Expr, frozenset[Expr]] = {}
+
+    def __call__(self, root: Expr) -> frozenset[Expr]:
+        memo = self._memo
+        if root in memo:
+            return memo[root]
+        stack = [root]
+        while stack:
+            e = stack[-1]
+            waiting = [a for a in e.args if a not in memo]
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            if e not in memo:
+                memo[e] = self._of(e)
+        return memo[root]
+
+    def _of(self, e: Expr) -> frozenset[Expr]:
+        if e.op is Op.SYMBOL:
+            return frozenset((e,)) if self._is_unknown(e.name) else _EMPTY
+        inside = _EMPTY
+        for a in e.args:
+            more = self._memo[a]
+            if more and more is not inside:
+                inside = inside | more if inside else more
+        return inside
+
+    def ordered(self, root: Expr) -> list[Expr]:
+        """The same by order of creation."""
+        return sorted(self(root))
+
+
+def coefficients(table: Exprs, contents: Contents, root: Expr) -> dict[Expr, Expr | None]:
+    """The factor of each unknown symbol in `root`; None where it is not affine in it."""
+    found = _coefficients(table, contents, root, 0)
+    return {
+        symbol: None if factor is None or symbol in contents(factor) else factor
+        for symbol, factor in found.items()
+    }
+
+
+def _coefficients(
+    table: Exprs, contents: Contents, root: Expr, depth: int
+) -> dict[Expr, Expr | None]:
+    parts: dict[Expr, list[Expr] | None] = {}
+
+    def curved(symbols: Collection[Expr]) -> None:
+        parts.update(dict.fromkeys(sorted(symbols)))
+
+    stack: list[tuple[Expr, Expr]] = [(root, table.one)]
+    while stack:
+        e, factor = stack.pop()
+        if not contents(e):
+            continue
+        match e.op:
+            case Op.SYMBOL:
+                present = parts.setdefault(e, [])
+                if present is not None:
+                    present.append(factor)
+            case Op.ADD:
+                stack.extend((a, factor) for a in e.args)
+            case Op.NEG:
+                stack.append((e.args[0], table.neg(factor)))
+            case Op.MUL:
+                for i, a in enumerate(e.args):
+                    if contents(a):
+                        stack.append((a, table.mul(factor, *e.args[:i], *e.args[i + 1 :])))
+            case Op.DIV:
+                curved(contents(e.args[1]))
+                stack.append((e.args[0], table.div(factor, e.args[1])))
+            case Op.IF if depth < _NESTING:
+                curved(contents(e.args[0]))
+                for symbol, part in _branches(table, contents, e, depth).items():
+                    present = parts.setdefault(symbol, [])
+                    if part is None:
+                        parts[symbol] = None
+                    elif present is not None:
+                        present.append(table.mul(factor, part))
+            case _:
+                curved(contents(e))
+    return {s: None if p is None else table.add(*p) for s, p in parts.items()}
+
+
+def _branches(table: Exprs, contents: Contents, e: Expr, depth: int) -> dict[Expr, Expr | None]:
+    condition, then, otherwise = e.args
+    a = _coefficients(table, contents, then, depth + 1)
+    b = _coefficients(table, contents, otherwise, depth + 1)
+    merged: dict[Expr, Expr | None] = {}
+    for symbol in (*a, *(s for s in b if s not in a)):
+        x, y = a.get(symbol, table.zero), b.get(symbol, table.zero)
+        merged[symbol] = None if x is None or y is None else table.if_(condition, x, y)
+    return merged
+
+
+def solve_affine(
+    table: Exprs, contents: Contents, left: Expr, right: Expr, unknown: Expr, factor: Expr
+) -> Expr:
+    """The value of `unknown` from left = right; `factor` is its coefficient in left - right."""
+    if left is unknown and factor is table.one and unknown not in contents(right):
+        return right
+    if right is unknown and factor.is_const and factor.data == -1 and unknown not in contents(left):
+        return left
+    residual = table.sub(left, right)
+    rest = _without(table, residual, unknown, factor)
+    if rest is None:
+        rest = Substitution(table, {unknown: table.zero})(residual)
+    if factor.is_const and factor.data == -1:
+        return rest
+    return table.div(table.neg(rest), factor)
+
+
+def _without(table: Exprs, residual: Expr, unknown: Expr, factor: Expr) -> Expr | None:
+    """The sum without its one term factor*unknown, when that stands in it as such."""
+    if residual.op is not Op.ADD:
+        return None
+    term = table.mul(factor, unknown)
+    rest = [a for a in residual.args if a is not term]
+    return table.add(*rest) if len(rest) == len(residual.args) - 1 else None
+
+
+class Degrees:
+    """The degree of expressions in the unknowns of a block: 0, 1 (affine) or 2 (curved)."""
+
+    def __init__(self, unknowns: Mapping[Expr, int]) -> None:
+        self._of_symbol = dict(unknowns)
+        self._memo: dict[Expr, int] = {}
+
+    def define(self, symbol: Expr, value: Expr) -> None:
+        """`symbol` stands for `value` from now on."""
+        self._of_symbol[symbol] = self(value)
+
+    def __call__(self, root: Expr) -> int:
+        memo = self._memo
+        if root in memo:
+            return memo[root]
+        stack = [root]
+        while stack:
+            e = stack[-1]
+            waiting = [a for a in e.args if a not in memo]
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            memo[e] = self._degree(e)
+        return memo[root]
+
+    def _degree(self, e: Expr) -> int:
+        if e.op is Op.SYMBOL:
+            return self._of_symbol.get(e, 0)
+        degrees = [self._memo[a] for a in e.args]
+        highest = max(degrees, default=0)
+        match e.op:
+            case _ if highest == 0:
+                return 0
+            case Op.ADD | Op.NEG:
+                return highest
+            case Op.MUL:
+                return min(sum(degrees), 2)
+            case Op.DIV:
+                return 2 if degrees[1] else degrees[0]
+            case Op.IF:
+                return 2 if degrees[0] else highest
+        return 2

@@ -1,0 +1,96 @@
+"""The stage `structure`: a scalar model is reduced to index 1 and sorted.
+
+Dae -> eliminate_aliases -> check_regular -> reduce_index -> expand_equations
+    -> sort_level (each level below the top) -> sort_top -> SortedDae
+"""
+
+from __future__ import annotations
+
+from planarc.ir.dae import Dae
+from planarc.ir.expr import Expr
+from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
+from planarc.structure.alias import eliminate_aliases, orders_needed
+from planarc.structure.attributes import merge_attributes
+from planarc.structure.discrete import sort_discrete
+from planarc.structure.expand import expand_equations
+from planarc.structure.initial import guess_tears, held_variables, initial_residuals
+from planarc.structure.linear import Contents
+from planarc.structure.numbers import ParameterNumbers
+from planarc.structure.pantelides import reduce_index
+from planarc.structure.report import check_regular
+from planarc.structure.rewrite import expressions_of_rest, rewrite_rest
+from planarc.structure.signs import Signs
+from planarc.structure.states import (
+    check_always,
+    derivatives_of_tears,
+    describe_candidates,
+    sort_level,
+)
+from planarc.structure.system import Systems
+from planarc.structure.top import sort_top
+
+
+def structure(dae: Dae) -> SortedDae:
+    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure."""
+    table = dae.table
+    signs = Signs(dae.parameters)
+    elimination = eliminate_aliases(dae, signs)
+    kept = elimination.kept
+    number = {name: i for i, name in enumerate(kept)}
+    contents = Contents(number.__contains__)
+    signature = [
+        _highest_orders(contents.ordered(table.sub(e.left, e.right)), number)
+        for e in elimination.live
+    ]
+    check_regular(dae, elimination, [[v for v, _ in row] for row in signature])
+    attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
+
+    others = [elimination.rewrite(e) for e in expressions_of_rest(dae)]
+    least = orders_needed(elimination, contents, others)
+    offsets = reduce_index(signature, [least[name] for name in kept])
+    expansion = expand_equations(dae, elimination.live, offsets)
+    systems = Systems(table, contents, signs, expansion, offsets, kept, offsets.active(signature))
+
+    levels: list[Level] = []
+    candidates: list[Candidate] = []
+    favoured: frozenset[Expr] = frozenset()
+    steps: tuple[Step, ...] = ()
+    for height in systems.heights:
+        system = systems.at(height)
+        if height:
+            steps = sort_level(systems, system, attributes, favoured)
+            check_always(steps, attributes, expansion.equations)
+            candidates.extend(describe_candidates(dae, steps, attributes))
+            favoured = derivatives_of_tears(table, steps)
+        else:
+            steps = sort_top(systems, system, offsets.matching, attributes, favoured)
+        levels.append(Level(height, steps))
+
+    first_initial = len(expansion.equations)
+    first_discrete = first_initial + len(dae.initial_equations)
+    return SortedDae(
+        dae=rewrite_rest(dae, elimination.rewrite),
+        equations=(
+            *expansion.equations,
+            *(SourceEquation(e) for e in dae.initial_equations),
+            *(SourceEquation(e) for e in dae.discrete_equations),
+        ),
+        aliases=elimination.aliases,
+        levels=tuple(levels),
+        candidates=tuple(candidates),
+        fixed=held_variables(table, attributes, candidates),
+        guesses=guess_tears(steps, attributes),
+        initial_residuals=initial_residuals(dae, elimination.rewrite, first_initial),
+        discrete=sort_discrete(dae, elimination.rewrite, signs, first_discrete),
+        equations_before=len(dae.equations),
+        equations_after=len(elimination.live),
+    )
+
+
+def _highest_orders(symbols: list[Expr], number: dict[str, int]) -> list[tuple[int, int]]:
+    """The unknowns of an equation, each with its highest order there."""
+    highest: dict[int, int] = {}
+    for s in symbols:
+        v = number[s.name]
+        highest[v] = max(highest.get(v, 0), s.order)
+    return list(highest.items())

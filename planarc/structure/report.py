@@ -1,0 +1,144 @@
+"""What to say of a system that has no solution by its structure.
+
+In:   the live equations, the kept variables and their matching
+Out:  diagnostics S301 (an equation without unknowns), S302 (too many equations in a
+      part), S303 (too few), each with names, texts, components and lines
+
+Example: a frame's angle that nothing determines
+
+    error S303: nothing determines `mass.frame_a.phi`: 1 unknown too many in this part
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.source import NOWHERE, Span
+from planarc.ir.dae import Dae, Equation
+from planarc.ir.expr import text
+from planarc.structure.alias import Elimination
+from planarc.structure.graph import Rows
+from planarc.structure.matching import find_singular_parts, match_equations
+
+_SHOWN = 8  # names and equations listed in one message
+
+
+def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
+    """Raises PlanarcError when equations and unknowns cannot be matched."""
+    _check_empty(dae, elimination, rows)
+    matching = match_equations(rows, len(elimination.kept))
+    if matching.complete and -1 not in matching.equation:
+        return
+    parts = find_singular_parts(rows, len(elimination.kept), matching)
+    found = []
+    if parts.over_equations:
+        found.append(_over(dae, elimination, parts.over_equations, parts.over_variables))
+    if parts.under_variables:
+        found.append(_under(dae, elimination, parts.under_equations, parts.under_variables))
+    raise PlanarcError(found)
+
+
+def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
+    wrong = []
+    for entry, row in zip(elimination.live, rows, strict=True):
+        if not row:
+            equation = dae.equations[entry.index]
+            shown = f"`{text(entry.left)} = {text(entry.right)}`"
+            wrong.append(
+                Diagnostic(
+                    "S301",
+                    f"{_text(equation)} determines nothing: with the other equations it comes "
+                    f"to {shown}{_inside(equation)}",
+                    _span(equation),
+                    hint="remove it, or free a variable that the other equations hold",
+                )
+            )
+    if wrong:
+        raise PlanarcError(wrong)
+
+
+def _over(
+    dae: Dae, elimination: Elimination, equations: Sequence[int], variables: Sequence[int]
+) -> Diagnostic:
+    chosen = [dae.equations[elimination.live[e].index] for e in equations]
+    surplus = len(equations) - len(variables)
+    return Diagnostic(
+        "S302",
+        f"{_count(len(equations), 'equation')} for {_count(len(variables), 'unknown')} "
+        f"({_names([elimination.kept[v] for v in variables])}): {surplus} too many",
+        _span(chosen[-1]),
+        hint=f"remove {'one' if surplus == 1 else surplus} of these equations or connections",
+        related=_listed(chosen),
+    )
+
+
+def _under(
+    dae: Dae, elimination: Elimination, equations: Sequence[int], variables: Sequence[int]
+) -> Diagnostic:
+    names = [elimination.kept[v] for v in variables]
+    spans = {v.name: v.span for v in dae.variables}
+    chosen = [dae.equations[elimination.live[e].index] for e in equations]
+    missing = len(variables) - len(equations)
+    redundant = [dae.equations[i] for i in elimination.vanished]
+    head = (
+        f"nothing determines {_names(names)}"
+        if not equations
+        else (
+            f"{_count(len(equations), 'equation')} for {_count(len(names), 'unknown')} "
+            f"({_names(names)}): {missing} missing"
+        )
+    )
+    related = _listed(chosen) + tuple(
+        Related(f"{_text(e)} says nothing new: it follows from other equations", _span(e))
+        for e in redundant[:_SHOWN]
+    )
+    return Diagnostic(
+        "S303", head, spans[names[0]], hint=_hint(dae, names, redundant), related=related
+    )
+
+
+def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
+    """What in a planar mechanism leaves such an unknown open."""
+    classes = {p.name: p.class_name.rsplit(".", 1)[-1] for p in dae.parts}
+    owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
+    masses = [o for o in owners if classes.get(o) == "PointMass"]
+    if masses:
+        return f"set `fixAngle=true` in `{masses[0]}`, or connect it to a part that turns with it"
+    if redundant and any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names):
+        parts = sorted({e.component for e in redundant if e.component})
+        if parts:
+            listed = ", ".join(f"`{p}`" for p in parts)
+            return f"the constraints of {listed} repeat others: replace one by a freer joint"
+        return "a constraint repeats others: replace one of the joints in the loop by a freer one"
+    if owners:
+        return "give the loose part a mass with inertia, or a joint that holds its angle"
+    return f"add an equation, a connection or a binding for `{names[0]}`"
+
+
+def _listed(equations: Sequence[Equation]) -> tuple[Related, ...]:
+    shown = [Related(f"{_text(e)}{_inside(e)}", _span(e)) for e in equations[:_SHOWN]]
+    if len(equations) > _SHOWN:
+        shown.append(Related(f"and {len(equations) - _SHOWN} more equations"))
+    return tuple(shown)
+
+
+def _text(equation: Equation) -> str:
+    return f"`{text(equation.left)} = {text(equation.right)}`"
+
+
+def _inside(equation: Equation) -> str:
+    return f" (in `{equation.component}`)" if equation.component else ""
+
+
+def _span(equation: Equation) -> Span | None:
+    return None if equation.span is NOWHERE else equation.span
+
+
+def _names(names: Sequence[str]) -> str:
+    shown = ", ".join(f"`{n}`" for n in names[:_SHOWN])
+    return shown + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")

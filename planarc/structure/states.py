@@ -1,0 +1,148 @@
+"""The levels below the top: what is a candidate for a state, and what follows from it.
+
+In:   System      of a level, from the lowest one up
+      Attributes  what the user said of each symbol
+Out:  steps; their tears are the candidates for states
+
+Each level is one tearing problem. Unknowns are torn in this order: StateSelect.always;
+derivatives of candidates of the level below, so that velocities are chosen as positions
+were; then by StateSelect (prefer, default, avoid, never); then those that make most
+equations solvable; then the first. In a mechanism these are the joints' coordinates,
+from the ground outwards; each loop leaves residuals, and the states are the tears less
+the residuals, chosen while running.
+
+Example: a crank-slider with the hinges A, B, C and the slide s
+
+    tear A.phi, B.phi;  frames := ...;  C.phi := ...;  s := ...;  one residual: y = 0
+
+Promises:  `StateSelect.always` is kept, or refused with what the symbol follows from.
+Reference: S. E. Mattsson, G. Soederlind, SIAM J. Sci. Comput. 14(3), 1993, 677-692
+           (dummy derivatives; here the choice is left to the run).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.ir.dae import Dae
+from planarc.ir.expr import Expr, Exprs, symbol_text
+from planarc.ir.flat import StateSelect
+from planarc.ir.sorted import Assignment, Block, Candidate, SourceEquation, Step
+from planarc.structure.attributes import Attributes
+from planarc.structure.steps import make_steps
+from planarc.structure.system import System, Systems
+from planarc.structure.tearing import tear_system
+
+
+def sort_level(
+    systems: Systems,
+    system: System,
+    attributes: Mapping[Expr, Attributes],
+    favoured: frozenset[Expr],
+) -> tuple[Step, ...]:
+    """`favoured` are the derivatives of the candidates of the level below."""
+    rank = [_rank(symbol, attributes, favoured) for symbol in system.unknowns]
+    torn = tear_system([s.row() for s in system.equations], rank)
+    return make_steps(systems, system, torn)
+
+
+def _rank(symbol: Expr, attributes: Mapping[Expr, Attributes], favoured: frozenset[Expr]) -> int:
+    select = select_of(symbol, attributes)
+    if select is StateSelect.ALWAYS:
+        return 0
+    if symbol in favoured and select is not StateSelect.NEVER:
+        return 1
+    return 1 + int(StateSelect.ALWAYS) - int(select)
+
+
+def select_of(symbol: Expr, attributes: Mapping[Expr, Attributes]) -> StateSelect:
+    found = attributes.get(symbol)
+    return found.select if found else StateSelect.DEFAULT
+
+
+def derivatives_of_tears(table: Exprs, steps: Sequence[Step]) -> frozenset[Expr]:
+    return frozenset(table.der(t) for s in steps if isinstance(s, Block) for t in s.tears)
+
+
+def describe_candidates(
+    dae: Dae, steps: Sequence[Step], attributes: Mapping[Expr, Attributes]
+) -> tuple[Candidate, ...]:
+    spans = {v.name: v.span for v in dae.variables}
+    found = []
+    for step in steps:
+        for symbol in step.tears if isinstance(step, Block) else ():
+            a = attributes.get(symbol)
+            if a is None:
+                a = Attributes(
+                    symbol_text(symbol.name, symbol.order),
+                    StateSelect.DEFAULT,
+                    None,
+                    False,
+                    False,
+                    None,
+                    spans[symbol.name],
+                )
+            found.append(
+                Candidate(
+                    symbol,
+                    a.display,
+                    a.select,
+                    a.start,
+                    a.start_written,
+                    a.fixed,
+                    a.nominal,
+                    a.span,
+                )
+            )
+    return tuple(found)
+
+
+def check_always(
+    steps: Sequence[Step],
+    attributes: Mapping[Expr, Attributes],
+    equations: Sequence[SourceEquation],
+) -> None:
+    """A symbol with StateSelect.always is a candidate, and its block has states enough."""
+    wrong = []
+    for step in steps:
+        if isinstance(step, Assignment):
+            wrong.extend(_check_assigned(step, attributes, equations))
+            continue
+        always = [t for t in step.tears if select_of(t, attributes) is StateSelect.ALWAYS]
+        if len(always) > step.free:
+            names = ", ".join(f"`{attributes[t].display}`" for t in always)
+            wrong.append(
+                Diagnostic(
+                    "S308",
+                    f"{names} cannot all be states: only {step.free} of them "
+                    f"{'is' if step.free == 1 else 'are'} independent",
+                    attributes[always[-1]].span,
+                    hint="take `StateSelect.always` away from the others",
+                    related=tuple(
+                        Related("this equation ties them", equations[r.equation].span)
+                        for r in step.residuals
+                    ),
+                )
+            )
+        for a in step.inner:
+            wrong.extend(_check_assigned(a, attributes, equations))
+    if wrong:
+        raise PlanarcError(wrong)
+
+
+def _check_assigned(
+    step: Assignment, attributes: Mapping[Expr, Attributes], equations: Sequence[SourceEquation]
+) -> list[Diagnostic]:
+    if select_of(step.target, attributes) is not StateSelect.ALWAYS:
+        return []
+    a = attributes[step.target]
+    return [
+        Diagnostic(
+            "S307",
+            f"`{a.display}` has `StateSelect.always`, but follows from other variables",
+            a.span,
+            hint="use `StateSelect.prefer`, or take `always` away from what it follows from",
+            related=(Related("from this equation", equations[step.equation].span),),
+        )
+    ]

@@ -1,0 +1,109 @@
+"""One level of the reduced system: equations and unknowns that belong together.
+
+At height h below the top stand the equations that are differentiated at least h times,
+h derivatives short of their last, and the unknowns likewise. Lower orders of the
+unknowns are known there, from the levels below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from planarc.ir.expr import Expr, Exprs
+from planarc.structure.expand import Expansion, Form
+from planarc.structure.linear import Contents, coefficients, solve_affine
+from planarc.structure.pantelides import Offsets
+from planarc.structure.signs import Signs
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    """An equation with its unknowns and, for those it can be solved for, the factor."""
+
+    form: Form
+    unknowns: tuple[int, ...]  # numbers in System.unknowns
+    factors: Mapping[int, Expr]
+    solved: Mapping[int, Expr]  # other closed forms, by the algebraist
+
+    def row(self) -> list[tuple[int, bool]]:
+        return [(v, v in self.factors or v in self.solved) for v in self.unknowns]
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    height: int
+    unknowns: tuple[Expr, ...]
+    equations: tuple[Scalar, ...]
+    live: tuple[int, ...]  # numbers of the equations among the live ones
+    variables: tuple[int, ...]  # numbers of the unknowns among the kept ones
+
+
+class Systems:
+    """Makes the level systems; the factors of an equation serve all its derivatives."""
+
+    def __init__(
+        self,
+        table: Exprs,
+        contents: Contents,
+        signs: Signs,
+        expansion: Expansion,
+        offsets: Offsets,
+        names: tuple[str, ...],
+        active: list[list[int]],
+    ) -> None:
+        self._table = table
+        self._contents = contents
+        self._signs = signs
+        self._expansion = expansion
+        self._offsets = offsets
+        self._names = names
+        self._active = active
+        self._factors: dict[tuple[int, int], dict[Expr, Expr | None]] = {}
+
+    @property
+    def heights(self) -> range:
+        """From the lowest level up to the top."""
+        return range(max(self._offsets.highest, default=0), -1, -1)
+
+    def at(self, height: int) -> System:
+        d, c = self._offsets.highest, self._offsets.differentiated
+        chosen = [v for v in range(len(d)) if d[v] >= height]
+        number = {v: i for i, v in enumerate(chosen)}
+        unknowns = tuple(self._table.symbol(self._names[v], d[v] - height) for v in chosen)
+        live = tuple(e for e in range(len(c)) if c[e] >= height)
+        equations = tuple(self._scalar(e, c[e] - height, number) for e in live)
+        return System(height, unknowns, equations, live, tuple(chosen))
+
+    def solve(self, scalar: Scalar, v: int, symbol: Expr) -> Expr:
+        """The value of unknown v (`symbol`) from an equation that can be solved for it."""
+        if v in scalar.solved:
+            return scalar.solved[v]
+        form, factor = scalar.form, scalar.factors[v]
+        return solve_affine(self._table, self._contents, form.left, form.right, symbol, factor)
+
+    def _scalar(self, e: int, order: int, number: Mapping[int, int]) -> Scalar:
+        form = self._expansion.forms[e][order]
+        factors = {}
+        for v in self._active[e]:
+            factor = self._factor(e, order, v)
+            if factor is not None and self._signs.never_zero(factor):
+                factors[number[v]] = factor
+        unknowns = tuple(number[v] for v in self._active[e])
+        return Scalar(form, unknowns, factors, {})
+
+    def _factor(self, e: int, order: int, v: int) -> Expr | None:
+        """The factor of unknown v; derivatives are affine in it even where e is not."""
+        own = self._offsets.highest[v] - self._offsets.differentiated[e]
+        plain = self._of(e, 0).get(self._table.symbol(self._names[v], own))
+        if plain is not None or not order:
+            return plain
+        return self._of(e, 1).get(self._table.symbol(self._names[v], own + 1))
+
+    def _of(self, e: int, order: int) -> dict[Expr, Expr | None]:
+        found = self._factors.get((e, order))
+        if found is None:
+            residual = self._expansion.forms[e][order].residual
+            found = coefficients(self._table, self._contents, residual)
+            self._factors[e, order] = found
+        return found

@@ -1,0 +1,78 @@
+"""The top level: accelerations, forces and all other algebraic unknowns.
+
+In:   System, of as many equations as unknowns, and their matching
+Out:  steps, each block with as many tears as residuals
+
+The equations are put into block lower triangular form. An equation alone in its block
+that can be solved becomes an assignment. A larger block is torn: the derivatives of
+candidates first (in a mechanism the joints' accelerations, from which motion and
+inertia forces follow outwards), then the unknown that makes most equations solvable (a
+cut force of each loop); the residuals are the joints' force laws and the loops'
+closing conditions, linear in the tears.
+
+Example: pendulum    der(w) torn, a := ..., f := m*(a - g), residual I*der(w) - ...
+
+Needs:     a complete matching.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planarc.ir.expr import Expr
+from planarc.ir.sorted import Step
+from planarc.structure.attributes import Attributes
+from planarc.structure.blocks import sort_blocks
+from planarc.structure.matching import Matching
+from planarc.structure.steps import make_steps
+from planarc.structure.system import Scalar, System, Systems
+from planarc.structure.tearing import tear_system
+
+
+def sort_top(
+    systems: Systems,
+    system: System,
+    matching: Matching,
+    attributes: Mapping[Expr, Attributes],
+    favoured: frozenset[Expr],
+) -> tuple[Step, ...]:
+    solver = matching.equation
+    needs = [
+        [solver[v] for v in scalar.unknowns if solver[v] != e]
+        for e, scalar in enumerate(system.equations)
+    ]
+    steps: list[Step] = []
+    for block in sort_blocks(needs):
+        part = _part(system, block, matching)
+        rank = [_rank(symbol, attributes, favoured) for symbol in part.unknowns]
+        torn = tear_system([s.row() for s in part.equations], rank)
+        steps.extend(make_steps(systems, part, torn))
+    return tuple(steps)
+
+
+def _rank(symbol: Expr, attributes: Mapping[Expr, Attributes], favoured: frozenset[Expr]) -> int:
+    return 0 if symbol in favoured else 1
+
+
+def _part(system: System, block: list[int], matching: Matching) -> System:
+    """The equations of a block, in the unknowns that they are matched with."""
+    variables = sorted(matching.variable[e] for e in block)
+    number = {v: i for i, v in enumerate(variables)}
+    equations = []
+    for e in block:
+        s = system.equations[e]
+        equations.append(
+            Scalar(
+                s.form,
+                tuple(number[v] for v in s.unknowns if v in number),
+                {number[v]: f for v, f in s.factors.items() if v in number},
+                {number[v]: f for v, f in s.solved.items() if v in number},
+            )
+        )
+    return System(
+        system.height,
+        tuple(system.unknowns[v] for v in variables),
+        tuple(equations),
+        tuple(system.live[e] for e in block),
+        tuple(system.variables[v] for v in variables),
+    )
