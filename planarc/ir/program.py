@@ -44,6 +44,15 @@ Statement: TypeAlias = Let | Solve
 
 
 @dataclass(frozen=True, slots=True)
+class Tangent:
+    """One column of a Jacobian as statements: `entries[i]` is that of residual i."""
+
+    seeds: tuple[Expr, ...]  # a temporary for each tear
+    body: tuple[Let, ...]
+    entries: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class BlockCode:
     """A torn block as code.
 
@@ -51,6 +60,11 @@ class BlockCode:
     computes d(residual i)/d(tear j), inner assignments put in, as (i, j, value) with
     its own temporaries, valid after `body` ran. `height` > 0: `tears` are candidates
     with the indices `first .. first + len(tears)` and `free` of them are states.
+
+    The first `inner` statements of `body` give every unknown of the block; the others
+    only the residuals. A large block has no `jacobian` but a `tangent`: run
+    `jacobian_body` once, then the tangent for each column j with seed j = 1, all
+    other seeds 0.
     """
 
     height: int
@@ -62,6 +76,8 @@ class BlockCode:
     linear: bool
     equations: tuple[int, ...]  # of the residuals, into Program.equations
     first: int = -1
+    inner: int = 0
+    tangent: Tangent | None = None
 
     @property
     def free(self) -> int:
@@ -200,6 +216,7 @@ class Program:
     discrete: tuple[Statement, ...]
     equations: tuple[EquationInfo, ...]
     initial_equations: tuple[EquationInfo, ...] = ()
+    guesses: tuple[tuple[int, int], ...] = ()  # of tears of the top: (slot, slot of start)
     functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
     parts: tuple[Part, ...] = ()
@@ -253,6 +270,7 @@ class Kernel(Protocol):
 
     w: MutableSequence[float]
     failed_block: int
+    failed_equation: int  # index in Program.equations, or -1, after a negative return
 
     def parameters(self) -> int:
         """Run the list `parameters`."""

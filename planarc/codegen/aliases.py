@@ -1,0 +1,83 @@
+"""Writes every formula in the symbols that are computed.
+
+In:   the aliases of the sorted model
+Out:  `Aliases`, which rewrites expressions, messages and actions
+
+Example, with the aliases  w = der(phi),  frame.f = -force:
+
+    assert(w < 10)       ->  assert(der(phi) < 10)
+    reinit(w, -e*w)      ->  reinit(der(phi), -e*der(phi))
+    frame.f*2            ->  -force*2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from planarc.ir.calculus import time_derivative
+from planarc.ir.dae import (
+    Action,
+    Assertion,
+    Dae,
+    Message,
+    Reinit,
+    Relation,
+    Sampler,
+    SetDiscrete,
+    Terminate,
+)
+from planarc.ir.expr import Expr, Op, Substitution, symbols
+from planarc.ir.sorted import Alias
+
+
+class Aliases:
+    """The aliases by name, and rewriting by them."""
+
+    def __init__(self, dae: Dae, aliases: Iterable[Alias]) -> None:
+        self._table = dae.table
+        self._by_name = {a.name: a for a in aliases}
+        constant = {p.name for p in dae.parameters} | {d.name for d in dae.discretes}
+        self._differentiate = time_derivative(dae.table, constant.__contains__)
+
+    def target(self, symbol: Expr) -> Expr:
+        """The computed expression that a symbol stands for."""
+        sign, e = 1, symbol
+        while e.op is Op.SYMBOL and e.name in self._by_name:
+            alias = self._by_name[e.name]
+            sign *= alias.sign
+            order, e = e.order, alias.target
+            for _ in range(order):  # der(x) of x = der(y) is der(der(y))
+                e = self._differentiate(e)
+        return e if sign > 0 else self._table.neg(e)
+
+    def __call__(self, root: Expr) -> Expr:
+        found = {s: self.target(s) for s in symbols(root) if s.name in self._by_name}
+        return Substitution(self._table, found)(root) if found else root
+
+    def message(self, message: Message) -> Message:
+        return Message(
+            tuple(p if isinstance(p, str) else (self(p[0]), p[1]) for p in message.parts)
+        )
+
+    def assertion(self, a: Assertion) -> Assertion:
+        return Assertion(self(a.condition), self.message(a.message), a.warning, a.component, a.span)
+
+    def action(self, action: Action) -> Action:
+        match action:
+            case SetDiscrete():
+                return SetDiscrete(action.name, self(action.value), action.span)
+            case Assertion():
+                return self.assertion(action)
+            case Terminate():
+                return Terminate(self.message(action.message), action.span)
+            case Reinit():
+                symbol, value = self.target(action.symbol), self(action.value)
+                if symbol.op is Op.NEG:
+                    symbol, value = symbol.args[0], self._table.neg(value)
+                return Reinit(symbol, value, action.span)
+
+    def relation(self, r: Relation) -> Relation:
+        return Relation(self(r.zero), r.strict, r.time_only, r.text, r.span)
+
+    def sampler(self, s: Sampler) -> Sampler:
+        return Sampler(self(s.start), self(s.interval), s.span)

@@ -1,0 +1,242 @@
+"""A program as Python text: the readable form, and the reference for the native one.
+
+In:   Program
+Out:  one module of six functions over the workspace `w` (a list of floats):
+
+    parameters(t, w, blocks)   levels(...)   rest(...)   initial(...)   roots(...)   discrete(...)
+
+Example, the velocity of a slider in a loop (block 1, one residual):
+
+    block = blocks[1]
+    tears = block.start(t)
+    while True:
+        der_rev_phi, der_slide_s = tears
+        if block.done:
+            break
+        tears = block.step((p3*der_rev_phi - der_slide_s,), ((p3, -1.0),))
+
+`blocks[k]` holds the numbers of Newton's method (`solve.kernels.numpy_block`): `start`
+gives the tears, `step` takes residuals and Jacobian and gives better tears, and after
+the last step the unknowns are computed once more. The comment of a line names the
+unknown and the equation (`e12`) that it came from.
+
+Promises:  only names made by `names.Names` and numbers; no text of the user is code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from planarc.codegen.numpy.formulas import evaluated_always, formula, is_hidden, is_truth
+from planarc.codegen.numpy.names import Names, comment
+from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+
+Parts = Sequence[tuple[str, tuple[Statement, ...]]]  # with titles
+
+
+def source(program: Program) -> str:
+    """The Python text of a program."""
+    names = Names()
+    always = _evaluated_always(program)
+    lines = [
+        f"# {comment(program.name)}: {program.state_count} states, {program.size} values in w.",
+        "# Made by planarc. Angles in rad, all other quantities in SI units.",
+    ]
+    top = len(program.levels) - 1
+    levels = [
+        (f"level {top - i}" if i < top else "top level", statements)
+        for i, statements in enumerate(program.levels)
+    ]
+    zeros = [r.zero for r in program.relations]
+    sections: tuple[tuple[str, str, Parts, Sequence[Expr]], ...] = (
+        ("parameters", "Dependent parameters and start values.", [("", program.parameters)], ()),
+        ("levels", "From the states to their derivatives.", levels, ()),
+        ("rest", "What only results need.", [("", program.rest)], ()),
+        (
+            "initial",
+            "Residuals of the initial equations.",
+            [("", program.initial)],
+            program.initial_residuals,
+        ),
+        ("roots", "Zero functions of the relations.", [("", program.roots)], zeros),
+        ("discrete", "One pass of the discrete equations.", [("", program.discrete)], ()),
+    )
+    for name, title, parts, results in sections:
+        lines += ["", "", f"def {name}(t, w, blocks):", f'    """{title}"""']
+        lines += _Section(program, names, always, parts).lines(results)
+    return "\n".join(lines) + "\n"
+
+
+def _lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]:
+    """All assignments, those of blocks included."""
+    for s in statements:
+        if isinstance(s, Let):
+            yield s
+        else:
+            code = program.blocks[s.block]
+            yield from (*code.body, *code.jacobian_body)
+            if code.tangent is not None:
+                yield from code.tangent.body
+
+
+def _evaluated_always(program: Program) -> set[Expr]:
+    lists = (program.parameters, *program.levels, program.rest, program.initial)
+    lets = [let for s in (*lists, program.roots, program.discrete) for let in _lets(program, s)]
+    wanted = [*program.initial_residuals, *(r.zero for r in program.relations)]
+    for code in program.blocks:
+        wanted += [*code.residuals, *(value for _, _, value in code.jacobian)]
+        if code.tangent is not None:
+            wanted += code.tangent.entries
+    return evaluated_always(lets, wanted)
+
+
+class _Section:
+    """One function of the text."""
+
+    def __init__(self, program: Program, names: Names, always: set[Expr], parts: Parts) -> None:
+        self._program = program
+        self._names = names
+        self._always = always
+        self._parts = parts
+        self._slots = program.slots
+        self._defined: dict[Expr, None] = {}
+
+    def lines(self, results: Sequence[Expr]) -> list[str]:
+        body: list[str] = []
+        for title, statements in self._parts:
+            if title:
+                body.append(f"    # {title}")
+            for s in statements:
+                body += [self._let(s, "    ")] if isinstance(s, Let) else self._solve(s)
+        head = self._loads(results)
+        tail = self._stores()
+        if results:
+            tail.append(f"    return {_tuple(self._names(r) for r in results)}")
+        return [*head, *body, *tail] or ["    pass"]
+
+    # Workspace
+
+    def _loads(self, results: Sequence[Expr]) -> list[str]:
+        """Every stored value that the function reads and does not compute, by slot."""
+        statements = [s for _, part in self._parts for s in part]
+        roots = [let.value for let in _lets(self._program, statements)] + list(results)
+        read = {
+            self._slots[text(e)]: e
+            for e in postorder(roots)
+            if e.op in (Op.SYMBOL, Op.PRE, Op.EVENT)
+            and e not in self._defined
+            and text(e) in self._slots
+        }
+        return [f"    {self._leaf(e)} = w[{slot}]" for slot, e in sorted(read.items())]
+
+    def _stores(self) -> list[str]:
+        """What the function computed goes back, runs of slots at once."""
+        stored = sorted((self._slots[text(e)], e) for e in self._defined if text(e) in self._slots)
+        lines = []
+        run: list[tuple[int, Expr]] = []
+        for slot, e in stored:
+            if run and slot != run[-1][0] + 1:
+                lines.append(self._store(run))
+                run = []
+            run.append((slot, e))
+        return [*lines, self._store(run)] if run else lines
+
+    def _store(self, run: list[tuple[int, Expr]]) -> str:
+        names = ", ".join(self._names(e) for _, e in run)
+        first, last = run[0][0], run[-1][0]
+        place = f"w[{first}]" if first == last else f"w[{first}:{last + 1}]"
+        return f"    {place} = {names}"
+
+    # Statements
+
+    def _leaf(self, e: Expr) -> str:
+        if e.op is Op.TIME:
+            return "t"
+        return self._names(e)
+
+    def _let(self, let: Let, indent: str) -> str:
+        target = let.target
+        careful = is_hidden(target) and target not in self._always
+        right = formula(let.value, self._leaf, careful=careful)
+        if is_truth(let.value) and text(target) in self._slots:
+            right = f"1.0 if {right} else 0.0"
+        self._defined[target] = None
+        line = f"{indent}{self._names(target)} = {right}"
+        if is_hidden(target) and let.equation is None:
+            return line
+        note = "" if let.equation is None else f"e{let.equation} "
+        return f"{line}  # {note}{'' if is_hidden(target) else comment(text(target))}".rstrip()
+
+    def _solve(self, statement: Solve) -> list[str]:
+        code = self._program.blocks[statement.block]
+        self._defined.update((tear, None) for tear in code.tears)
+        if not code.residuals:
+            return [*self._states(statement, code), *(self._let(s, "    ") for s in code.body)]
+        tears = ", ".join(self._names(tear) for tear in code.tears)
+        inner, outer = code.body[: code.inner], code.body[code.inner :]
+        kind = "linear" if code.linear else "nonlinear"
+        equations = ", ".join(f"e{e}" for e in code.equations)
+        indent = " " * 8
+        return [
+            f"    # block {statement.block}, {kind}: {_count(code)}; residuals {equations}",
+            f"    block = blocks[{statement.block}]",
+            "    tears = block.start(t)",
+            "    while True:",
+            f"{indent}{tears}{',' if len(code.tears) == 1 else ''} = tears",
+            *(self._let(s, indent) for s in inner),
+            f"{indent}if block.done:",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in (*outer, *code.jacobian_body)),
+            *self._step(code, indent),
+        ]
+
+    def _states(self, statement: Solve, code: BlockCode) -> list[str]:
+        names = ", ".join(comment(text(tear)) for tear in code.tears)
+        lines = [f"    # block {statement.block}: states {names}"]
+        for tear in code.tears:
+            lines.append(f"    {self._names(tear)} = w[{self._slots[text(tear)]}]")
+        return lines
+
+    def _step(self, code: BlockCode, indent: str) -> list[str]:
+        residuals = _tuple(self._names(r) for r in code.residuals)
+        if code.tangent is not None:
+            return [
+                *self._columns(code, indent),
+                f"{indent}tears = block.step_columns({residuals}, columns)",
+            ]
+        rows: list[list[str]] = [["0.0"] * len(code.tears) for _ in code.residuals]
+        for i, j, value in code.jacobian:
+            rows[i][j] = formula(value, self._leaf)
+        lines = [f"{indent}tears = block.step("]
+        lines.append(f"{indent}    {residuals},")
+        lines.append(f"{indent}    (")
+        lines += [f"{indent}        {_tuple(row)}," for row in rows]
+        return [*lines, f"{indent}    ),", f"{indent})"]
+
+    def _columns(self, code: BlockCode, indent: str) -> list[str]:
+        """The Jacobian column by column."""
+        assert code.tangent is not None
+        n, seeds = len(code.tears), ", ".join(self._names(s) for s in code.tangent.seeds)
+        deeper = indent + "    "
+        self._defined.update((s, None) for s in code.tangent.seeds)
+        entries = _tuple(formula(e, self._leaf) for e in code.tangent.entries)
+        return [
+            f"{indent}columns = []",
+            f"{indent}for column in range({n}):",
+            f"{deeper}seeds = [0.0]*{n}",
+            f"{deeper}seeds[column] = 1.0",
+            f"{deeper}{seeds}{',' if n == 1 else ''} = seeds",
+            *(self._let(s, deeper) for s in code.tangent.body),
+            f"{deeper}columns.append({entries})",
+        ]
+
+
+def _tuple(parts: Iterable[str]) -> str:
+    found = list(parts)
+    return f"({found[0]},)" if len(found) == 1 else f"({', '.join(found)})"
+
+
+def _count(code: BlockCode) -> str:
+    tears = f"{len(code.tears)} tear{'s' if len(code.tears) > 1 else ''}"
+    return f"{tears}, {code.free} free" if code.height else tears

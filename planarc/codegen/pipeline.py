@@ -1,0 +1,80 @@
+"""Code generation: a sorted model becomes a program of statements over a workspace.
+
+In:   SortedDae
+Out:  Program
+
+Example, a pendulum: m*L^2*der(w) = -m*g*L*sin(phi), der(phi) = w
+
+    parameters    start(phi), start(der(phi)); $p1 := m*g*L, $p2 := m*L^2
+    level 1       states phi, der(phi)
+    level 0       der(der(phi)) := -$p1*sin(phi)/$p2
+    rest          what only results show
+
+Needs:     the promises of `structure` (ir.sorted).
+Promises:  `ir.programcheck.check` finds nothing to complain of; the same input gives the
+           same program, number for number.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.sections import write_sections
+from planarc.codegen.tables import Tables
+from planarc.ir.expr import text
+from planarc.ir.program import EquationInfo, Program
+from planarc.ir.sorted import SortedDae, SourceEquation
+
+
+def generate(sorted: SortedDae) -> Program:
+    """The program of a sorted model."""
+    sections = write_sections(sorted)
+    tables = Tables(sorted, sections)
+    dae = sorted.dae
+    return Program(
+        name=dae.name,
+        table=dae.table,
+        size=sections.layout.size,
+        slots=sections.layout.slots,
+        columns=tables.columns(),
+        parameter_slots=tables.parameters(),
+        candidates=tables.candidates(),
+        fixed=tables.fixed(),
+        discretes=tables.discretes(),
+        relations=tables.relations(),
+        samplers=tables.samplers(),
+        whens=tables.whens(),
+        assertions=tuple(sections.aliases.assertion(a) for a in dae.assertions),
+        blocks=sections.blocks,
+        parameters=sections.parameters,
+        levels=sections.levels,
+        rest=sections.rest,
+        initial=sections.initial,
+        initial_residuals=sections.initial_residuals,
+        roots=sections.roots,
+        discrete=sections.discrete,
+        equations=tuple(_info(e) for e in sorted.equations),
+        initial_equations=_initial_infos(sorted),
+        guesses=tables.guesses(),
+        functions=dae.functions,
+        visuals=dae.visuals,
+        parts=dae.parts,
+        experiment=dae.experiment,
+        equations_before=sorted.equations_before,
+        equations_after=sorted.equations_after,
+        description=dae.description,
+    )
+
+
+def _info(source: SourceEquation) -> EquationInfo:
+    equation = source.equation
+    return EquationInfo(
+        f"{text(equation.left)} = {text(equation.right)}", equation.span, equation.component
+    )
+
+
+def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:
+    """In the order of `Program.initial_residuals`."""
+    infos = []
+    for r in sorted.initial_residuals:
+        equation = sorted.dae.initial_equations[r.equation]
+        infos.append(_info(SourceEquation(equation)))
+    return tuple(infos)

@@ -1,0 +1,95 @@
+"""Which steps the right-hand side runs, which only results need, which never change.
+
+In:   the levels of the sorted model; what the derivatives and the zero functions need
+Out:  `Reach`: constant steps, the steps of `levels`, those of `rest`
+
+Example: with the states phi, der(phi) and nothing that asks for `power`
+
+    L2 = L*L             constant
+    f  = m*g*sin(phi)    level
+    der(der(phi)) = f/L2 level
+    power = f*der(phi)   rest
+
+Needs:     steps stand in the order of evaluation.
+Promises:  order is kept; every step is in exactly one of the three parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from planarc.ir.expr import Expr, Op, postorder, symbols
+from planarc.ir.sorted import Assignment, Block, Level, Step
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    constant: tuple[Assignment, ...]
+    levels: tuple[tuple[Step, ...], ...]
+    rest: tuple[Step, ...]
+
+
+def split_steps(
+    levels: Iterable[Level], parameters: Iterable[str], derivatives: Iterable[Expr]
+) -> Reach:
+    """`derivatives`: the symbols that the right-hand side must give."""
+    names = set(parameters)
+    constant: list[Assignment] = []
+    moving: list[list[Step]] = []
+    for level in levels:
+        moving.append([])
+        for step in level.steps:
+            if isinstance(step, Assignment) and is_constant(step.value, names):
+                constant.append(step)
+                if step.target.order == 0:
+                    names.add(step.target.name)
+            else:
+                moving[-1].append(step)
+    kept = _needed(moving, set(derivatives))
+    return Reach(
+        tuple(constant),
+        tuple(tuple(s for s in steps if id(s) in kept) for steps in moving),
+        tuple(s for steps in moving for s in steps if id(s) not in kept),
+    )
+
+
+def is_constant(value: Expr, parameters: set[str]) -> bool:
+    """Whether parameters alone make the value."""
+    return all(
+        e.args or e.is_const or (e.op is Op.SYMBOL and e.order == 0 and e.name in parameters)
+        for e in postorder((value,))
+    )
+
+
+def needed_steps(steps: Iterable[Step], wanted: Iterable[Expr]) -> tuple[Step, ...]:
+    """The steps that the wanted symbols need, in their order."""
+    steps = tuple(steps)
+    kept = _needed([list(steps)], set(wanted), always=False)
+    return tuple(s for s in steps if id(s) in kept)
+
+
+def defined(step: Step) -> tuple[Expr, ...]:
+    """The symbols that a step computes."""
+    if isinstance(step, Assignment):
+        return (step.target,)
+    return (*step.tears, *(a.target for a in step.inner))
+
+
+def values(step: Step) -> tuple[Expr, ...]:
+    """The formulas of a step."""
+    if isinstance(step, Assignment):
+        return (step.value,)
+    return (*(a.value for a in step.inner), *(r.value for r in step.residuals))
+
+
+def _needed(levels: list[list[Step]], wanted: set[Expr], *, always: bool = True) -> set[int]:
+    """The steps, by identity, that the wanted symbols need, and all that find states."""
+    kept: set[int] = set()
+    for steps in reversed(levels):
+        for step in reversed(steps):
+            finds_states = always and isinstance(step, Block) and step.free > 0
+            if finds_states or not wanted.isdisjoint(defined(step)):
+                kept.add(id(step))
+                wanted.update(symbols(*values(step)))
+    return kept

@@ -1,0 +1,172 @@
+"""The tables of a program: what a slot means to a user and to the solver.
+
+In:   SortedDae and the sections written from it
+Out:  the columns of the result, parameters, candidates, discrete values, relations
+
+Result columns: all variables in the order of their declaration, then derivatives of
+candidates, discrete variables, inputs, parameters and constants.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.sections import Sections
+from planarc.ir.dae import Kind, Parameter, Variable
+from planarc.ir.expr import Expr, Op, evaluate, symbol_text
+from planarc.ir.program import (
+    CandidateSlot,
+    Column,
+    DiscreteSlot,
+    FixedSlot,
+    ParameterSlot,
+    RelationSlot,
+    WhenCode,
+)
+from planarc.ir.sorted import Candidate, SortedDae
+
+
+class Tables:
+    def __init__(self, sorted: SortedDae, sections: Sections) -> None:
+        self._sorted = sorted
+        self._dae = sorted.dae
+        self._sections = sections
+        self._layout = sections.layout
+
+    # Columns
+
+    def columns(self) -> tuple[Column, ...]:
+        found: dict[str, Column] = {}
+        for v in self._dae.variables:
+            found[v.name] = self._column(v, *self._home(v.name))
+        for c in self._sorted.candidates:
+            for column in self._derivative_columns(c):
+                found.setdefault(column.name, column)
+        for d in (*self._dae.discretes, *self._dae.inputs):
+            found[d.name] = self._column(d, self._layout[d.name], 1)
+        for p in self._dae.parameters:
+            found[p.name] = self._column(p, self._layout[p.name], 1)
+        return tuple(found.values())
+
+    def _home(self, name: str) -> tuple[int, int]:
+        """Slot and sign of a variable."""
+        e = self._sections.homes.get(name)
+        if e is None:
+            return self._layout[name], 1
+        return (self._layout[e.args[0]], -1) if e.op is Op.NEG else (self._layout[e], 1)
+
+    def _column(self, v: Variable | Parameter, slot: int, sign: int) -> Column:
+        return Column(
+            name=v.name,
+            slot=slot,
+            sign=sign,
+            kind=v.kind,
+            unit=v.unit,
+            description=v.description,
+            constant=slot in self._sections.constant_slots,
+            protected=v.protected,
+            display_unit=v.display_unit,
+        )
+
+    def _derivative_columns(self, c: Candidate) -> list[Column]:
+        slot = self._layout[self._dae.table.der(c.symbol)]
+        names = dict.fromkeys((f"der({c.display})", f"der({c.symbol})"))
+        return [Column(name, slot, 1, Kind.REAL) for name in names]
+
+    # Values that are set or held
+
+    def parameters(self) -> tuple[ParameterSlot, ...]:
+        return tuple(
+            ParameterSlot(
+                name=p.name,
+                slot=self._layout[p.name],
+                kind=p.kind,
+                settable=p.settable,
+                structural=p.structural,
+                unit=p.unit,
+                description=p.description,
+                default=float(evaluate(p.value, _no_leaf)) if p.settable else None,
+                literals=p.literals,
+            )
+            for p in self._dae.parameters
+        )
+
+    def candidates(self) -> tuple[CandidateSlot, ...]:
+        blocks = {
+            tear: i
+            for i, code in enumerate(self._sections.blocks)
+            if code.height
+            for tear in code.tears
+        }
+        return tuple(self._candidate(c, blocks[c.symbol]) for c in self._sorted.candidates)
+
+    def _candidate(self, c: Candidate, block: int) -> CandidateSlot:
+        layout = self._layout
+        return CandidateSlot(
+            name=symbol_text(c.symbol.name, c.symbol.order),
+            display=c.display,
+            slot=layout[c.symbol],
+            derivative=layout[self._dae.table.der(c.symbol)],
+            start=layout[f"start({c.symbol})"],
+            start_written=c.start_written,
+            fixed=c.fixed,
+            select=c.select,
+            nominal=layout[f"nominal({c.symbol})"] if c.nominal is not None else None,
+            block=block,
+            span=c.span,
+        )
+
+    def fixed(self) -> tuple[FixedSlot, ...]:
+        return tuple(
+            FixedSlot(f.display, self._layout[f.symbol], self._start(f.symbol), f.span)
+            for f in self._sorted.fixed
+        )
+
+    def guesses(self) -> tuple[tuple[int, int], ...]:
+        tears: dict[Expr, None] = {}
+        for code in self._sections.blocks:
+            if not code.height:
+                tears.update((tear, None) for tear in code.tears)
+        return tuple((self._layout[tear], self._start(tear)) for tear in tears)
+
+    def _start(self, symbol: Expr) -> int:
+        return self._layout[f"start({symbol})"]
+
+    # Events
+
+    def discretes(self) -> tuple[DiscreteSlot, ...]:
+        at = self._layout
+        return tuple(
+            DiscreteSlot(d.name, d.kind, at[d.name], at[f"pre({d.name})"], at[f"start({d.name})"])
+            for d in self._dae.discretes
+        )
+
+    def relations(self) -> tuple[RelationSlot, ...]:
+        return tuple(
+            RelationSlot(self._layout[f"event[{i}]"], zero, r.strict, r.time_only, r.text, r.span)
+            for i, (r, zero) in enumerate(
+                zip(self._dae.relations, self._sections.zeros, strict=True)
+            )
+        )
+
+    def samplers(self) -> tuple[tuple[int, Expr, Expr], ...]:
+        aliases = self._sections.aliases
+        return tuple(
+            (self._layout[f"$sample[{i}]"], aliases(s.start), aliases(s.interval))
+            for i, s in enumerate(self._dae.samplers)
+        )
+
+    def whens(self) -> tuple[WhenCode, ...]:
+        at, aliases = self._layout, self._sections.aliases
+        return tuple(
+            WhenCode(
+                tuple(
+                    (at[name], at[f"pre({name})"], tuple(aliases.action(a) for a in actions))
+                    for name, actions in when.branches
+                ),
+                when.span,
+            )
+            for when in self._dae.whens
+        )
+
+
+def _no_leaf(e: Expr) -> float:
+    raise AssertionError(f"a settable parameter depends on `{e}`")

@@ -1,0 +1,29 @@
+"""How a block is solved: the rule that both back ends follow, number for number.
+
+Unknowns x: of a block below the top those of its tears that are no states, of a
+block in the top level all tears. They start
+
+    below the top   at the last accepted point, moved along its derivatives:
+                    x0 = x_a + h*x_a' + h^2/2*x_a'', h = t - t_a
+    in the top      at their last accepted values
+
+so that the result depends on time, states and the accepted point alone. A linear
+block takes one Newton step. Others take steps until the last one, relative to
+max(1, |x|), is below `QUADRATIC` (the next would be its square).
+A step that does not lessen the residuals is halved, `HALVINGS` times at most.
+The solve fails (and a smaller step of the integrator may help) when the matrix is
+singular, after too many steps, or below the top when the result lies further than
+`FAR` from where it started.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+QUADRATIC: Final = 1e-7
+HALVINGS: Final = 10
+STEPS_BELOW: Final = 12
+STEPS_TOP: Final = 60
+FAR: Final = 0.5
+#: A pivot that small, relative to the largest entry of its row, makes a matrix singular.
+SINGULAR: Final = 1e-14

@@ -1,0 +1,212 @@
+"""The NumPy back end's kernel: a program's generated text, run on a list of floats."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, MutableSequence, Sequence
+from functools import lru_cache
+from types import CodeType
+from typing import Any
+
+from planarc.ir.program import Program
+from planarc.solve.kernels.numpy_block import Block, UnsolvedError
+from planarc.solve.kernels.numpy_support import NAMESPACE
+
+_FILE = "<planarc numpy>"
+_EQUATION = re.compile(r"# e(\d+)")
+
+
+@lru_cache(maxsize=16)
+def _compiled(source: str) -> CodeType:
+    return compile(source, _FILE, "exec")
+
+
+class NumpyKernel:
+    """See `planarc.ir.program.Kernel`."""
+
+    def __init__(self, program: Program, source: str) -> None:
+        self._program = program
+        self._source = source
+        self.w: MutableSequence[float] = [0.0] * program.size
+        self.failed_block = -1
+        self.failed_equation = -1
+        self._blocks = [Block(i, b, program, self.w) for i, b in enumerate(program.blocks)]
+        self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
+        self._functions: dict[str, Callable[..., Any]] = dict(NAMESPACE)
+        exec(_compiled(source), self._functions)
+        self._levels = self._functions["levels"]
+        self._state_slots: list[int] = []
+        self._derivative_slots: list[int] = []
+        self._started = False
+        for p in program.parameter_slots:
+            if p.default is not None:
+                self.w[p.slot] = p.default
+        self.select(_first_states(program))
+
+    # The protocol
+
+    def parameters(self) -> int:
+        self._started = False
+        return self._run("parameters")[0]
+
+    def select(self, selection: Sequence[int]) -> None:
+        program = self._program
+        chosen = [program.candidates[i] for i in selection]
+        self._state_slots = [c.slot for c in chosen]
+        self._derivative_slots = [c.derivative for c in chosen]
+        for block, code in zip(self._blocks, program.blocks, strict=True):
+            if code.height:
+                last = code.first + len(code.tears)
+                block.select({i - code.first for i in selection if code.first <= i < last})
+
+    def accept(self, t: float) -> None:
+        self._started = True
+        for block in self._blocks:
+            block.accept(t)
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        code = self._run_levels(t, y)
+        if code:
+            return code
+        w, total = self.w, 0.0
+        for i, slot in enumerate(self._derivative_slots):
+            ydot[i] = value = w[slot]
+            total += value
+        return 0 if total - total == 0.0 else self._not_finite()
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        return self._run_levels(t, y) or self._run("rest")[0] or self._check_all()
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        self.w[0] = t
+        for candidate, value in zip(self._program.candidates, _floats(u), strict=True):
+            self.w[candidate.slot] = value
+        code, initial = self._evaluate()
+        if code:
+            return code
+        found = [value for block in self._below for value in block.residuals]
+        found.extend(initial)
+        r[: len(found)] = found
+        return 0 if math.isfinite(sum(found)) else self._not_finite()
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        if self._program.blocks[block].residuals:
+            self._evaluate()
+        return self._blocks[block].matrix
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        code = self._run_levels(t, y)
+        if code:
+            return code
+        code, values = self._run("roots")
+        if not code:
+            g[: len(values)] = values
+        return code
+
+    def discrete(self) -> int:
+        return self._run("discrete")[0]
+
+    # Below the protocol
+
+    def _run_levels(self, t: float, y: Sequence[float]) -> int:
+        if not self._started:
+            self._begin()
+        w = self.w
+        w[0] = t
+        for slot, value in zip(self._state_slots, _floats(y), strict=True):
+            w[slot] = value
+        try:
+            self._levels(t, w, self._blocks)
+        except (ArithmeticError, ValueError, UnsolvedError) as problem:
+            return self._failed(problem)
+        return 0
+
+    def _run(self, function: str) -> tuple[int, Sequence[float]]:
+        try:
+            found = self._functions[function](self.w[0], self.w, self._blocks)
+        except (ArithmeticError, ValueError, UnsolvedError) as problem:
+            return self._failed(problem), ()
+        return 0, found or ()
+
+    def _evaluate(self) -> tuple[int, Sequence[float]]:
+        """Everything, with the candidates as they are in the workspace."""
+        if not self._started:
+            self._begin()
+        for block in self._below:
+            block.evaluating = True
+        try:
+            code = self._run("levels")[0] or self._run("rest")[0]
+            return (code, ()) if code else self._run("initial")
+        finally:
+            for block in self._below:
+                block.evaluating = False
+
+    def _begin(self) -> None:
+        """Before a point was accepted, blocks start from the start values."""
+        program, w = self._program, self.w
+        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+        for block in self._blocks:
+            block.begin([w[starts[s]] for s in block.slots])
+
+    # Failures
+
+    def _failed(self, problem: Exception) -> int:
+        """The return code; notes the block or the equation."""
+        self.failed_block = self.failed_equation = -1
+        if isinstance(problem, UnsolvedError):
+            self.failed_block = problem.block
+            return 1
+        frame = problem.__traceback__
+        while frame is not None:
+            if frame.tb_frame.f_code.co_filename == _FILE:
+                self.failed_equation = self._equation_at(frame.tb_lineno)
+            frame = frame.tb_next
+        return -1
+
+    def _equation_at(self, line: int) -> int:
+        """The equation of a line of the text: its own, or that which its value is for."""
+        for text in self._source.split("\n")[line - 1 :]:
+            found = _EQUATION.search(text)
+            if found:
+                return int(found[1])
+            if text.startswith("def "):
+                break
+        return -1
+
+    def _check_all(self) -> int:
+        """After `rest`: every number must be finite."""
+        return 0 if math.isfinite(math.fsum(self.w)) else self._not_finite()
+
+    def _not_finite(self) -> int:
+        self.failed_block = -1
+        self.failed_equation = first_not_finite(self._program, self.w)
+        return -1
+
+
+def _floats(values: Sequence[float]) -> list[float]:
+    """Python floats, also from an array: NumPy's scalars are slow."""
+    if isinstance(values, list):
+        return values
+    tolist = getattr(values, "tolist", None)
+    return list(map(float, values)) if tolist is None else tolist()  # type: ignore[no-any-return]
+
+
+def _first_states(program: Program) -> list[int]:
+    """Some selection, until `select` is called."""
+    return [code.first + i for code in program.blocks if code.height for i in range(code.free)]
+
+
+def first_not_finite(program: Program, w: Sequence[float]) -> int:
+    """The first equation whose unknown is not finite, or -1."""
+    from planarc.ir.expr import text
+    from planarc.ir.program import Let
+
+    for statements in (program.parameters, *program.levels, program.rest):
+        for s in statements:
+            lets = (s,) if isinstance(s, Let) else program.blocks[s.block].body
+            for let in lets:
+                slot = program.slots.get(text(let.target))
+                if let.equation is not None and slot is not None and not math.isfinite(w[slot]):
+                    return let.equation
+    return -1
