@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.json"))
+FOLDERS = sorted(path.parent for path in Path(__file__).parent.glob("*/case.json"))
+
+
+def case_of(folder: Path) -> Any:
+    return json.loads((folder / "case.json").read_text(encoding="utf-8"))
+
+
+MODELS = [folder / model for folder in FOLDERS for model in case_of(folder)["models"]]
 
 
 def table(path: Path) -> Any:
@@ -27,15 +34,16 @@ def rows_at(time: Any, wanted: Any) -> Any:
 
 @pytest.mark.parametrize("backend", ["native", "numpy"])
 @pytest.mark.parametrize("tolerance", ["1e-6", "1e-9"])
-@pytest.mark.parametrize("folder", CASES, ids=lambda folder: folder.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: f"{m.parent.name}-{m.stem}")
 def test_signals_follow_the_reference(
-    folder: Path, tolerance: str, backend: str, run: Callable[..., Any]
+    model: Path, tolerance: str, backend: str, run: Callable[..., Any]
 ) -> None:
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    folder = model.parent
+    case = case_of(folder)
     reference = table(folder / "reference.csv")
     wanted = reference["time"]
     intervals = len(wanted) - 1
-    result = run(folder / case["model"], case["stop"], intervals, float(tolerance), backend)
+    result = run(model, case["stop"], intervals, float(tolerance), backend)
     rows = rows_at(result.time, wanted)
 
     compared = np.ones(len(wanted), dtype=bool)

@@ -14,7 +14,7 @@
   const stage = makeStage(get("canvas"), data, reader, isDark);
   const plots = makePlots(get("plots"), data, isDark, seek);
   const slider = get("slider");
-  const digits = Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(stop - start || 1))));
+  const digits = Math.max(0, Math.min(15, 3 - Math.floor(Math.log10(stop - start || 1))));
   let time = start;
   let playing = false;
   let last = 0;
