@@ -71,3 +71,46 @@ equation
     np.testing.assert_allclose(left["b.phi"], -right["b.phi"], atol=1e-7)
     np.testing.assert_allclose(left["lower.frame_b.r[1]"], -right["lower.frame_b.r[1]"], atol=1e-7)
     np.testing.assert_allclose(left["a.frame_a.f[2]"], right["a.frame_a.f[2]"], atol=1e-5)
+
+
+def test_a_rod_with_mass_is_a_point_mass_on_a_rod_between_hinges(run: Run) -> None:
+    def crank_slider(rod: str, connections: str) -> Any:
+        return run(
+            f"""
+  Joints.Revolute main(phi(start=1, fixed=true), w(start=2, fixed=true));
+  Parts.BodyShape crank(r={{0.3, 0}}, m=1, I=0.01);
+  Joints.Prismatic slide(s(start=0.9));
+  Parts.Body slider(m=1.5, I=0.01);
+  {rod}
+equation
+  connect(world.frame_b, main.frame_a);
+  connect(main.frame_b, crank.frame_a);
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, slider.frame_a);
+  {connections}
+"""
+        )
+
+    one = crank_slider(
+        "Joints.JointRRWithMass rod(L=0.8, m=0.7, lengthFraction=0.3);",
+        "connect(crank.frame_b, rod.frame_a); connect(rod.frame_b, slider.frame_a);",
+    )
+    other = crank_slider(
+        """
+  Joints.Revolute a(phi(start=-1.3)), b(phi(start=0.3));
+  Parts.FixedTranslation near(r={0.24, 0}), far(r={0.56, 0});
+  Parts.PointMass mass(m=0.7);
+""",
+        """
+  connect(crank.frame_b, a.frame_a);
+  connect(a.frame_b, near.frame_a);
+  connect(near.frame_b, mass.frame_a);
+  connect(near.frame_b, far.frame_a);
+  connect(far.frame_b, b.frame_a);
+  connect(b.frame_b, slider.frame_a);
+""",
+    )
+    np.testing.assert_allclose(one["slide.s"], other["slide.s"], atol=1e-6)
+    for i in (1, 2):
+        force = other[f"a.frame_a.f[{i}]"]
+        np.testing.assert_allclose(one[f"rod.frame_a.f[{i}]"], force, atol=1e-4)
