@@ -99,12 +99,13 @@ def _fail(diagnostics: tuple[Diagnostic, ...], code: Exit, as_json: bool) -> int
 
 
 def _usage(error: Exception) -> Diagnostic:
-    """typer's message in our form: lower case, names in backticks."""
-    text = getattr(error, "format_message", lambda: str(error))().strip().rstrip(".")
-    text = re.sub(r"'([^']*)'", r"`\1`", text)
-    context = getattr(error, "ctx", None)
-    command = getattr(context, "command_path", "planarc")
-    return Diagnostic("C100", text[:1].lower() + text[1:], hint=f"see `{command} --help`")
+    """typer's message in our form: lower case, names in backticks, the advice as a hint."""
+    text = getattr(error, "format_message", lambda: str(error))().strip()
+    text = re.sub(r"'([^']*)'", r"`\1`", text[:1].lower() + text[1:])
+    message, _, advice = text.partition(". Did you mean ")
+    command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
+    hint = f"did you mean {advice}" if advice else f"see `{command} --help`"
+    return Diagnostic("C100", message.rstrip("."), hint=hint)
 
 
 def _bug(error: Exception) -> Diagnostic:

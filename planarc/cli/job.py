@@ -1,0 +1,152 @@
+"""One run of `planarc simulate`: compile, integrate, write, tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from planarc.cli import console
+from planarc.cli.exits import Exit, exit_code
+from planarc.cli.files import Destinations, cannot_write, destinations
+from planarc.cli.outcome import Outcome
+from planarc.cli.settings import Setting, sort_settings
+from planarc.cli.summary import summary
+from planarc.core.diagnostic import PlanarcError, Severity
+from planarc.core.options import RunOptions
+
+#: The code of the diagnostic with which a run ends at Ctrl-C.
+INTERRUPTED = "R130"
+
+if TYPE_CHECKING:
+    from planarc.ir.result import Result
+    from planarc.request import Request
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What the command line asks for."""
+
+    request: Request
+    options: RunOptions
+    settings: tuple[Setting, ...]
+    output: Path | None
+    report: Path | None
+    no_output: bool
+    no_report: bool
+
+
+class Run:
+    """One run of the command; keeps what is known so far, so that a failure can say it."""
+
+    def __init__(self, job: Job, as_json: bool) -> None:
+        from planarc.compiler import Clock
+
+        self.job = job
+        self.as_json = as_json
+        self.clock = Clock()
+        self.begin = perf_counter()
+        self.outcome = Outcome(ok=False, backend=job.options.backend.value)
+
+    def finish(self) -> int:
+        """Run, tell, and give the exit code."""
+        try:
+            result, remembered = self._simulate()
+        except PlanarcError as error:
+            known = (*self.outcome.diagnostics, *error.diagnostics)
+            self.outcome = replace(self.outcome, diagnostics=known)
+            self._tell(())
+            return exit_code(error)
+        rows = summary(result, self._seconds(), remembered, self._written())
+        self._tell(rows)
+        return _exit_of(result)
+
+    def _simulate(self) -> tuple[Result, bool]:
+        from planarc import compiler
+
+        job, clock = self.job, self.clock
+        compiled = compiler.compile_model(job.request, job.options.backend, clock)
+        program = compiled.program
+        self.outcome = replace(
+            self.outcome,
+            model=program.name,
+            equations=(program.equations_before, program.equations_after),
+            diagnostics=compiled.warnings,
+        )
+        places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
+        parameters = {p.name for p in program.parameter_slots}
+        values, starts = sort_settings(job.settings, parameters)
+        options = replace(job.options, values=values, starts=starts)
+        result = compiler.run(compiled, options, clock)
+        self._know(result)
+        with clock.phase("write"):
+            self._write(result, places)
+        self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE)
+        return result, compiled.remembered
+
+    def _know(self, result: Result) -> None:
+        ended = () if result.ended is None else (result.ended,)
+        self.outcome = replace(
+            self.outcome,
+            states=result.states[-1].states if result.states else (),
+            solver=result.statistics.solver,
+            backend=result.statistics.backend,
+            steps=result.statistics.steps,
+            events=result.statistics.events,
+            rows=len(result.time),
+            diagnostics=(*self.outcome.diagnostics, *result.warnings, *ended),
+        )
+
+    def _write(self, result: Result, places: Destinations) -> None:
+        if places.output is not None:
+            write_result(places.output, result)
+            self.outcome = replace(self.outcome, output=str(places.output))
+        if places.report is not None:
+            write_page(places.report, result)
+            self.outcome = replace(self.outcome, report=str(places.report))
+
+    def _seconds(self) -> dict[str, float]:
+        return {**self.clock.seconds, "total": perf_counter() - self.begin}
+
+    def _written(self) -> tuple[str, ...]:
+        found = []
+        if self.outcome.output:
+            found.append(f"{self.outcome.output} ({self.outcome.rows} rows)")
+        if self.outcome.report:
+            found.append(self.outcome.report)
+        return tuple(found)
+
+    def _tell(self, rows: Sequence[tuple[str, str]]) -> None:
+        if self.as_json:
+            console.say(replace(self.outcome, seconds=self._seconds()).as_json())
+            return
+        if rows:
+            console.say_rows(rows)
+        console.complain(self.outcome.diagnostics)
+
+
+def write_result(path: Path, result: Result) -> None:
+    """The result as a table, by the ending of its name."""
+    from planarc.view.table import write_table
+
+    try:
+        write_table(path, result)
+    except OSError as error:
+        raise cannot_write(path, error) from None
+
+
+def write_page(path: Path, result: Result) -> None:
+    """The report; it holds no times, so that equal runs give equal pages."""
+    from planarc.view.report import write_report
+    from planarc.view.scene import make_scene
+
+    rows = tuple(r for r in summary(result, {"total": 0.0}, False, ()) if r[0] != "time")
+    write_report(path, result, make_scene(result), rows)
+
+
+def _exit_of(result: Result) -> Exit:
+    if result.ended is None or result.ended.severity is not Severity.ERROR:
+        return Exit.DONE
+    return Exit.INTERRUPTED if result.ended.code == INTERRUPTED else Exit.RUN

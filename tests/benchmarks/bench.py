@@ -1,0 +1,162 @@
+"""How long planarc takes: a table of CPU seconds and of their ratios to what is allowed.
+
+    python tests/benchmarks/bench.py [--only WORD]
+
+"four-bar" is the mechanism of tests/cases/b2_fourbar_gravity: 10 s at a tolerance of 1e-6,
+all variables stored, 501 rows, result file included, the page only where said. Results are
+never cached, and each timed run has another start value. Times are CPU seconds (user and
+system) of the whole process with its children, the median of some runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from time import process_time
+
+MODEL = Path(__file__).parent.parent / "cases" / "b2_fourbar_gravity" / "four_bar.pmo"
+RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
+REPEATS = 5
+
+#: Start angles of the crank, another one for each run.
+_starts: Iterator[float] = (1.0 + 1e-4 * i for i in count())
+
+
+@dataclass(frozen=True)
+class Usage:
+    seconds: float
+    megabytes: float
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What is measured, in which unit, and how much is allowed."""
+
+    name: str
+    unit: str
+    allowed: float | None  # None: nothing is promised
+    measure: Callable[[], float]
+
+
+def planarc(arguments: Sequence[str], cache: Path, folder: Path) -> Usage:
+    """CPU and memory of one command in a process of its own."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "planarc", *arguments],
+        cwd=folder,
+        env={**os.environ, "PLANARC_CACHE_DIR": str(cache)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stderr is not None
+    errors = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise RuntimeError(f"planarc {' '.join(arguments)}: {errors.decode()}")
+    kilobytes = usage.ru_maxrss / (1024 if sys.platform == "darwin" else 1)
+    return Usage(usage.ru_utime + usage.ru_stime, kilobytes / 1024)
+
+
+def four_bar(*options: str) -> list[str]:
+    start = f"revA.phi.start={next(_starts)!r}"
+    return ["simulate", str(MODEL), *RUN, "--set", start, *options]
+
+
+def fresh(*options: str) -> list[Usage]:
+    """Runs with empty caches."""
+    found = []
+    for _ in range(REPEATS):
+        with tempfile.TemporaryDirectory() as folder:
+            here = Path(folder)
+            found.append(planarc(four_bar(*options), here / "cache", here))
+    return found
+
+
+def warm(*options: str) -> list[Usage]:
+    """Runs after a first one that filled the caches."""
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        planarc(four_bar(*options), here / "cache", here)
+        return [planarc(four_bar(*options), here / "cache", here) for _ in range(REPEATS)]
+
+
+def help_page() -> list[Usage]:
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        return [planarc(["--help"], here / "cache", here) for _ in range(REPEATS)]
+
+
+def again(backend: str) -> float:
+    """CPU seconds of one more run in this process, results stored in memory."""
+    from planarc.compiler import compile_model, run
+    from planarc.core.options import Backend, RunOptions
+    from planarc.request import Request
+
+    chosen = Backend(backend)
+    compiled = compile_model(Request(MODEL), chosen)
+    times = []
+    for _ in range(REPEATS + 1):
+        options = RunOptions(
+            stop=10.0,
+            intervals=500,
+            tolerance=1e-6,
+            backend=chosen,
+            starts={"revA.phi": next(_starts)},
+        )
+        begin = process_time()
+        result = run(compiled, options)
+        times.append(process_time() - begin)
+        if len(result.time) != 501 or result.ended is not None:
+            raise RuntimeError(f"{backend}: the run ended early: {result.ended}")
+    return statistics.median(times[1:])  # the first one imports what it needs
+
+
+def seconds(usages: Sequence[Usage]) -> float:
+    return statistics.median(u.seconds for u in usages)
+
+
+def megabytes(usages: Sequence[Usage]) -> float:
+    return max(u.megabytes for u in usages)
+
+
+BARS = (
+    Bar("help", "s", 0.2, lambda: seconds(help_page())),
+    Bar("four-bar, empty caches", "s", 2.5, lambda: seconds(fresh("--no-report"))),
+    Bar("four-bar, warm caches", "s", 0.6, lambda: seconds(warm("--no-report"))),
+    Bar("four-bar, warm caches, with page", "s", None, lambda: seconds(warm())),
+    Bar("four-bar again in one process, native", "ms", 10.0, lambda: 1e3 * again("native")),
+    Bar("four-bar again in one process, numpy", "ms", None, lambda: 1e3 * again("numpy")),
+    Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
+)
+
+
+def table(bars: Sequence[Bar]) -> Iterator[str]:
+    """The lines of the table, each as soon as it is measured."""
+    yield f"{'':42} {'measured':>12} {'allowed':>12} {'ratio':>6}"
+    for bar in bars:
+        value = bar.measure()
+        row = f"{bar.name:42} {f'{value:.4g} {bar.unit}':>12}"
+        if bar.allowed is not None:
+            late = "" if value <= bar.allowed else "  too much"
+            row += f" {f'{bar.allowed:g} {bar.unit}':>12} {value / bar.allowed:6.2f}{late}"
+        yield row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Measure planarc against its bars.")
+    parser.add_argument("--only", default="", metavar="WORD", help="bars whose name holds WORD")
+    only = parser.parse_args().only
+    for line in table([bar for bar in BARS if only in bar.name]):
+        print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""The benchmark script runs; its bars are for people, who know how busy their machine is."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+BENCH = Path(__file__).parent / "bench.py"
+
+
+def measure(only: str) -> str:
+    command = [sys.executable, str(BENCH), "--only", only]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def test_help_is_measured() -> None:
+    head, row = measure("help").splitlines()
+    assert head.split() == ["measured", "allowed", "ratio"]
+    assert row.startswith("help ")
+    assert 0 < float(row.split()[1]) < 5
+
+
+def test_a_four_bar_is_run_again_and_again() -> None:
+    _, row = measure("process, numpy").splitlines()
+    number, unit = row.split()[-2:]
+    assert float(number) > 0
+    assert unit == "ms"

@@ -1,0 +1,133 @@
+"""The command line as a whole: help, usage errors, mistakes of planarc's own, lazy imports."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from planarc.cli import check, console
+from planarc.cli.app import run
+
+COMMANDS = ("simulate", "check", "flatten", "equations", "compile", "list")
+HEAVY = ("numpy", "scipy", "sympy", "matplotlib", "llvmlite", "lark", "rich", "sksundae")
+
+
+def modules_after(*arguments: str, folder: Path | None = None) -> set[str]:
+    """The modules that a command has imported when it ends."""
+    script = (
+        "import sys; from planarc.cli.app import run; code = run(sys.argv[1:]);"
+        "print(*sys.modules, file=sys.stderr); sys.exit(code)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stderr.split())
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--help"]) == 0
+    shown = capsys.readouterr().out
+    assert all(f"\n  {command} " in shown for command in COMMANDS)
+
+
+def test_no_arguments_show_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([]) == 0
+    assert capsys.readouterr().out.startswith("Usage: planarc ")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command, "--help"]) == 0
+    assert f"Usage: planarc {command} " in capsys.readouterr().out
+
+
+def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    import tomllib
+
+    project = Path(__file__).parents[2] / "pyproject.toml"
+    version = tomllib.loads(project.read_text("utf-8"))["project"]["version"]
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"planarc {version}\n"
+
+
+def test_the_package_runs_as_a_module() -> None:
+    done = subprocess.run([sys.executable, "-m", "planarc", "--version"], capture_output=True)
+    assert done.returncode == 0
+    assert done.stdout.startswith(b"planarc ")
+
+
+def test_a_misspelt_option_is_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "a.pmo", "--librari", "x"]) == 2
+    assert capsys.readouterr().err.startswith("error[C100]: no such option")
+
+
+def test_usage_errors_are_json_when_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["simulate", "a.pmo", "--json", "--stop", "late"]) == 2
+    out, err = capsys.readouterr()
+    answer = json.loads(out)
+    assert (answer["ok"], answer["diagnostics"][0]["code"], err) == (False, "C100", "")
+
+
+def test_a_mistake_of_planarc_is_one_line_and_70(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("secret")
+
+    monkeypatch.setattr(check, "make_request", broken)
+    monkeypatch.delenv("PLANARC_DEBUG", raising=False)
+    assert run(["check", "a.pmo"]) == 70
+    shown = capsys.readouterr().err
+    assert shown.startswith("error[X001]: sorry, planarc made a mistake: KeyError in cli/test_app")
+    assert "Traceback" not in shown
+    monkeypatch.setenv("PLANARC_DEBUG", "1")
+    with pytest.raises(KeyError):
+        run(["check", "a.pmo"])
+
+
+def test_a_reader_that_goes_away_ends_the_command_quietly() -> None:
+    command = f"{sys.executable} -m planarc list PlanarMultiBody | head -n 1 >/dev/null"
+    script = f"set -o pipefail; {command}; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert done.returncode in (0, 141)  # 0 where the pipe took all of the text at once
+    assert done.stderr == ""
+
+
+def test_help_imports_nothing_heavy() -> None:
+    found = modules_after("--help")
+    assert not found & set(HEAVY)
+
+
+def test_check_imports_no_numerics(tmp_path: Path) -> None:
+    (tmp_path / "decay.pmo").write_text(
+        "model Decay Real x(start=1); equation der(x) = -x; end Decay;", "utf-8"
+    )
+    found = modules_after("check", "decay.pmo", folder=tmp_path)
+    assert not found & {"numpy", "scipy", "sympy", "matplotlib", "llvmlite", "sksundae"}
+
+
+def test_check_of_a_mechanism_imports_no_scipy_and_no_sympy() -> None:
+    example = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
+    found = modules_after("check", str(example))
+    assert not found & {"scipy", "sympy", "matplotlib"}
+
+
+def test_colour_needs_a_terminal_that_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal:
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert console.may_colour(sys.stdout)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not console.may_colour(sys.stdout)
+    monkeypatch.delenv("NO_COLOR")
+    monkeypatch.setenv("TERM", "dumb")
+    assert not console.may_colour(sys.stdout)

@@ -1,0 +1,82 @@
+"""What the README promises is what CI runs and what planarc does."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from planarc.cli.app import app, run
+from planarc.cli.exits import Exit
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text("utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+
+def test_two_commands_set_everything_up_and_each_is_one_line() -> None:
+    first, second = (block.rstrip("\n") for block in blocks("bash"))
+    assert first.endswith(" && .venv/bin/planarc simulate examples/four_bar.pmo")
+    assert re.search(r" && \.venv/bin/pytest\b[^&\n]*$", second)
+    for command in (first, second):
+        assert command.startswith("python3 -m venv ")
+        assert "\n" not in command
+
+
+def test_ci_runs_the_command_of_the_readme() -> None:
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    function = re.search(r"^readme_command\(\) \{\n.*?^\}\n", script, re.MULTILINE | re.DOTALL)
+    assert function is not None
+    found = subprocess.run(
+        ["bash", "-c", function[0] + "readme_command test"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    assert found == blocks("bash")[1]
+    assert "command=$(readme_command test)" in script
+
+
+def test_the_model_of_the_readme_is_a_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (text,) = blocks("modelica")
+    monkeypatch.chdir(tmp_path)
+    Path("pendulum.pmo").write_text(text, "utf-8")
+    code = run(["simulate", "pendulum.pmo"])
+    assert code == 0, capsys.readouterr().err
+
+
+def test_every_command_is_in_the_readme() -> None:
+    named = re.findall(r"^\| `planarc ([a-z]+)", README, re.MULTILINE)
+    assert named == [command.name for command in app.registered_commands]
+
+
+def test_every_exit_code_is_in_the_readme() -> None:
+    paragraph = re.search(r"^Exit codes: (.*?)\n\n", README, re.MULTILINE | re.DOTALL)
+    assert paragraph is not None
+    listed = {int(n) for n in re.findall(r"(?<!\S)(\d+) ", paragraph[1])}
+    assert listed == {code.value for code in Exit} - {Exit.BROKEN_PIPE}
+
+
+def test_pictures_of_the_readme_are_there() -> None:
+    pictures = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
+    assert len(pictures) == 1
+    assert (ROOT / pictures[0]).stat().st_size < 100_000
+
+
+def test_extras_are_for_pictures_and_tables_only() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    assert set(project["project"]["optional-dependencies"]) == {
+        "plot",
+        "video",
+        "notebook",
+        "tables",
+    }
