@@ -21,8 +21,8 @@ from zlib import crc32
 
 #: Bytes that all entries may take; the entries unused for longest go first.
 MAX_BYTES = 256 * 1024 * 1024
-#: Stores between two looks at the size, as a share of all keys: 1 in 16.
-_LOOK_SHARE = 16
+#: Stores between two looks at the size, as a share of all keys: 1 in 100.
+_LOOK_SHARE = 100
 _CHECKSUM = 16  # bytes
 
 

@@ -136,7 +136,8 @@ def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
         if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
             continue
         before = trouble.tokens[at - 1] if at else None
-        if before is None or before.span.end == point.span.start:
+        touching = before is not None and before.span.end == point.span.start
+        if touching and before and before.type in ("IDENT", "RPAR", "RSQB"):
             continue
         number = f".{digits[0].text}"
         message = f"`{number}` is no number: a digit stands before the point"

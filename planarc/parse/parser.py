@@ -17,6 +17,8 @@ Reference: Modelica Language Specification 3.6, appendix A.
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -69,11 +71,24 @@ def _parse_annotation(span: Span) -> tuple[syntax.Argument, ...]:
 
 def _parse_or_load(start: str, span: Span) -> Any:
     key = cache.key(start, str(span.start), span.text)
-    tree = load_tree(span.source, key)
-    if tree is None:
-        tree = _parse(start, span)
-        store_tree(key, tree)
+    with _without_collecting():
+        tree = load_tree(span.source, key)
+        if tree is None:
+            tree = _parse(start, span)
+            store_tree(key, tree)
     return tree
+
+
+@contextmanager
+def _without_collecting() -> Iterator[None]:
+    """A tree has no cycles, and looking for them costs 40 % of the time."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def _parse(start: str, span: Span) -> Any:
@@ -85,19 +100,13 @@ def _parse(start: str, span: Span) -> Any:
         raise PlanarcError(Diagnostic("P100", "this is no text: it holds NUL characters", span))
     machine = load_machine()
     with machine.lock:
-        collecting = gc.isenabled()
-        gc.disable()  # a tree has no cycles, and looking for them costs 40 %
-        try:
-            tokens, lexical = scan(span.source, machine.terminals, span.start, span.end)
-            machine.build.begin(span)
-            tree = _run(machine, start, tokens)
-            errors = machine.build.errors
-            if tree is None:
-                errors = [e for e in errors if e.code != "P102"]  # found again below
-                errors += find_errors(machine, start, tokens, lexical)
-        finally:
-            if collecting:
-                gc.enable()
+        tokens, lexical = scan(span.source, machine.terminals, span.start, span.end)
+        machine.build.begin(span)
+        tree = _run(machine, start, tokens)
+        errors = machine.build.errors
+        if tree is None:
+            errors = [e for e in errors if e.code != "P102"]  # found again below
+            errors += find_errors(machine, start, tokens, lexical)
     if lexical or errors:
         every = {(e.code, e.message, e.span): e for e in (*lexical, *errors)}
         raise PlanarcError(sorted(every.values(), key=lambda e: e.span.start if e.span else 0))

@@ -81,7 +81,7 @@ def find_errors(
                 begin = _Place(stack, at)
             continue
         trouble = Trouble(automaton, machine.terminals, stack, tokens, at, begin.at)
-        repair = _choose(trouble, kinds, begin) or _skip(trouble, kinds)
+        repair = _choose(trouble, kinds, begin) or _skip(trouble, kinds, begin)
         error = explain(trouble, repair)
         if not (errors and error.code == errors[-1].code == "P113"):  # once for a section
             errors.append(error)
@@ -164,16 +164,20 @@ def _other_section(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair 
     return None
 
 
-def _skip(trouble: Trouble, kinds: list[str]) -> Repair | None:
+def _skip(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
     """Go on after the next `;` or at the next section, in the innermost place that fits."""
+    automaton = trouble.automaton
+    outer = [trouble.stack[:size] for size in range(len(trouble.stack), 0, -1)]
     tried = 0
     for at in range(trouble.at + 1, len(kinds)):
-        if kinds[at - 1] != "SEMICOLON" and kinds[at] not in _RESTARTS:
+        after_semicolon = kinds[at - 1] == "SEMICOLON"
+        if not after_semicolon and kinds[at] not in _RESTARTS:
             continue
-        ahead = kinds[at : at + _ENOUGH]
-        for size in range(len(trouble.stack), 0, -1):
-            stack = trouble.stack[:size]
-            if trouble.automaton.advance(stack, ahead) == len(ahead):
+        ahead = kinds[at : at + _AHEAD]
+        if after_semicolon and automaton.advance(begin.stack, ahead) >= min(_ENOUGH, len(ahead)):
+            return Repair((), at - trouble.at, begin.stack, at)
+        for stack in outer:
+            if automaton.advance(stack, ahead) == len(ahead):
                 return Repair((), at - trouble.at, stack, at)
         tried += 1
         if tried > _MAX_SKIPS:
