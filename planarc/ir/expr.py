@@ -537,7 +537,7 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
             return f"{function}{marks}({', '.join(a for a, _ in args)})", 9
         case Op.DIV:
             return f"{bound(0, 6)}/{bound(1, 7)}", 6
-        case Op.MUL if args[0][0].startswith("-"):  # -2*a needs no parentheses
+        case Op.MUL if e.args[0].is_const and args[0][1] == 5:  # -2*a needs no parentheses
             return "*".join([args[0][0], *(bound(i, 6) for i in range(1, len(args)))]), 5
         case _:
             sign, strength = _OPERATORS[e.op]

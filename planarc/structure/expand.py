@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, symbols, text
+from planarc.ir.expr import Expr, Exprs, symbols, text
 from planarc.ir.sorted import SourceEquation
 from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
@@ -36,7 +36,9 @@ class Form:
     index: int  # in Expansion.equations
     left: Expr
     right: Expr
-    residual: Expr
+
+    def residual(self, table: Exprs) -> Expr:
+        return table.sub(self.left, self.right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +56,12 @@ def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expa
     forms = []
     for entry, times in zip(live, offsets.differentiated, strict=True):
         left, right = entry.left, entry.right
-        residual = table.sub(left, right)
-        tower = [Form(entry.index, left, right, residual)]
+        tower = [Form(entry.index, left, right)]
         for order in range(1, times + 1):
-            left, right, residual = derive(left), derive(right), derive(residual)
+            left, right = derive(left), derive(right)
             source: Equation = replace(dae.equations[entry.index], left=left, right=right)
             equations.append(SourceEquation(source, tower[-1].index, order))
-            tower.append(Form(len(equations) - 1, left, right, residual))
+            tower.append(Form(len(equations) - 1, left, right))
         forms.append(tuple(tower))
     return Expansion(tuple(equations), tuple(forms))
 

@@ -132,7 +132,14 @@ def solve_affine(
         rest = Substitution(table, {unknown: table.zero})(residual)
     if factor.is_const and factor.data == -1:
         return rest
-    return table.div(table.neg(rest), factor)
+    return table.div(_negative(table, rest), factor)
+
+
+def _negative(table: Exprs, e: Expr) -> Expr:
+    """-e with the sign inside a sum: a + b for -(-a - b)."""
+    if e.op is Op.ADD:
+        return table.add(*(table.neg(a) for a in e.args))
+    return table.neg(e)
 
 
 def _without(table: Exprs, residual: Expr, unknown: Expr, factor: Expr) -> Expr | None:

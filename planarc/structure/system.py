@@ -75,6 +75,9 @@ class Systems:
         equations = tuple(self._scalar(e, c[e] - height, number) for e in live)
         return System(height, unknowns, equations, live, tuple(chosen))
 
+    def residual(self, form: Form) -> Expr:
+        return form.residual(self._table)
+
     def solve(self, scalar: Scalar, v: int, symbol: Expr) -> Expr:
         """The value of unknown v (`symbol`) from an equation that can be solved for it."""
         if v in scalar.solved:
@@ -103,7 +106,7 @@ class Systems:
     def _of(self, e: int, order: int) -> dict[Expr, Expr | None]:
         found = self._factors.get((e, order))
         if found is None:
-            residual = self._expansion.forms[e][order].residual
+            residual = self._expansion.forms[e][order].residual(self._table)
             found = coefficients(self._table, self._contents, residual)
             self._factors[e, order] = found
         return found
