@@ -12,6 +12,7 @@ from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.files import Destinations, cannot_write, destinations
 from planarc.cli.outcome import Outcome
+from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, sort_settings
 from planarc.cli.summary import summary
 from planarc.core.diagnostic import PlanarcError, Severity
@@ -79,7 +80,8 @@ class Run:
         parameters = {p.name for p in program.parameter_slots}
         values, starts = sort_settings(job.settings, parameters)
         options = replace(job.options, values=values, starts=starts)
-        result = compiler.run(compiled, options, clock)
+        with progress_line() as progress:
+            result = compiler.run(compiled, options, clock, progress)
         self._know(result)
         with clock.phase("write"):
             self._write(result, places)

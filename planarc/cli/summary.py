@@ -7,17 +7,6 @@ from collections.abc import Mapping, Sequence
 from planarc.ir.result import Held, Result, StateChoice
 
 MOST_NAMES = 8  # of a list of names that are shown
-PHASES = (
-    "parse",
-    "flatten",
-    "lower",
-    "structure",
-    "codegen",
-    "load",
-    "start",
-    "integrate",
-    "write",
-)
 
 
 def summary(
@@ -74,10 +63,8 @@ def start_values(held: Sequence[Held]) -> str:
 
 
 def times(seconds: Mapping[str, float], cached: bool) -> str:
-    """Milliseconds by phase, in the order of the stages."""
-    order = [p for p in PHASES if p in seconds]
-    order += [p for p in seconds if p not in PHASES and p != "total"]
-    phases = ", ".join(f"{phase} {milliseconds(seconds[phase])}" for phase in order)
+    """The whole time, and that of each phase in the order in which they ran."""
+    phases = ", ".join(f"{p} {milliseconds(s)}" for p, s in seconds.items() if p != "total")
     note = " (compiled before)" if cached else ""
     return f"{milliseconds(seconds['total'])} in all{note}: {phases}"
 
