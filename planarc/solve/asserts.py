@@ -1,0 +1,158 @@
+"""Assertions of the model, checked at every row.
+
+Conditions are evaluated for all new rows at once, over whole columns: a model may
+hold hundreds of assertions, and nearly all of them always hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.ir.dae import Assertion
+from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.program import Kernel, Program
+from planarc.solve.events import assertion_diagnostic
+from planarc.solve.recorder import Recorder
+from planarc.solve.values import Reader, formatted
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class AssertWatch:
+    """`slots` are those that the recorder must store for the conditions' sake."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        self._program, self._kernel = program, kernel
+        self._warned: set[int] = set()
+        self._checked = 0
+        constant = {c.slot for c in program.columns if c.constant}
+        constant |= {p.slot for p in program.parameter_slots}
+        needed: dict[int, None] = {}
+        for assertion in program.assertions:
+            texts = (p[0] for p in assertion.message.parts if not isinstance(p, str))
+            for e in postorder((assertion.condition, *texts)):
+                if not e.args and e.op not in (Op.CONST, Op.TIME):
+                    slot = program.slots.get(repr(e))
+                    if slot is not None and slot not in constant:
+                        needed[slot] = None
+        self.slots = tuple(needed)
+
+    def check(self, recorder: Recorder) -> tuple[list[Diagnostic], int]:
+        """Failures in the new rows, and the row of the first error. A warning is given once."""
+        import numpy as np
+
+        first, last = self._checked, recorder.count
+        self._checked = last
+        if not self._program.assertions or first == last:
+            return [], last
+        found: list[Diagnostic] = []
+        end: tuple[int, Diagnostic] | None = None
+        columns = _Columns(self._program, self._kernel, recorder, first, last)
+        for i, assertion in enumerate(self._program.assertions):
+            if i in self._warned:
+                continue
+            holds = np.broadcast_to(np.asarray(columns(assertion.condition)), (last - first,))
+            if np.all(holds):
+                continue
+            row = int(np.argmin(holds.astype(bool)))
+            diagnostic = self._diagnostic(assertion, columns, row)
+            if assertion.warning:
+                self._warned.add(i)
+                found.append(diagnostic)
+            elif end is None or first + row < end[0]:
+                end = first + row, diagnostic
+        if end is not None:
+            found.append(end[1])
+        return found, end[0] if end else last
+
+    def _diagnostic(self, assertion: Assertion, columns: _Columns, row: int) -> Diagnostic:
+        import numpy as np
+
+        parts = [
+            part
+            if isinstance(part, str)
+            else formatted(
+                float(np.atleast_1d(columns(part[0]))[row if np.ndim(columns(part[0])) else 0]),
+                part[1],
+            )
+            for part in assertion.message.parts
+        ]
+        return assertion_diagnostic(float(columns.time[row]), assertion, "".join(parts))
+
+
+class _Columns:
+    """Values of expressions over the rows `first` to `last`."""
+
+    def __init__(
+        self, program: Program, kernel: Kernel, recorder: Recorder, first: int, last: int
+    ) -> None:
+        self.time = recorder.time[first:last]
+        self._rows = recorder.data[first:last]
+        self._stored, self._slots = recorder.stored, program.slots
+        self._read = Reader(program, kernel, 0.0)
+
+    def __call__(self, root: Expr) -> Any:
+        import numpy as np
+
+        values: dict[Expr, Any] = {}
+        with np.errstate(all="ignore"):
+            for e in postorder((root,)):
+                if e.op is Op.CONST:
+                    values[e] = e.data
+                elif not e.args or e.op is Op.APPLY:
+                    values[e] = self._leaf(e)
+                else:
+                    values[e] = _operation(e)(*(values[a] for a in e.args))
+        return values[root]
+
+    def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
+        if e.op is Op.TIME:
+            return self.time
+        slot = self._slots.get(repr(e))
+        if slot in self._stored:
+            return self._rows[:, self._stored[slot]]
+        return self._read.leaf(e)
+
+
+def _operation(e: Expr) -> Callable[..., Any]:
+    import numpy as np
+
+    if e.op is Op.CALL:
+        known: Mapping[str, Callable[..., Any]] = {
+            "asin": np.arcsin,
+            "acos": np.arccos,
+            "atan": np.arctan,
+            "atan2": np.arctan2,
+            "min": np.minimum,
+            "max": np.maximum,
+            "div": lambda x, y: np.trunc(x / y),
+            "mod": lambda x, y: x - np.floor(x / y) * y,
+            "rem": lambda x, y: x - np.trunc(x / y) * y,
+        }
+        return known.get(e.data) or getattr(np, e.data)  # type: ignore[no-any-return]
+    operations: Mapping[Op, Callable[..., Any]] = {
+        Op.ADD: lambda *terms: sum(terms[1:], terms[0]),
+        Op.MUL: _product,
+        Op.NEG: lambda a: -a,
+        Op.DIV: np.divide,
+        Op.POW: np.power,
+        Op.LESS: np.less,
+        Op.LESS_EQUAL: np.less_equal,
+        Op.EQUAL: np.equal,
+        Op.AND: np.logical_and,
+        Op.OR: np.logical_or,
+        Op.NOT: np.logical_not,
+        Op.IF: np.where,
+    }
+    return operations[e.op]
+
+
+def _product(*factors: Any) -> Any:
+    result = factors[0]
+    for factor in factors[1:]:
+        result = result * factor
+    return result

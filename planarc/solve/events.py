@@ -1,0 +1,376 @@
+"""Events: what switches at an instant, and what follows from it.
+
+Between events the truth of every relation is stored in the workspace and does not
+change. At an event the equations are iterated at one instant of time:
+
+    1  relations that cross zero here get the truth that lies in the direction of the
+       crossing; all others are taken from the sign of their zero function
+    2  continuous and discrete equations are evaluated, actions of when-clauses assign,
+       until nothing changes
+    3  the actions of conditions that just became true reinitialize, assert, terminate
+    4  pre-values become the present values; again from 1 while anything changed
+    5  a relation at zero takes the truth that it has right after this instant
+
+The last step is what a bouncing ball needs: its `h <= 0` becomes true, the velocity
+is reversed, and right after the instant `h <= 0` is false. It is taken once for each
+relation, so that a sliding mode cannot keep one instant busy for ever.
+
+Reference: Modelica 3.6, section 8.6 and appendix B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.dae import INITIAL, TERMINAL, Assertion, Reinit, SetDiscrete, Terminate
+from planarc.ir.expr import Op, postorder
+from planarc.ir.program import Kernel, Let, Program
+from planarc.solve.values import Reader, text_of
+
+#: Iterations at one instant before it is called endless.
+MOST_ITERATIONS = 100
+#: A zero function below this part of its largest value has no sign.
+NOISE = 1e-14
+
+
+@dataclass(slots=True)
+class Processed:
+    """What an event did: the states to go on from, and how the run ends, if it does."""
+
+    y: list[float]
+    ended: Diagnostic | None = None
+    warnings: list[Diagnostic] = field(default_factory=list)
+
+
+class Events:
+    """The discrete part of a run. All its values live in the kernel's workspace."""
+
+    def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
+        self.program, self.kernel = program, kernel
+        self.present = bool(
+            program.relations or program.samplers or program.whens or program.discretes
+        )
+        self._g = [0.0] * len(program.relations)
+        self._largest = [0.0] * len(program.relations)
+        self._ahead = 1e-7 * (span or 1.0)
+        self._at_start = _initial_conditions(program)
+
+    # Stored truth
+
+    def truths(self) -> list[bool]:
+        return [self.kernel.w[r.slot] != 0 for r in self.program.relations]
+
+    def directions(self) -> list[int]:
+        """The only way in which each zero function may cross next."""
+        return [1 if truth else -1 for truth in self.truths()]
+
+    def set_flag(self, name: str, value: bool) -> None:
+        slot = self.program.slots.get(name)
+        if slot is not None:
+            self.kernel.w[slot] = float(value)
+
+    def missed(self, t: float, y: Sequence[float]) -> dict[int, bool]:
+        """Relations whose stored truth no longer agrees with their zero function."""
+        if not self._g or self._roots(t, y) != 0:
+            return {}
+        wrong = {}
+        for i, relation in enumerate(self.program.relations):
+            if abs(self._g[i]) > 1e3 * NOISE * max(1.0, self._largest[i]):
+                truth = self._g[i] < 0
+                if truth != (self.kernel.w[relation.slot] != 0):
+                    wrong[i] = truth
+        return wrong
+
+    def _roots(self, t: float, y: Sequence[float]) -> int:
+        flag = self.kernel.roots(t, y, self._g)
+        self._largest = [max(a, abs(b)) for a, b in zip(self._largest, self._g, strict=True)]
+        return flag
+
+    # The start
+
+    def begin(self) -> None:
+        """Start values of everything discrete, before anything is solved."""
+        w = self.kernel.w
+        for d in self.program.discretes:
+            w[d.slot] = w[d.pre] = w[d.start]
+        self.set_flag(INITIAL, True)
+
+    def settle_start(self, t: float, y: Sequence[float]) -> bool:
+        """One pass at the start; true when it changed something, so that the start values
+        must be solved for once more."""
+        before = self._snapshot()
+        flag = self._roots(t, y)
+        if flag == 0:
+            for i, relation in enumerate(self.program.relations):
+                self.kernel.w[relation.slot] = float(self._sign(i))
+        self.kernel.outputs(t, y)
+        self.kernel.discrete()
+        self._assign(t, self._edges(initial=True))
+        return self._snapshot() != before
+
+    def finish_start(self, t: float, y: Sequence[float]) -> Processed:
+        """Actions that were to run at the start; then everything is its own left limit."""
+        done = Processed(list(y))
+        self._act(t, self._edges(initial=True), done, {})
+        self._keep_pre()
+        self.set_flag(INITIAL, False)
+        return done
+
+    def _sign(self, i: int) -> bool:
+        return self._g[i] < 0 or (self._g[i] == 0 and not self.program.relations[i].strict)
+
+    # An event
+
+    def process(
+        self,
+        t: float,
+        y: Sequence[float],
+        crossing: Mapping[int, bool],
+        samples: Iterable[int],
+        states: Mapping[int, int],
+    ) -> Processed:
+        """`crossing`: relation -> truth from here on. `states`: slot -> index in y."""
+        w, program = self.kernel.w, self.program
+        done = Processed(list(y))
+        fired = [program.samplers[i][0] for i in samples]
+        for slot in fired:
+            w[slot] = 1.0
+        for i, truth in crossing.items():
+            w[program.relations[i].slot] = float(truth)
+        if self._roots(t, done.y) != 0:
+            return self._failed(t, done)
+        held = dict(crossing)
+        bound = {i: 2 * abs(self._g[i]) + NOISE * max(1.0, self._largest[i]) for i in held}
+        turned: set[int] = set()
+        for _ in range(MOST_ITERATIONS):
+            before = self._snapshot()
+            if not self._settle(t, done, held, bound):
+                return done
+            edges = self._edges()
+            moved = self._act(t, edges, done, states)
+            self._keep_pre()
+            for slot in fired:
+                w[slot] = 0.0
+            fired_now, fired = bool(fired), []
+            if done.ended is not None:
+                break
+            if moved or fired_now or self._snapshot() != before:
+                continue
+            if not self._look_ahead(t, done.y, held, bound, turned):
+                break
+        else:
+            done.ended = self._endless(t, before)
+        if self.kernel.outputs(t, done.y) != 0:
+            return self._failed(t, done)
+        return done
+
+    def _settle(
+        self, t: float, done: Processed, held: dict[int, bool], bound: dict[int, float]
+    ) -> bool:
+        """Iterates with fixed pre-values until nothing changes; false where that fails."""
+        kernel = self.kernel
+        seen = []
+        for _ in range(MOST_ITERATIONS):
+            before = self._snapshot()
+            if kernel.outputs(t, done.y) != 0 or kernel.discrete() < 0:
+                self._failed(t, done)
+                return False
+            self._assign(t, self._edges())
+            if self._roots(t, done.y) != 0:
+                self._failed(t, done)
+                return False
+            self._take_signs(held, bound)
+            now = self._snapshot()
+            if now == before:
+                return True
+            seen.append(now)
+        done.ended = self._endless(t, seen[-2])
+        return False
+
+    def _take_signs(self, held: dict[int, bool], bound: dict[int, float]) -> None:
+        """Truth from the zero functions, but not for those that are at zero here."""
+        w = self.kernel.w
+        for i, relation in enumerate(self.program.relations):
+            size = abs(self._g[i])
+            if i in held:
+                if size > bound[i]:
+                    del held[i]
+                else:
+                    continue
+            if size > NOISE * self._largest[i] or relation.time_only:
+                w[relation.slot] = float(self._sign(i))
+
+    def _look_ahead(
+        self,
+        t: float,
+        y: Sequence[float],
+        held: dict[int, bool],
+        bound: dict[int, float],
+        turned: set[int],
+    ) -> bool:
+        """Relations at zero take their truth right after this instant; true if one changed."""
+        w, kernel, relations = self.kernel.w, self.kernel, self.program.relations
+        now = list(self._g)
+        near = [
+            i
+            for i in range(len(relations))
+            if i not in turned and abs(now[i]) <= bound.get(i, NOISE * max(1.0, self._largest[i]))
+        ]
+        if not near:
+            return False
+        ydot = [0.0] * len(y)
+        ahead = self._ahead
+        if kernel.rhs(t, y, ydot) != 0:
+            return False
+        later = [a + ahead * d for a, d in zip(y, ydot, strict=True)]
+        if kernel.roots(t + ahead, later, self._g) != 0:
+            return False
+        changed = False
+        for i in near:
+            rise = self._g[i] - now[i]
+            if abs(rise) > 1e-15 * max(1.0, self._largest[i]) * 1e-3 + 4 * abs(now[i]) * ahead:
+                truth = rise < 0
+                if truth != (w[relations[i].slot] != 0):
+                    w[relations[i].slot] = float(truth)
+                    held[i], changed = truth, True
+                    bound.setdefault(i, NOISE * max(1.0, self._largest[i]))
+                    turned.add(i)
+        self._g[:] = now
+        return changed
+
+    # When-clauses
+
+    def _edges(self, initial: bool = False) -> list[tuple[object, ...]]:
+        """The actions of every when-clause's first branch that just became true."""
+        w = self.kernel.w
+        actions: list[tuple[object, ...]] = []
+        for when in self.program.whens:
+            for slot, pre, branch in when.branches:
+                if initial and slot not in self._at_start:
+                    continue
+                if w[slot] != 0 and w[pre] == 0:
+                    actions.append(branch)
+                    break
+        return actions
+
+    def _assign(self, t: float, edges: list[tuple[object, ...]]) -> None:
+        read = Reader(self.program, self.kernel, t)
+        for actions in edges:
+            for action in actions:
+                if isinstance(action, SetDiscrete):
+                    self.kernel.w[self.program.slots[action.name]] = float(read(action.value))
+
+    def _act(
+        self,
+        t: float,
+        edges: list[tuple[object, ...]],
+        done: Processed,
+        states: Mapping[int, int],
+    ) -> bool:
+        """Everything but assignments; true if a state was set anew."""
+        read = Reader(self.program, self.kernel, t)
+        moved = []
+        for actions in edges:
+            for action in actions:
+                if isinstance(action, Reinit):
+                    index = states.get(self.program.slots[repr(action.symbol)])
+                    if index is not None:
+                        moved.append((index, float(read(action.value))))
+                elif isinstance(action, Assertion) and not read(action.condition):
+                    self._assertion(t, action, read, done)
+                elif isinstance(action, Terminate) and done.ended is None:
+                    done.ended = Diagnostic(
+                        "R431",
+                        f"terminated at t = {t:.6g} s: {text_of(action.message, read)}",
+                        action.span,
+                        Severity.NOTE,
+                    )
+        for index, value in moved:
+            done.y[index] = value
+        return bool(moved)
+
+    def _assertion(self, t: float, action: Assertion, read: Reader, done: Processed) -> None:
+        found = assertion_diagnostic(t, action, text_of(action.message, read))
+        if action.warning:
+            done.warnings.append(found)
+        elif done.ended is None:
+            done.ended = found
+
+    # Bookkeeping
+
+    def _snapshot(self) -> tuple[float, ...]:
+        w, program = self.kernel.w, self.program
+        return (
+            *(w[r.slot] for r in program.relations),
+            *(w[d.slot] for d in program.discretes),
+        )
+
+    def _keep_pre(self) -> None:
+        w = self.kernel.w
+        for d in self.program.discretes:
+            w[d.pre] = w[d.slot]
+
+    def _endless(self, t: float, before: tuple[float, ...]) -> Diagnostic:
+        program = self.program
+        names = [f"`{r.text}`" for r in program.relations]
+        names += [f"`{d.name}`" for d in program.discretes]
+        spans = [r.span for r in program.relations] + [None for _ in program.discretes]
+        restless = [
+            i for i, (a, b) in enumerate(zip(before, self._snapshot(), strict=True)) if a != b
+        ]
+        culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
+        return Diagnostic(
+            "R433",
+            f"the events at t = {t:.6g} s do not come to rest: {culprits} switch to and fro",
+            spans[restless[0]] if restless else None,
+            hint="break the loop with `pre(...)`, or make the relation's two sides agree",
+        )
+
+    def _failed(self, t: float, done: Processed) -> Processed:
+        block = self.kernel.failed_block
+        where = f" of block {block + 1}" if block >= 0 else ""
+        info = None
+        if 0 <= block < len(self.program.blocks) and self.program.blocks[block].equations:
+            info = self.program.equations[self.program.blocks[block].equations[0]]
+            where = f" (`{info.text}`)"
+        done.ended = Diagnostic(
+            "R422",
+            f"the equations{where} could not be solved at the event at t = {t:.6g} s",
+            info.span if info else None,
+        )
+        return done
+
+    def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
+        program, read = self.program, Reader(self.program, self.kernel, 0.0)
+        texts = [program.relations[i].text for i in crossing]
+        texts += [
+            f"sample({read(program.samplers[i][1]):g}, {read(program.samplers[i][2]):g})"
+            for i in samples
+        ]
+        return tuple(texts)
+
+    def finish(self) -> None:
+        self.set_flag(TERMINAL, True)
+
+
+def assertion_diagnostic(t: float, assertion: Assertion, message: str) -> Diagnostic:
+    return Diagnostic(
+        "R430",
+        f"assertion failed at t = {t:.6g} s: {message}",
+        assertion.span,
+        Severity.WARNING if assertion.warning else Severity.ERROR,
+    )
+
+
+def _initial_conditions(program: Program) -> frozenset[int]:
+    """Slots of the conditions that `initial()` makes true."""
+    marked = set()
+    for statement in program.discrete:
+        if isinstance(statement, Let) and any(
+            e.op is Op.SYMBOL and (e.name == INITIAL or e in marked)
+            for e in postorder((statement.value,))
+        ):
+            marked.add(statement.target)
+    return frozenset(program.slots[repr(e)] for e in marked if repr(e) in program.slots)

@@ -1,0 +1,106 @@
+"""Why a run cannot go on, in words: time, cause, worst equation, fastest states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.ir.program import EquationInfo, Kernel, Program
+from planarc.solve import trouble
+from planarc.solve.solvers.integrator import Cause
+
+if TYPE_CHECKING:
+    from planarc.solve.simulate import Run
+
+
+def parameter_not_finite(program: Program, kernel: Kernel) -> str:
+    """The name of the first parameter without a finite value, or nothing."""
+    for p in program.parameter_slots:
+        if not math.isfinite(kernel.w[p.slot]):
+            return p.name
+    return ""
+
+
+def stopped(
+    run: Run, t: float, y: Sequence[float], cause: Cause | None, block: int = -1
+) -> Diagnostic:
+    """The diagnostic for an integrator or equations that cannot go on from `t`."""
+    program, kernel = run.program, run.kernel
+    if block < 0:
+        block = kernel.failed_block
+    ydot = [math.nan] * len(y)
+    flag = kernel.rhs(t, y, ydot)
+    bad = trouble.first_not_finite(program, kernel) if flag != 0 or not _finite(ydot) else None
+    if bad is not None:
+        return _not_finite(bad, t)
+    if flag == 0 and cause is Cause.NOT_FINITE:
+        return Diagnostic(
+            "R421",
+            f"right after t = {t:.6g} s an equation gives no finite number",
+            hint="look for a division by something that vanishes, or the root of a negative "
+            "number, beyond this time",
+            related=_related(program, kernel, t, block),
+        )
+    if 0 <= block < len(program.blocks) and (flag != 0 or cause is Cause.BLOCK):
+        return _block(program, kernel, t, block)
+    names = [program.candidates[i].display for i in run.selection]
+    rates = trouble.fastest(names, y, ydot)
+    return Diagnostic(
+        "R420",
+        f"the integration stopped at t = {t:.6g} s: {(cause or Cause.STEP).value}",
+        hint=f"the states that moved fastest were {rates}" if rates else None,
+        related=_related(program, kernel, t, block),
+    )
+
+
+def _finite(values: Sequence[float]) -> bool:
+    return all(map(math.isfinite, values))
+
+
+def _not_finite(info: EquationInfo, t: float) -> Diagnostic:
+    return Diagnostic(
+        "R421",
+        f"at t = {t:.6g} s `{info.text}` gives no finite number",
+        info.span,
+        hint="look for a division by something that vanishes, or the root of a negative number",
+    )
+
+
+def _block(program: Program, kernel: Kernel, t: float, block: int) -> Diagnostic:
+    worst = trouble.worst_equations(program, kernel, t, block)
+    parts = list(dict.fromkeys(i.component for _, i in worst if i.component))
+    names = trouble.names(parts)
+    return Diagnostic(
+        "R422",
+        f"at t = {t:.6g} s the equations of {names or 'the model'} could not be solved",
+        worst[0][1].span if worst else None,
+        hint="the mechanism may be stretched or jammed here: look at its position at this time",
+        related=tuple(Related(_told(v, i), i.span) for v, i in worst),
+    )
+
+
+def _related(program: Program, kernel: Kernel, t: float, block: int) -> tuple[Related, ...]:
+    if not 0 <= block < len(program.blocks):
+        return ()
+    worst = trouble.worst_equations(program, kernel, t, block)
+    return tuple(Related(_told(v, i), i.span) for v, i in worst)
+
+
+def _told(value: float, info: EquationInfo) -> str:
+    if math.isfinite(value):
+        return f"`{info.text}` is off by {value:.3g}"
+    return f"`{info.text}` is one of them"
+
+
+def chattering(program: Program, t: float, often: Sequence[tuple[str, int]]) -> Diagnostic:
+    spans = {r.text: r.span for r in program.relations}
+    names = trouble.listed(f"`{text}`" for text, _ in often)
+    return Diagnostic(
+        "R432",
+        f"events follow each other without end at t = {t:.6g} s: {names} switches to and fro",
+        spans.get(often[0][0]) if often else None,
+        hint="let the model come to rest there (a stuck or resting mode), or smooth the "
+        "relation, or put it in `noEvent(...)`",
+    )

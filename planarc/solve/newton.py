@@ -1,0 +1,173 @@
+"""Newton's method for a few equations, from guesses that may be far away.
+
+In:   a function of n unknowns with m residuals (m may be less or more than n)
+Out:  Root    the point reached, its residuals, and whether they vanish
+
+Steps are those of least norm, so that unknowns which nothing determines stay where
+they are, and are limited in length, so that the branch nearest to the guess is
+found and an angle does not turn round. A step that does not reduce the residuals
+is halved; where that fails, damping as in Levenberg and Marquardt takes over.
+
+The function gives None where it cannot be evaluated; such a point is stepped back from.
+
+Reference: J. E. Dennis, R. B. Schnabel, Numerical Methods for Unconstrained
+           Optimization and Nonlinear Equations, 1996, chapters 6 and 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Vector: TypeAlias = NDArray[np.float64]
+    Residuals: TypeAlias = Callable[[Vector], Vector | None]
+
+#: Longest change of an unknown in one step, in its own measure (radians, metres).
+LONGEST = 0.5
+#: Singular values below this part of the largest count as zero.
+RANK = 1e-9
+#: Residuals below this, times their size per unit of the unknowns, count as zero.
+SMALL = 1e-10
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    point: Vector
+    residuals: Vector
+    converged: bool
+
+
+def derivative(f: Residuals, z: Vector, r: Vector, central: bool = False) -> Vector | None:
+    """The Jacobian by differences; one-sided ones err by 1e-8, central ones by 1e-10."""
+    import numpy as np
+
+    jacobian = np.empty((len(r), len(z)))
+    for j in range(len(z)):
+        h = (6e-6 if central else 1.5e-8) * max(1.0, abs(z[j]))
+        moved = z.copy()
+        moved[j] = z[j] + h
+        above = f(moved)
+        if central or above is None:
+            moved[j] = z[j] - h
+            below = f(moved)
+            if above is None and below is None:
+                return None
+        else:
+            below = None
+        if above is not None and below is not None:
+            jacobian[:, j] = (above - below) / (2 * h)
+        elif above is not None:
+            jacobian[:, j] = (above - r) / h
+        elif below is not None:
+            jacobian[:, j] = (r - below) / h
+    return jacobian
+
+
+def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
+    """Newton with least-norm steps and a line search, then Levenberg and Marquardt."""
+    import numpy as np
+
+    r = f(guess)
+    if r is None:
+        return Root(guess, np.array([np.nan]), False)
+    root = _newton(f, guess, r, iterations)
+    if root.converged:
+        return root
+    damped = _levenberg_marquardt(f, guess, r, 3 * iterations)
+    if not damped.converged:
+        polished = _newton(f, damped.point, damped.residuals, iterations)
+        damped = polished if _size(polished.residuals) <= _size(damped.residuals) else damped
+    if damped.converged or _size(damped.residuals) < _size(root.residuals):
+        return damped
+    return root
+
+
+def _size(r: Vector) -> float:
+    import numpy as np
+
+    return float(np.sqrt(r @ r))
+
+
+def _vanish(r: Vector, jacobian: Vector) -> bool:
+    """Whether residuals are zero but for rounding, measured by what moves them."""
+    import numpy as np
+
+    scale = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-3)
+    return bool(np.all(np.abs(r) <= SMALL * scale))
+
+
+def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
+    import numpy as np
+
+    if not len(r) or not np.any(r):
+        return Root(z, r, True)
+    converged = False
+    for _ in range(iterations):
+        jacobian = derivative(f, z, r)
+        if jacobian is None or not np.all(np.isfinite(jacobian)):
+            break
+        if len(z) == 0:
+            return Root(z, r, _vanish(r, jacobian))
+        step = np.linalg.lstsq(jacobian, -r, rcond=RANK)[0]
+        longest = float(np.max(np.abs(step)))
+        if longest > LONGEST:
+            step *= LONGEST / longest
+        small = _vanish(r, jacobian)
+        following = _line_search(f, z, r, step)
+        if following is None:
+            return Root(z, r, small)
+        z, r = following
+        converged = small or _vanish(r, jacobian)
+        # One step more than needed: quadratic convergence makes it exact to rounding.
+        if not np.any(r) or (small and longest < 1e-9):
+            break
+    return Root(z, r, converged)
+
+
+def _line_search(f: Residuals, z: Vector, r: Vector, step: Vector) -> tuple[Vector, Vector] | None:
+    """A part of the step that reduces the residuals."""
+    size, part = _size(r), 1.0
+    for _ in range(25):
+        trial = z + part * step
+        value = f(trial)
+        if value is not None and _size(value) < (1 - 1e-4 * part) * size:
+            return trial, value
+        part *= 0.5
+    return None
+
+
+def _levenberg_marquardt(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
+    import numpy as np
+
+    damping, jacobian = 1e-3, derivative(f, z, r)
+    if jacobian is None or len(z) == 0:
+        return Root(z, r, False)
+    for _ in range(iterations):
+        gradient = jacobian.T @ r
+        hessian = jacobian.T @ jacobian
+        diagonal = np.maximum(np.diag(hessian), 1e-8 * max(1e-300, float(np.trace(hessian))))
+        step = np.linalg.lstsq(hessian + damping * np.diag(diagonal), -gradient, rcond=None)[0]
+        longest = float(np.max(np.abs(step)))
+        if longest > LONGEST:
+            step *= LONGEST / longest
+        value = f(z + step)
+        if value is not None and _size(value) < _size(r):
+            z, r = z + step, value
+            damping = max(damping / 5, 1e-14)
+            jacobian = derivative(f, z, r)
+            if jacobian is None:
+                return Root(z, r, False)
+            if _vanish(r, jacobian):
+                return _newton(f, z, r, 5)
+        else:
+            damping *= 4
+            if damping > 1e12:
+                break
+        if longest < 1e-14:
+            break
+    return Root(z, r, _vanish(r, jacobian))

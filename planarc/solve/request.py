@@ -1,0 +1,182 @@
+"""What is asked of a run, checked against the model, with every default filled in.
+
+In:   Program, RunOptions
+Out:  Request    times, rows, tolerance, values of parameters, start values by slot
+
+Everything that the user can have misspelt or contradicted is found here, before
+anything is computed, and says which names there are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import RunOptions, Solver
+from planarc.ir.program import ParameterSlot, Program
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: More rows than this are a mistake in the options rather than a wish.
+MOST_ROWS = 20_000_000
+DEFAULT_INTERVALS = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    start: float
+    stop: float
+    grid: NDArray[np.float64]  # the times of the rows, from start to stop
+    tolerance: float
+    solver: Solver
+    values: Mapping[int, float]  # slot of a parameter -> value
+    starts: Mapping[int, float]  # slot of a start value -> value
+
+    @property
+    def span(self) -> float:
+        return self.stop - self.start
+
+
+def resolve(program: Program, options: RunOptions) -> Request:
+    """Raises `UsageError` (R401 to R406)."""
+    given = program.experiment
+    start = given.start if options.start is None else options.start
+    stop = given.stop if options.stop is None else options.stop
+    if not (math.isfinite(start) and math.isfinite(stop)):
+        raise _usage("R401", f"the times must be finite numbers, not {start:g} and {stop:g}")
+    if stop < start:
+        raise _usage(
+            "R401",
+            f"the stop time {stop:g} s lies before the start time {start:g} s",
+            "give a stop time after the start time",
+        )
+    tolerance = given.tolerance if options.tolerance is None else options.tolerance
+    if not 1e-14 <= tolerance < 1:
+        raise _usage(
+            "R402",
+            f"the tolerance must lie between 1e-14 and 1, not {tolerance:g}",
+            "choose for example 1e-6",
+        )
+    return Request(
+        start=start,
+        stop=stop,
+        grid=_grid(start, stop, given.interval, options),
+        tolerance=tolerance,
+        solver=options.solver,
+        values=_parameter_values(program, options.values),
+        starts=_start_values(program, options.starts),
+    )
+
+
+def _usage(code: str, message: str, hint: str | None = None) -> UsageError:
+    return UsageError(Diagnostic(code, message, hint=hint))
+
+
+def _grid(
+    start: float, stop: float, default: float | None, options: RunOptions
+) -> NDArray[np.float64]:
+    import numpy as np
+
+    if options.interval is not None and options.intervals is not None:
+        raise _usage("R403", "both an interval and a number of intervals are given", "give one")
+    interval = options.interval if options.intervals is None else None
+    if options.interval is None and options.intervals is None:
+        interval = default
+    if stop == start:
+        return np.array([start])
+    if interval is None:
+        count = DEFAULT_INTERVALS if options.intervals is None else options.intervals
+        if count < 1:
+            raise _usage("R403", f"the number of intervals must be at least 1, not {count}")
+        _limit_rows(count)
+        return np.linspace(start, stop, count + 1)
+    if not (math.isfinite(interval) and interval > 0):
+        raise _usage("R403", f"the interval must be a time above 0 s, not {interval:g}")
+    _limit_rows((stop - start) / interval)
+    count = int((stop - start) / interval + 1e-9)
+    times = start + interval * np.arange(count + 1)
+    if stop - times[-1] > 1e-9 * interval:
+        return np.append(times, stop)
+    times[-1] = stop
+    return times
+
+
+def _limit_rows(rows: float) -> None:
+    if rows > MOST_ROWS:
+        raise _usage("R403", f"{rows:.3g} rows are too many", "choose a longer interval")
+
+
+def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
+    if not given:
+        return {}
+    known = {p.name: p for p in program.parameter_slots}
+    return {_settable(known, program, name).slot: _finite(name, v) for name, v in given.items()}
+
+
+def _finite(name: str, value: float) -> float:
+    if not math.isfinite(value):
+        raise _usage("R404", f"`{name}` must be a finite number, not {value:g}")
+    return float(value)
+
+
+def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -> ParameterSlot:
+    parameter = known.get(name)
+    if parameter is None:
+        if any(c.name == name for c in program.columns):
+            raise _usage(
+                "R404",
+                f"`{name}` is a variable, not a parameter",
+                f"set its start value with `{name}.start`",
+            )
+        raise _unknown("R404", "parameter", name, known)
+    if parameter.structural:
+        raise _usage(
+            "R405",
+            f"`{name}` is structural: the equations themselves depend on it",
+            "change it in the model and compile again",
+        )
+    if not parameter.settable:
+        raise _usage(
+            "R405",
+            f"`{name}` cannot be set: it is final, constant, or computed from other parameters",
+            "set the parameters that it is computed from, or change the model",
+        )
+    return parameter
+
+
+def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:
+    near = get_close_matches(name, list(known), n=3, cutoff=0.6)
+    hint = f"did you mean {' or '.join(f'`{n}`' for n in near)}?" if near else None
+    return _usage(code, f"there is no {kind} `{name}` in the model", hint)
+
+
+def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
+    """Start values by the slot that holds them; a variable's alias carries its sign."""
+    if not given:
+        return {}
+    slots = {c.slot: c.start for c in program.candidates}
+    slots |= {d.slot: d.start for d in program.discretes}
+    slots |= {f.slot: f.start for f in program.fixed}
+    columns = {c.name: (c.slot, c.sign) for c in program.columns}
+    columns |= {c.name: (c.slot, 1) for c in program.candidates if c.name not in columns}
+    result: dict[int, float] = {}
+    for name, value in given.items():
+        if name not in columns:
+            raise _unknown("R406", "variable", name, columns)
+        slot, sign = columns[name]
+        if slot not in slots:
+            choices = [c.display for c in program.candidates]
+            near = get_close_matches(name, choices, n=3, cutoff=0.0)
+            raise _usage(
+                "R406",
+                f"`{name}` follows from other variables: its start value has no effect",
+                f"set the start value of {' or '.join(f'`{n}`' for n in near)}" if near else None,
+            )
+        result[slots[slot]] = sign * _finite(f"{name}.start", value)
+    return result

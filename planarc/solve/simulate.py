@@ -1,0 +1,366 @@
+"""A run: from a loaded program to rows over time.
+
+In:   Program, Kernel, RunOptions
+Out:  Result
+
+    request    times, tolerance, parameters and start values, checked
+    start      consistent positions and velocities, and the first states
+    march      the integrator goes to the next instant known beforehand, or to the
+               first root of a relation, or for a while; rows are taken on the way
+    event      rows before and after; what switched is settled; the integrator restarts
+    states     exchanged where the present ones go bad; the integrator restarts
+
+A run that cannot go on does not raise: it returns what it has, and says in
+`Result.ended` why it ended. Only what fails before the first row raises.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.options import RunOptions
+from planarc.ir.program import Addresses, Kernel, Program
+from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
+from planarc.solve import failure
+from planarc.solve.asserts import AssertWatch
+from planarc.solve.events import Events
+from planarc.solve.instants import Schedule, same
+from planarc.solve.recorder import Recorder
+from planarc.solve.request import Request, resolve
+from planarc.solve.solvers.choice import make_integrator
+from planarc.solve.solvers.integrator import Integrator, March, Outcome, Settings
+from planarc.solve.start import solve_start
+from planarc.solve.states import Selector, lost_diagnostic
+
+if TYPE_CHECKING:
+    pass
+
+Progress = Callable[[float], None]
+
+#: Longest time without coming back to Python, seconds of real time.
+PATIENCE = 0.1
+#: Steps between two looks at the choice of states.
+WATCH_STEPS = 24
+#: So many events within this part of the run are called chattering.
+CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
+#: Rounds of start values and relations before they are called contradictory.
+START_ROUNDS = 50
+
+
+def simulate(
+    program: Program,
+    kernel: Kernel,
+    options: RunOptions,
+    *,
+    progress: Progress | None = None,
+) -> Result:
+    """Runs the program. `progress` is called now and then with the simulated time.
+
+    Raises `UsageError` for a wrong request, `PlanarcError` where no start exists.
+    """
+    request = resolve(program, options)
+    set_workspace(program, kernel, request)
+    run = Run(program, kernel, request, str(options.backend))
+    try:
+        run.begin()
+        try:
+            run.go(progress)
+        except KeyboardInterrupt:
+            run.ended = Diagnostic(
+                "R440", f"interrupted at t = {run.integrator.t:.6g} s", severity=Severity.ERROR
+            )
+        return run.result()
+    finally:
+        run.close()
+
+
+def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
+    """Parameters, what depends on them, and start values."""
+    w = kernel.w
+    for p in program.parameter_slots:
+        if p.slot in request.values:
+            w[p.slot] = request.values[p.slot]
+        elif p.default is not None:
+            w[p.slot] = p.default
+    flag = kernel.parameters()
+    bad = failure.parameter_not_finite(program, kernel)
+    if flag != 0 or bad:
+        raise error(
+            "R414",
+            f"parameter `{bad}` has no finite value" if bad else "the parameters have no value",
+            hint="check the parameters it is computed from",
+        )
+    for slot, value in request.starts.items():
+        w[slot] = value
+
+
+class Run:
+    """One run under way. `y` are the values of the states at time `t`."""
+
+    def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
+        self.program, self.kernel, self.request = program, kernel, request
+        self.backend = backend
+        self.events = Events(program, kernel, request.span)
+        self.schedule = Schedule(program, kernel, request.start)
+        self.selector = Selector(program, kernel)
+        self.asserts = AssertWatch(program, kernel)
+        self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
+        settings = Settings(request.tolerance, request.span, len(program.relations))
+        self.integrator: Integrator
+        self.integrator, self.reason = make_integrator(
+            request.solver, kernel, program.state_count, settings
+        )
+        self.selection: list[int] = []
+        self.ended: Diagnostic | None = None
+        self.warnings: list[Diagnostic] = []
+        self.states: list[StateChoice] = []
+        self.held: tuple[Held, ...] = ()
+        self.records: list[EventRecord] = []
+        self.recent: list[tuple[float, tuple[str, ...]]] = []
+
+    def close(self) -> None:
+        self.integrator.close()
+
+    # The start
+
+    def begin(self) -> None:
+        """Start values, the first states, the first row."""
+        t = self.request.start
+        self.events.begin()
+        for _ in range(START_ROUNDS):
+            start = solve_start(self.program, self.kernel, t)
+            self.kernel.accept(t)
+            self._choose_states(t)
+            y = self._state_values()
+            if not self.events.present or not self.events.settle_start(t, y):
+                break
+        else:
+            raise error(
+                "R433",
+                "the relations and the start values do not agree: they switch to and fro",
+                hint="write start values that lie clearly on one side of each relation",
+            )
+        self.held = start.held
+        if self.events.present:
+            self.kernel.outputs(t, y)
+            done = self.events.finish_start(t, y)
+            self._note(done.ended, done.warnings)
+            fired = self.schedule.firing(t)
+            done = self.events.process(t, done.y, {}, fired, self._state_slots())
+            self._note(done.ended, done.warnings)
+            y = done.y
+            if fired:
+                causes = self.events.causes((), fired)
+                self.records.append(EventRecord(t, causes))
+        self._row(t, y)
+        self.recorder.pass_by(t)
+        self._restart(t, y)
+
+    def _choose_states(self, t: float) -> None:
+        self.selection = self.selector.choose()
+        self.kernel.select(self.selection)
+        names = tuple(self.program.candidates[i].display for i in self.selection)
+        self.states[:] = [StateChoice(t, names)]
+
+    def _state_values(self) -> list[float]:
+        return [self.kernel.w[self.program.candidates[i].slot] for i in self.selection]
+
+    def _state_slots(self) -> dict[int, int]:
+        return {self.program.candidates[c].slot: k for k, c in enumerate(self.selection)}
+
+    def _absolute(self) -> list[float]:
+        """The absolute tolerance of each state."""
+        w, tolerance = self.kernel.w, self.request.tolerance
+        result = []
+        for i in self.selection:
+            nominal = self.program.candidates[i].nominal
+            size = abs(w[nominal]) if nominal is not None else 1.0
+            result.append(tolerance * (size or 1.0))
+        return result
+
+    def _restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
+        """Go on from here; the point becomes the one that nonlinear blocks start from."""
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or failure.stopped(self, t, y, None)
+            return
+        self.kernel.accept(t)
+        directions = self.events.directions()
+        self.integrator.restart(t, y, self._absolute(), directions, step)
+
+    # On the way
+
+    def go(self, progress: Progress | None) -> None:
+        steps = 2
+        stop = self.request.stop
+        while self.ended is None and self.integrator.t < stop:
+            limit = min(self.schedule.next(self.integrator.t), stop)
+            began = time.perf_counter()
+            march = self.integrator.march(limit, self.recorder, steps)
+            steps = self._budget(steps, time.perf_counter() - began)
+            if progress is not None:
+                progress(self.integrator.t)
+            self._check_asserts()
+            if self.ended is not None:
+                return
+            if march.outcome is Outcome.FAILED:
+                self._rescue(march)
+                steps = 2
+            elif self._happens(march):
+                steps = 2
+            elif march.outcome is Outcome.BUDGET:
+                self._watch_states()
+        if self.ended is None:
+            self._finish()
+
+    def _budget(self, steps: int, seconds: float) -> int:
+        """Steps for the next march: soon back after a restart, then ever later."""
+        if seconds > PATIENCE:
+            return max(1, steps // 2)
+        most = WATCH_STEPS if self.selector.open or self.program.relations else 1 << 16
+        return min(2 * steps, most) if seconds < PATIENCE / 2 else steps
+
+    def _happens(self, march: March) -> bool:
+        """Treats the event at the time reached, if there is one."""
+        t, stop = self.integrator.t, self.request.stop
+        crossing = {i: d < 0 for i, d in enumerate(march.directions) if d}
+        known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
+        if same(known, t):
+            t = known
+            crossing |= self.schedule.switching(t)
+        fired = self.schedule.firing(t)
+        if not crossing and march.outcome is Outcome.BUDGET:
+            crossing = self.events.missed(t, self.integrator.y)
+        if crossing or fired:
+            self._event(t, crossing, fired)
+            return True
+        if march.outcome is Outcome.LIMIT and t >= stop:
+            self._row(t, self.integrator.y)
+        return False
+
+    def _event(self, t: float, crossing: dict[int, bool], fired: list[int]) -> None:
+        y = self.integrator.y
+        if not self._row(t, y):
+            return
+        self.kernel.accept(t)
+        causes = self.events.causes(crossing, fired)
+        done = self.events.process(t, y, crossing, fired, self._state_slots())
+        self.records.append(EventRecord(t, causes))
+        self._note(done.ended, done.warnings)
+        if self._row(t, done.y):
+            self.recorder.pass_by(t)
+            self._guard_chatter(t, causes if not fired else ())
+            self._restart(t, done.y)
+            changed, _ = self.selector.check(urgent=True)
+            if changed:
+                self._exchange(t, None)
+        self._check_asserts()
+
+    def _row(self, t: float, y: Sequence[float]) -> bool:
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or failure.stopped(self, t, y, None)
+            return False
+        self.recorder.take(t)
+        return True
+
+    def _guard_chatter(self, t: float, causes: tuple[str, ...]) -> None:
+        if not causes or self.ended is not None:
+            return
+        self.recent.append((t, causes))
+        if len(self.recent) > CHATTER_COUNT:
+            del self.recent[0]
+            if t - self.recent[0][0] < CHATTER_TIME * self.request.span:
+                often = Counter(c for _, found in self.recent for c in found)
+                self.ended = failure.chattering(self.program, t, often.most_common(3))
+
+    def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
+        self.ended = self.ended or ended
+        self.warnings.extend(warnings)
+
+    def _check_asserts(self) -> None:
+        """Asserts at all new rows; the rows after a failed one are taken back."""
+        found, row = self.asserts.check(self.recorder)
+        for diagnostic in found:
+            if diagnostic.severity is Severity.WARNING:
+                self.warnings.append(diagnostic)
+            else:
+                self.ended = diagnostic
+                self.recorder.cut(row + 1)
+
+    # States
+
+    def _watch_states(self) -> None:
+        if not self.selector.open:
+            return
+        t, y = self.integrator.t, self.integrator.y
+        if self.kernel.outputs(t, y) != 0:
+            return
+        changed, lost = self.selector.check()
+        if lost is not None:
+            self.ended = lost_diagnostic(self.program, t, lost)
+        elif changed:
+            self._exchange(t, self.integrator.last_step())
+
+    def _exchange(self, t: float, step: float | None) -> None:
+        """Other states from here on; the workspace holds consistent values at `t`."""
+        self.selection = self.selector.selection()
+        self.kernel.select(self.selection)
+        names = tuple(self.program.candidates[i].display for i in self.selection)
+        self.states.append(StateChoice(t, names))
+        self._restart(t, self._state_values(), step)
+
+    def _rescue(self, march: March) -> None:
+        """The integrator failed: other states may help, else the run ends here."""
+        t, y = self.integrator.t, self.integrator.y
+        failed = self.kernel.failed_block
+        usable = self.kernel.outputs(t, y) == 0
+        if usable and self.selector.open:
+            changed, lost = self.selector.check(urgent=True)
+            if changed:
+                self._exchange(t, None)
+                return
+            if lost is not None:
+                self.ended = lost_diagnostic(self.program, t, lost)
+                return
+        self.ended = failure.stopped(self, t, y, march.cause, failed)
+
+    # The end
+
+    def _finish(self) -> None:
+        self.events.finish()
+        if self.events.present and self.program.whens:
+            t, y = self.integrator.t, self.integrator.y
+            done = self.events.process(t, y, {}, (), self._state_slots())
+            self._note(done.ended, done.warnings)
+
+    def result(self) -> Result:
+        times, data = self.recorder.rows()
+        w = self.kernel.w
+        constants = {c.slot: float(w[c.slot]) for c in self.program.columns if c.constant}
+        counts = self.integrator.counts()
+        native = isinstance(getattr(self.kernel, "addresses", None), Addresses)
+        return Result(
+            program=self.program,
+            time=times,
+            data=data,
+            stored=self.recorder.stored,
+            constants=constants,
+            statistics=Statistics(
+                solver=self.integrator.name,
+                backend=self.backend or ("native" if native else "numpy"),
+                steps=counts.steps,
+                rhs_calls=counts.rhs_calls,
+                jacobians=counts.jacobians,
+                error_test_failures=counts.error_test_failures,
+                events=len(self.records),
+                reason=self.reason,
+            ),
+            states=tuple(self.states),
+            held=self.held,
+            events=tuple(self.records),
+            warnings=tuple(self.warnings),
+            ended=self.ended,
+        )

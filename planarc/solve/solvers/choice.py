@@ -1,0 +1,43 @@
+"""Which integrator runs, and why."""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.options import Solver
+from planarc.ir.program import Kernel
+from planarc.solve.solvers.integrator import Integrator, Settings
+from planarc.solve.solvers.sundials import Unavailable
+
+
+def make_integrator(
+    wanted: Solver, kernel: Kernel, states: int, settings: Settings
+) -> tuple[Integrator, str]:
+    """The integrator and the reason for it. Raises R450 where the one asked for is missing."""
+    if states == 0:
+        from planarc.solve.solvers.stateless import Stateless
+
+        return Stateless(kernel, settings), "the model has no states"
+    if wanted in (Solver.LSODA, Solver.SCIPY_BDF):
+        from planarc.solve.solvers.scipy import ScipyIntegrator
+
+        method = "LSODA" if wanted is Solver.LSODA else "BDF"
+        return ScipyIntegrator(kernel, states, settings, method), "asked for"
+    try:
+        from planarc.solve.solvers.cvode import Cvode
+
+        adams = wanted is Solver.CVODE_ADAMS
+        integrator = Cvode(kernel, states, settings, adams)
+    except Unavailable as problem:
+        if wanted is not Solver.AUTO:
+            raise PlanarcError(
+                Diagnostic(
+                    "R450",
+                    f"the solver `{wanted}` cannot be used here: {problem}",
+                    hint="choose `auto`, `lsoda` or `scipy-bdf`",
+                )
+            ) from None
+        from planarc.solve.solvers.scipy import ScipyIntegrator
+
+        return ScipyIntegrator(kernel, states, settings, "LSODA"), f"no CVODE: {problem}"
+    reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
+    return integrator, reason

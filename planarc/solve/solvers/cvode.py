@@ -1,0 +1,266 @@
+"""CVODE: variable-order BDF and Adams methods, the integrator planarc prefers.
+
+With a native kernel the right-hand side and the zero functions go to CVODE as
+machine addresses, and the march itself runs in machine code (`driver`); with
+another kernel, or without llvmlite, the same steps are made from Python.
+
+`tolerance` T is passed on as it is: relative tolerance T, absolute tolerance T times
+the nominal value of each state. No factor is hidden here.
+
+Reference: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31(3), 2005, 363-396.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Callable, Sequence
+
+from planarc.ir.program import Addresses, Kernel
+from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.driver import Driver, open_driver
+from planarc.solve.solvers.integrator import (
+    Cause,
+    Counts,
+    March,
+    Outcome,
+    Settings,
+    march_steps,
+)
+from planarc.solve.solvers.sundials import Unavailable, open_sundials
+
+_ADAMS, _BDF = 1, 2
+_ONE_STEP = 2
+_STOP_REACHED, _ROOT_FOUND, _WARNING = 1, 2, 99
+
+#: No step is longer than this part of the run, so that no short pulse is stepped over.
+LONGEST_STEP = 1 / 50
+
+#: Return flags of CVODE; every other failure is one of the setup.
+_CAUSES = {
+    -1: Cause.STEP,
+    -2: Cause.ACCURACY,
+    -3: Cause.ERROR_TEST,
+    -4: Cause.CONVERGENCE,
+    -6: Cause.CONVERGENCE,
+    -7: Cause.CONVERGENCE,
+    -8: Cause.NOT_FINITE,
+    -9: Cause.BLOCK,
+    -10: Cause.BLOCK,
+    -11: Cause.BLOCK,
+    -12: Cause.BLOCK,
+}
+
+_RHS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.c_void_p, C.c_void_p)
+_ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c_void_p)
+
+
+class Cvode:
+    """One run's integrator. Owns its context, vectors and callbacks until `close`."""
+
+    def __init__(self, kernel: Kernel, states: int, settings: Settings, adams: bool) -> None:
+        self._lib = lib = open_sundials()
+        self._kernel, self._size, self._settings = kernel, states, settings
+        self._adams = adams
+        self._context = C.c_void_p()
+        lib.SUNContext_Create(0, C.byref(self._context))
+        lib.SUNContext_ClearErrHandlers(self._context)
+        self._vectors = [lib.N_VNew_Serial(states, self._context) for _ in range(3)]
+        self._y, self._dense, self._absolute = (self._numbers(v) for v in self._vectors)
+        self._raised: BaseException | None = None
+        self._rhs, self._roots, user = self._functions()
+        self._memory = C.c_void_p()
+        self._matrix = self._linear = None
+        self._user = user
+        self._time = C.c_double()
+        self._total = Counts()
+        self._driver = self._native_driver()
+        self.name = f"cvode-{'adams' if adams else 'bdf'}"
+        if isinstance(getattr(kernel, "addresses", None), Addresses):
+            self.name += " (native)"
+
+    def _numbers(self, vector: int) -> C.Array[C.c_double]:
+        address = self._lib.N_VGetArrayPointer(vector)
+        return (C.c_double * self._size).from_address(address)
+
+    # The right-hand side
+
+    def _functions(self) -> tuple[object, object, int | None]:
+        """Right-hand side, zero functions, and what CVODE hands to both."""
+        addresses = getattr(self._kernel, "addresses", None)
+        if isinstance(addresses, Addresses):
+            roots = addresses.cv_roots or None
+            return C.c_void_p(addresses.cv_rhs), C.c_void_p(roots), addresses.context
+        rhs, roots_function = self._callbacks()
+        return rhs, roots_function, None
+
+    def _callbacks(self) -> tuple[object, object]:
+        kernel, pointer, size = self._kernel, self._lib.N_VGetArrayPointer, self._size
+        seen: dict[int, C.Array[C.c_double]] = {}
+
+        def numbers(vector: int) -> C.Array[C.c_double]:
+            address = pointer(vector)
+            if address not in seen:
+                seen[address] = (C.c_double * size).from_address(address)
+            return seen[address]
+
+        def rhs(t: float, y: int, ydot: int, _: object) -> int:
+            return kernel.rhs(t, numbers(y), numbers(ydot))
+
+        def roots(t: float, y: int, g: object, _: object) -> int:
+            return kernel.roots(t, numbers(y), g)  # type: ignore[arg-type]
+
+        return _RHS(self._guarded(rhs)), _ROOTS(self._guarded(roots))
+
+    def _guarded(self, function: Callable[..., int]) -> Callable[..., int]:
+        """No exception passes through C: it is kept, and raised when CVODE has returned."""
+
+        def call(*arguments: object) -> int:
+            try:
+                return function(*arguments)
+            except BaseException as problem:
+                self._raised = problem
+                return -1
+
+        return call
+
+    def _native_driver(self) -> Driver | None:
+        addresses = getattr(self._kernel, "addresses", None)
+        if not isinstance(addresses, Addresses) or not addresses.accept:
+            return None
+        return open_driver(self._lib)
+
+    # Where it is
+
+    @property
+    def t(self) -> float:
+        return self._time.value
+
+    @property
+    def y(self) -> list[float]:
+        return list(self._y)
+
+    def restart(
+        self,
+        t: float,
+        y: Sequence[float],
+        absolute: Sequence[float],
+        directions: Sequence[int],
+        step: float | None = None,
+    ) -> None:
+        lib = self._lib
+        self._time.value = t
+        self._y[:] = list(y)
+        self._absolute[:] = list(absolute)
+        if self._memory.value is None:
+            self._create(t)
+        else:
+            self._total = self.counts()
+            self._check(lib.CVodeReInit(self._memory, t, self._vectors[0]), "CVodeReInit")
+        lib.CVodeSVtolerances(self._memory, self._settings.tolerance, self._vectors[2])
+        lib.CVodeSetInitStep(self._memory, step or 0.0)
+        if directions:
+            ways = (C.c_int * len(directions))(*directions)
+            lib.CVodeSetRootDirection(self._memory, ways)
+
+    def _create(self, t: float) -> None:
+        lib = self._lib
+        method = _ADAMS if self._adams else _BDF
+        self._memory = C.c_void_p(lib.CVodeCreate(method, self._context))
+        self._check(lib.CVodeInit(self._memory, self._rhs, t, self._vectors[0]), "CVodeInit")
+        # Tolerances must stand before anything else is set up.
+        lib.CVodeSVtolerances(self._memory, self._settings.tolerance, self._vectors[2])
+        if self._user is not None:
+            lib.CVodeSetUserData(self._memory, self._user)
+        self._matrix = lib.SUNDenseMatrix(self._size, self._size, self._context)
+        self._linear = lib.SUNLinSol_Dense(self._vectors[0], self._matrix, self._context)
+        self._check(
+            lib.CVodeSetLinearSolver(self._memory, self._linear, self._matrix),
+            "CVodeSetLinearSolver",
+        )
+        if self._settings.span > 0:
+            lib.CVodeSetMaxStep(self._memory, self._settings.span * LONGEST_STEP)
+        lib.CVodeSetMaxNumSteps(self._memory, -1)
+        lib.CVodeSetMaxHnilWarns(self._memory, -1)
+        lib.CVodeSetMaxErrTestFails(self._memory, 12)
+        lib.CVodeSetMaxConvFails(self._memory, 20)
+        if self._settings.relations:
+            lib.CVodeRootInit(self._memory, self._settings.relations, self._roots)
+            lib.CVodeSetNoInactiveRootWarn(self._memory)
+
+    def _check(self, flag: int, function: str) -> None:
+        if flag < 0:
+            raise Unavailable(f"{function} of SUNDIALS refused with {flag}")
+
+    # On the way
+
+    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
+        self._lib.CVodeSetStopTime(self._memory, limit)
+        if self._driver is None:
+            return march_steps(self, self._kernel, limit, recorder, steps)
+        addresses: Addresses = self._kernel.addresses  # type: ignore[attr-defined]
+        flag, failed = self._driver.march(
+            self._memory.value or 0, self._vectors, addresses, limit, recorder, steps, self._time
+        )
+        return March(Outcome.FAILED, cause=Cause.BLOCK) if failed else self._meaning(flag)
+
+    def step(self, limit: float) -> March:
+        self._raised = None
+        flag = self._lib.CVode(
+            self._memory, limit, self._vectors[0], C.byref(self._time), _ONE_STEP
+        )
+        if self._raised is not None:
+            problem, self._raised = self._raised, None
+            raise problem
+        return self._meaning(flag)
+
+    def _meaning(self, flag: int) -> March:
+        if flag in (0, _WARNING):
+            return March(Outcome.BUDGET)
+        if flag == _STOP_REACHED:
+            return March(Outcome.LIMIT)
+        if flag == _ROOT_FOUND:
+            found = (C.c_int * self._settings.relations)()
+            self._lib.CVodeGetRootInfo(self._memory, found)
+            return March(Outcome.ROOT, directions=tuple(found))
+        return March(Outcome.FAILED, cause=_CAUSES.get(flag, Cause.STEP))
+
+    def interpolate(self, t: float) -> Sequence[float]:
+        self._lib.CVodeGetDky(self._memory, t, 0, self._vectors[1])
+        return self._dense
+
+    # What it did
+
+    def last_step(self) -> float:
+        step = C.c_double()
+        self._lib.CVodeGetLastStep(self._memory, C.byref(step))
+        return step.value
+
+    def counts(self) -> Counts:
+        """Since the run began: CVODE's own counters start again at every restart."""
+        if self._memory.value is None:
+            return self._total
+        return self._total + Counts(
+            self._number("NumSteps"),
+            self._number("NumRhsEvals") + self._number("NumLinRhsEvals"),
+            self._number("NumJacEvals"),
+            self._number("NumErrTestFails"),
+        )
+
+    def _number(self, name: str) -> int:
+        value = C.c_long()
+        getattr(self._lib, f"CVodeGet{name}")(self._memory, C.byref(value))
+        return value.value
+
+    def close(self) -> None:
+        lib = self._lib
+        if self._memory.value is not None:
+            self._total = self.counts()
+            lib.CVodeFree(C.byref(self._memory))
+            lib.SUNLinSolFree(self._linear)
+            lib.SUNMatDestroy(self._matrix)
+            self._memory = C.c_void_p()
+        for vector in self._vectors:
+            lib.N_VDestroy(vector)
+        self._vectors = []
+        if self._context.value is not None:
+            lib.SUNContext_Free(C.byref(self._context))

@@ -1,0 +1,234 @@
+"""The march of CVODE in machine code, so that no step comes back to Python.
+
+A call from Python into a compiled function costs 1 us, as much as ten right-hand
+sides of a four-bar; a step with its accepted point and a row would need four of
+them. The function below is the same as `integrator.march_steps`, once for all
+programs: everything that differs is an address in `_Arguments`. It returns when
+CVODE reports anything but an ordinary step, when the steps allowed are used up, or
+when the kernel could not solve its equations.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from functools import cache
+from typing import Any
+
+from planarc.ir.program import Addresses
+from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.sundials import Sundials
+
+_P, _D, _L = C.c_void_p, C.c_double, C.c_int64
+
+
+class _Arguments(C.Structure):
+    """What one call needs, as the structure that the code below reads."""
+
+    _fields_ = (
+        ("memory", _P),  # of CVODE
+        ("y", _P),  # N_Vector
+        ("y_numbers", _P),
+        ("dense", _P),  # N_Vector for interpolated states and scratch
+        ("dense_numbers", _P),
+        ("context", _P),
+        ("workspace", _P),
+        ("slots", _P),  # int32
+        ("grid", _P),
+        ("rows", _P),
+        ("times", _P),
+        ("cvode", _P),
+        ("interpolate", _P),
+        ("rhs", _P),
+        ("outputs", _P),
+        ("accept", _P),
+        ("time", _P),  # where CVODE writes the time reached
+        ("limit", _D),
+        ("near", _D),  # rows nearer than this to a root or the limit are left to Python
+        ("columns", _L),
+        ("grid_end", _L),
+        ("next", _L),
+        ("count", _L),
+        ("steps", _L),
+        ("failed", _L),
+    )
+
+
+#: `next`, `count` and `failed` are written back through %next_at, %count_at, %failed_at.
+_IR = """
+step:
+  %done = phi i64 [ 0, %entry ], [ %done_now, %after_rows ]
+  %flag = call i32 %cvode(ptr %memory, double %limit, ptr %y, ptr %time, i32 2)
+  %bad = icmp slt i32 %flag, 0
+  br i1 %bad, label %finish, label %reached
+
+reached:
+  %t = load double, ptr %time
+  %zero_flag = icmp eq i32 %flag, 0
+  %warning = icmp eq i32 %flag, 99
+  %ordinary = or i1 %zero_flag, %warning
+  br i1 %ordinary, label %accepted, label %rows_begin
+
+accepted:
+  %rhs_flag = call i32 %rhs(double %t, ptr %y, ptr %dense, ptr %context)
+  %rhs_bad = icmp ne i32 %rhs_flag, 0
+  br i1 %rhs_bad, label %fail, label %tell
+
+tell:
+  %accept_flag = call i32 %accept(ptr %context, double %t)
+  br label %rows_begin
+
+rows_begin:
+  %before = fsub double %t, %near
+  %until = select i1 %ordinary, double %t, double %before
+  br label %row
+
+row:
+  %here = load i64, ptr %next_at
+  %more = icmp slt i64 %here, %grid_end
+  br i1 %more, label %row_time, label %after_rows
+
+row_time:
+  %due_at = getelementptr double, ptr %grid, i64 %here
+  %due = load double, ptr %due_at
+  %is_due = fcmp ole double %due, %until
+  br i1 %is_due, label %row_take, label %after_rows
+
+row_take:
+  %dky_flag = call i32 %interpolate(ptr %memory, double %due, i32 0, ptr %dense)
+  %row_flag = call i32 %outputs(ptr %context, double %due, ptr %dense_numbers)
+  %row_bad = icmp ne i32 %row_flag, 0
+  br i1 %row_bad, label %fail, label %row_copy
+
+row_copy:
+  %filled = load i64, ptr %count_at
+  %stamp = getelementptr double, ptr %times, i64 %filled
+  store double %due, ptr %stamp
+  %offset = mul i64 %filled, %columns
+  %line = getelementptr double, ptr %rows, i64 %offset
+  br label %copy
+
+copy:
+  %column = phi i64 [ 0, %row_copy ], [ %column_next, %copy_one ]
+  %copying = icmp slt i64 %column, %columns
+  br i1 %copying, label %copy_one, label %row_done
+
+copy_one:
+  %slot_at = getelementptr i32, ptr %slots, i64 %column
+  %slot32 = load i32, ptr %slot_at
+  %slot = sext i32 %slot32 to i64
+  %from = getelementptr double, ptr %workspace, i64 %slot
+  %number = load double, ptr %from
+  %to = getelementptr double, ptr %line, i64 %column
+  store double %number, ptr %to
+  %column_next = add i64 %column, 1
+  br label %copy
+
+row_done:
+  %filled_next = add i64 %filled, 1
+  store i64 %filled_next, ptr %count_at
+  %here_next = add i64 %here, 1
+  store i64 %here_next, ptr %next_at
+  br label %row
+
+after_rows:
+  %done_now = add i64 %done, 1
+  %budget = icmp slt i64 %done_now, %steps
+  %again = and i1 %ordinary, %budget
+  br i1 %again, label %step, label %finish
+
+fail:
+  store i64 1, ptr %failed_at
+  br label %finish
+
+finish:
+  %result = sext i32 %flag to i64
+  ret i64 %result
+}
+"""
+
+
+def _module_text() -> str:
+    """The function `march(arguments)`: all fields are loaded first, under their names."""
+    kinds = {_P: "ptr", _D: "double", _L: "i64"}
+    fields = [(name, kinds[kind]) for name, kind in _Arguments._fields_]
+    lines = [
+        f"%arguments = type {{ {', '.join(kind for _, kind in fields)} }}",
+        "define i64 @march(ptr %a) {",
+        "entry:",
+    ]
+    for i, (name, kind) in enumerate(fields):
+        lines.append(f"  %{name}_at = getelementptr %arguments, ptr %a, i32 0, i32 {i}")
+        lines.append(f"  %{name} = load {kind}, ptr %{name}_at")
+    return "\n".join([*lines, "  br label %step", _IR])
+
+
+class Driver:
+    """The compiled march; holds the engine that owns its code."""
+
+    def __init__(self, sundials: Sundials, engine: Any) -> None:
+        self._engine = engine
+        address = engine.get_function_address("march")
+        self._call = C.CFUNCTYPE(_L, C.POINTER(_Arguments))(address)
+        self._cvode = sundials.address("CVode")
+        self._interpolate = sundials.address("CVodeGetDky")
+        self._numbers = sundials.N_VGetArrayPointer
+
+    def march(
+        self,
+        memory: int,
+        vectors: list[int],
+        kernel: Addresses,
+        limit: float,
+        recorder: Recorder,
+        steps: int,
+        time: C.c_double,
+    ) -> tuple[int, bool]:
+        """CVODE's last flag, and whether the kernel failed. Rows go to the recorder."""
+        recorder.reserve(len(recorder.grid) - recorder.next + 2)
+        a = _Arguments(
+            memory=memory,
+            y=vectors[0],
+            y_numbers=self._numbers(vectors[0]),
+            dense=vectors[1],
+            dense_numbers=self._numbers(vectors[1]),
+            context=kernel.context,
+            workspace=kernel.workspace,
+            slots=recorder.slots.ctypes.data,
+            grid=recorder.grid.ctypes.data,
+            rows=recorder.data.ctypes.data,
+            times=recorder.time.ctypes.data,
+            cvode=self._cvode,
+            interpolate=self._interpolate,
+            rhs=kernel.cv_rhs,
+            outputs=kernel.outputs,
+            accept=kernel.accept,
+            time=C.addressof(time),
+            limit=limit,
+            near=recorder.near,
+            columns=len(recorder.slots),
+            grid_end=len(recorder.grid),
+            next=recorder.next,
+            count=recorder.count,
+            steps=steps,
+            failed=0,
+        )
+        flag: int = self._call(C.byref(a))
+        recorder.next, recorder.count = a.next, a.count
+        return flag, bool(a.failed)
+
+
+@cache
+def open_driver(sundials: Sundials) -> Driver | None:
+    """Compiled once in a process; None where there is no llvmlite."""
+    try:
+        import llvmlite.binding as llvm
+    except ImportError:
+        return None
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    module = llvm.parse_assembly(_module_text())
+    module.verify()
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
+    engine = llvm.create_mcjit_compiler(module, machine)
+    engine.finalize_object()
+    return Driver(sundials, engine)

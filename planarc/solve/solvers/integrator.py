@@ -1,0 +1,147 @@
+"""What every integrator offers, and the march that takes rows on the way.
+
+An integrator holds a time and the states there. It is told where to go on from
+(`restart`), and then marches to a limit, to the first root of a relation, or until
+it has used up its budget of steps, whatever comes first. On the way it takes every
+row that is due and tells the kernel of every accepted step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from planarc.ir.program import Kernel
+from planarc.solve.recorder import Recorder
+
+
+class Outcome(Enum):
+    LIMIT = "the limit was reached"
+    ROOT = "a relation switches here"
+    BUDGET = "the steps allowed are used up"
+    FAILED = "no further step was possible"
+
+
+class Cause(Enum):
+    """Why no further step was possible."""
+
+    ERROR_TEST = "the error test failed with the smallest step"
+    CONVERGENCE = "the corrector did not converge with the smallest step"
+    BLOCK = "the equations could not be solved"
+    NOT_FINITE = "a value is not finite"
+    ACCURACY = "the tolerance is below what double precision can give here"
+    STEP = "the step became too small"
+
+
+@dataclass(frozen=True, slots=True)
+class March:
+    """`directions[i]`: +1 or -1 where the zero function i rises or falls through zero."""
+
+    outcome: Outcome
+    directions: tuple[int, ...] = ()
+    cause: Cause | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    steps: int = 0
+    rhs_calls: int = 0
+    jacobians: int = 0
+    error_test_failures: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.steps + other.steps,
+            self.rhs_calls + other.rhs_calls,
+            self.jacobians + other.jacobians,
+            self.error_test_failures + other.error_test_failures,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What does not change during a run."""
+
+    tolerance: float
+    span: float
+    relations: int  # number of zero functions
+
+
+class Integrator(Protocol):
+    name: str
+
+    @property
+    def t(self) -> float: ...
+
+    @property
+    def y(self) -> list[float]: ...
+
+    def restart(
+        self,
+        t: float,
+        y: Sequence[float],
+        absolute: Sequence[float],
+        directions: Sequence[int],
+        step: float | None = None,
+    ) -> None:
+        """Go on from here. `absolute` are the absolute tolerances; `directions[i]` is the
+        only way in which zero function i may cross; `step` the first step to try."""
+
+    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
+        """At `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
+
+    def last_step(self) -> float: ...
+
+    def counts(self) -> Counts: ...
+
+    def close(self) -> None:
+        """Give back what the integrator holds outside of Python."""
+
+
+class Stepper(Protocol):
+    """An integrator in Python, by single steps; `march_steps` makes the rest of it."""
+
+    @property
+    def t(self) -> float: ...
+
+    @property
+    def y(self) -> list[float]: ...
+
+    def step(self, limit: float) -> March:
+        """One step, not beyond `limit`; `BUDGET` stands for an ordinary one."""
+
+    def interpolate(self, t: float) -> Sequence[float]:
+        """The states at a time within the last step."""
+
+
+def march_steps(
+    stepper: Stepper, kernel: Kernel, limit: float, recorder: Recorder, steps: int
+) -> March:
+    """The march of an integrator that comes back to Python after every step."""
+    for _ in range(steps):
+        march = stepper.step(limit)
+        if march.outcome is Outcome.FAILED:
+            return march
+        t = stepper.t
+        ordinary = march.outcome is Outcome.BUDGET
+        if ordinary:
+            if kernel.outputs(t, stepper.y) != 0:
+                return March(Outcome.FAILED, cause=Cause.BLOCK)
+            kernel.accept(t)
+        if not take_rows(stepper, kernel, recorder, t if ordinary else t - recorder.near):
+            return March(Outcome.FAILED, cause=Cause.BLOCK)
+        if not ordinary:
+            return march
+    return March(Outcome.BUDGET)
+
+
+def take_rows(stepper: Stepper, kernel: Kernel, recorder: Recorder, until: float) -> bool:
+    """Every row due up to a time; false where the equations could not be solved."""
+    while (due := recorder.due(until)) is not None:
+        if kernel.outputs(due, stepper.interpolate(due)) != 0:
+            return False
+        recorder.take(due)
+        recorder.next += 1
+    return True

@@ -1,0 +1,274 @@
+"""Consistent initial values: positions and velocities that satisfy every constraint.
+
+In:   Program, Kernel (parameters set), the time
+Out:  Start    a value for every candidate, and how each start value was used
+
+The unknowns are all candidates for states. Held exactly are, as far as they are
+independent of each other under the constraints: those with `fixed = true`; then the
+start values that were written, in the order of StateSelect and of declaration. All
+others are guesses, and the solution nearest to them is taken. So the result depends
+on what the user wrote alone, never on which states the run chooses.
+
+Example: a four-bar of which three angles have written start values. It has one
+degree of freedom, so the first angle is held, and the other two only say on which
+side the loop closes.
+
+Positions are solved first, then velocities, then everything once more together with
+initial equations, which may tie any of them to accelerations. Where Newton fails
+from the guesses, the loop is first closed with nothing held, and the held values
+are then moved from there to where they were wanted.
+
+Promises: does not depend on tolerances.
+Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
+          R413 (cannot be evaluated).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planarc.ir.program import CandidateSlot, Kernel, Program
+from planarc.ir.result import Held
+from planarc.solve import newton, start_failure
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from planarc.solve.newton import Vector
+
+#: A candidate that moves less than this part of a free motion is not held against it.
+INDEPENDENT = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    values: tuple[float, ...]  # of the candidates
+    held: tuple[Held, ...]
+
+
+def solve_start(program: Program, kernel: Kernel, t: float) -> Start:
+    """Leaves the workspace at the start values found."""
+    import numpy as np
+
+    guess = [float(kernel.w[c.start]) for c in program.candidates]
+    system = System(program, kernel, t)
+    if not system.rows:
+        held = [True] * len(guess)
+        return _finish(system, np.array(guess), held)
+    u0 = np.array(guess)
+    choice = choose_held(system, u0)
+    values = _assemble(system, u0, choice)
+    if values is None:
+        raise start_failure.explain(system, u0, choice)
+    return _finish(system, values, choice.held)
+
+
+def _finish(system: System, values: Vector, held: Sequence[bool]) -> Start:
+    program = system.program
+    flag = system.evaluate_flag(values)
+    if flag != 0 or not system.finite(values):
+        raise start_failure.not_evaluated(system, flag)
+    return Start(
+        tuple(float(v) for v in values),
+        tuple(
+            Held(c.display, float(system.kernel.w[c.start]), float(v), bool(h))
+            for c, v, h in zip(program.candidates, values, held, strict=True)
+        ),
+    )
+
+
+class System:
+    """The conditions at the start as one function of all candidates.
+
+    Its rows are the residuals of the blocks below the top, the initial equations, and
+    the variables held that are no candidates.
+    """
+
+    def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
+        self.program, self.kernel, self.t = program, kernel, t
+        self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
+        self.block_rows: dict[int, range] = {}
+        count = 0
+        for i, block in self.blocks:
+            self.block_rows[i] = range(count, count + len(block.residuals))
+            count += len(block.residuals)
+        self.initial_rows = range(count, count + len(program.initial_residuals))
+        count = self.initial_rows.stop
+        self.fixed_rows = range(count, count + len(program.fixed))
+        self.rows = self.fixed_rows.stop
+        self._r = [0.0] * max(1, self.initial_rows.stop)
+
+    def evaluate_flag(self, u: Vector) -> int:
+        return self.kernel.residuals(self.t, u.tolist(), self._r)
+
+    def finite(self, u: Vector) -> bool:
+        import math
+
+        return all(map(math.isfinite, u)) and all(
+            math.isfinite(self.kernel.w[c.derivative]) for c in self.program.candidates
+        )
+
+    def __call__(self, u: Vector) -> Vector | None:
+        """All rows; None where one is not finite. The blocks' own rows are known even where
+        the accelerations cannot be solved for, as in a singular position."""
+        import numpy as np
+
+        self._r[:] = [float("nan")] * len(self._r)
+        flag = self.evaluate_flag(u)
+        if flag != 0 and (self.initial_rows or self.fixed_rows):
+            return None
+        w = self.kernel.w
+        values = np.empty(self.rows)
+        values[: self.initial_rows.stop] = self._r[: self.initial_rows.stop]
+        for row, f in zip(self.fixed_rows, self.program.fixed, strict=True):
+            values[row] = w[f.slot] - w[f.start]
+        return values if np.all(np.isfinite(values)) else None
+
+    def stages(self) -> Iterator[tuple[list[int], list[int]]]:
+        """Rows and candidates of each level, positions first, then of everything."""
+        heights = sorted({b.height for _, b in self.blocks}, reverse=True)
+        for height in heights:
+            rows: list[int] = []
+            columns: list[int] = []
+            for i, block in self.blocks:
+                if block.height == height:
+                    rows.extend(self.block_rows[i])
+                    columns.extend(range(block.first, block.first + len(block.tears)))
+            yield rows, columns
+        if self.initial_rows or self.fixed_rows or len(heights) > 2:
+            yield list(range(self.rows)), list(range(len(self.program.candidates)))
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Which candidates are held; `redundant` are fixed ones that others determine."""
+
+    held: tuple[bool, ...]
+    redundant: tuple[int, ...]
+
+
+def choose_held(system: System, u: Vector) -> Choice:
+    """The candidates held, first come first served, as long as they are independent."""
+    import numpy as np
+
+    candidates = system.program.candidates
+    motions = _free_motions(system, u)
+    held = [c.fixed for c in candidates]
+    redundant = []
+    taken = np.zeros((0, motions.shape[1]))
+    for i in _by_rank(system.program):
+        direction = motions[i] - taken.T @ (taken @ motions[i])
+        length = float(np.sqrt(direction @ direction))
+        if length > INDEPENDENT:
+            held[i] = True
+            taken = np.vstack([taken, direction / length])
+        elif candidates[i].fixed:
+            redundant.append(i)
+    return Choice(tuple(held), tuple(redundant))
+
+
+def _by_rank(program: Program) -> list[int]:
+    """Candidates that ask to be held: fixed, then written by StateSelect and declaration."""
+    declared = {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
+    last = len(declared)
+
+    def rank(i: int) -> tuple[bool, int, int, int]:
+        c = program.candidates[i]
+        return not c.fixed, -c.select, declared.get(c.display, last), i
+
+    asking = (i for i, c in enumerate(program.candidates) if c.fixed or c.start_written)
+    return sorted(asking, key=rank)
+
+
+def _free_motions(system: System, u: Vector) -> Vector:
+    """An orthonormal basis, in columns, of the changes that keep all rows (to first order).
+
+    Taken beside the guess when the guess itself is singular.
+    """
+    import numpy as np
+
+    best: tuple[int, Vector] | None = None
+    n = len(u)
+    beside = 1e-2 * np.cos(1.0 + 2.0 * np.arange(n))
+    for point in (u, u + beside):
+        r = system(point)
+        jacobian = None if r is None else newton.derivative(system, point, r, central=True)
+        if jacobian is None:
+            continue
+        _, sizes, directions = np.linalg.svd(jacobian)
+        rank = int(np.sum(sizes > 1e-6 * max(1e-300, sizes[0]))) if len(sizes) else 0
+        if best is None or rank > best[0]:
+            best = rank, directions[rank:].T
+        if rank == len(r if r is not None else ()):
+            break
+    return np.eye(n) if best is None else best[1]
+
+
+def _assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
+    """All candidates' values, or None."""
+    import numpy as np
+
+    held = np.array(choice.held)
+    values = _solve_stages(system, u0, held)
+    if values is None and np.any(held):
+        free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
+        values = None if free is None else _move(system, free, u0, held)
+    return values
+
+
+def _solve_stages(
+    system: System, u0: Vector, held: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+) -> Vector | None:
+    u = u0.copy()
+    for rows, columns in system.stages():
+        root = solve_stage(system, u, rows, [c for c in columns if not held[c]])
+        if not root.converged:
+            return None
+        u = root.point
+    return u
+
+
+def solve_stage(
+    system: System, u: Vector, rows: Sequence[int], columns: Sequence[int]
+) -> newton.Root:
+    """Some rows as a function of some candidates; the root's point is of all candidates."""
+    full = u.copy()
+
+    def part(z: Vector) -> Vector | None:
+        full[columns] = z
+        r = system(full)
+        return None if r is None else r[rows]
+
+    root = newton.solve(part, u[columns])
+    point = u.copy()
+    point[columns] = root.point
+    return newton.Root(point, root.residuals, root.converged)
+
+
+def _move(
+    system: System,
+    u: Vector,
+    wanted: Vector,
+    held: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+) -> Vector | None:
+    """Continuation: held values go from an assembled position to where they are wanted."""
+    begin, way, step = u[held].copy(), 0.0, 0.25
+    while way < 1.0:
+        part = min(1.0, way + step)
+        trial = u.copy()
+        trial[held] = (1 - part) * begin + part * wanted[held]
+        following = _solve_stages(system, trial, held)
+        if following is None:
+            step /= 2
+            if step < 1e-3:
+                return None
+        else:
+            u, way, step = following, part, min(0.25, 2 * step)
+    return u
+
+
+def candidates_of(program: Program, block: int) -> Sequence[CandidateSlot]:
+    b = program.blocks[block]
+    return program.candidates[b.first : b.first + len(b.tears)]

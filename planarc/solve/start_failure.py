@@ -1,0 +1,219 @@
+"""Why a mechanism cannot start, in words: the loop, the worst equations, what to change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.ir.program import EquationInfo, Program
+from planarc.solve import newton, trouble
+
+if TYPE_CHECKING:
+    from planarc.solve.newton import Vector
+    from planarc.solve.start import Choice, System
+
+_WORST = 3
+
+
+def not_evaluated(system: System, flag: int) -> PlanarcError:
+    """The equations have no value at the start."""
+    where = trouble.first_not_finite(system.program, system.kernel)
+    if where is None and system.kernel.failed_block >= 0:
+        return _block_failed(system, system.kernel.failed_block)
+    message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
+    related = ()
+    if where is not None:
+        message += f": `{where.text}` gives no finite number"
+        related = (Related(f"in {where.component or 'the model'}", where.span),)
+    return PlanarcError(
+        Diagnostic(
+            "R413",
+            message,
+            where.span if where else None,
+            hint="check parameters and start values for a division by zero or a root of a "
+            "negative number",
+            related=related,
+        )
+    )
+
+
+def _block_failed(system: System, block: int) -> PlanarcError:
+    infos = [system.program.equations[e] for e in system.program.blocks[block].equations]
+    names = trouble.names(_components(infos))
+    return PlanarcError(
+        Diagnostic(
+            "R413",
+            f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
+            if names
+            else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
+            infos[0].span if infos else None,
+            hint="look for a part without mass that nothing holds, a joint that constrains "
+            "what another one constrains already, or a stretched (singular) position",
+            related=tuple(Related(f"`{i.text}`", i.span) for i in infos[:_WORST]),
+        )
+    )
+
+
+def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
+    """Finds out which of the conditions cannot be met, and with which others."""
+    import numpy as np
+
+    nothing = np.zeros(len(u0), dtype=bool)
+    for rows, columns in system.stages():
+        free = _best(system, u0, rows, columns, nothing)
+        if not free.converged:
+            return _not_assembled(system, free, rows, columns, u0)
+        root = _best(system, u0, rows, columns, np.array(choice.held))
+        if not root.converged:
+            if choice.redundant:
+                return _contradiction(system, u0, choice, rows, columns)
+            return _not_reachable(system, u0, free, root, rows, columns, choice)
+        u0 = root.point
+    return _not_assembled(system, free, rows, columns, u0)
+
+
+def _best(
+    system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Vector
+) -> newton.Root:
+    from planarc.solve.start import solve_stage
+
+    return solve_stage(system, u, rows, [c for c in columns if not held[c]])
+
+
+def _row_info(system: System, row: int) -> EquationInfo | None:
+    program = system.program
+    for i, block in system.blocks:
+        if row in system.block_rows[i]:
+            return program.equations[block.equations[row - system.block_rows[i].start]]
+    if row in system.initial_rows:
+        k = row - system.initial_rows.start
+        return program.initial_equations[k] if k < len(program.initial_equations) else None
+    fixed = program.fixed[row - system.fixed_rows.start]
+    return EquationInfo(f"{fixed.display} = start, fixed = true", fixed.span, "")
+
+
+def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
+    """The equations that are farthest from being met."""
+    order = sorted(range(len(r)), key=lambda k: -abs(r[k]))[:_WORST]
+    found = [(float(r[k]), _row_info(system, rows[k])) for k in order if len(r) == len(rows)]
+    largest = abs(found[0][0]) if found else 0.0
+    return [(v, i) for v, i in found if i is not None and abs(v) > 1e-3 * largest]
+
+
+def _related(worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
+    return tuple(Related(f"`{i.text}` is off by {v:.3g}", i.span) for v, i in worst)
+
+
+def _components(infos: Sequence[EquationInfo]) -> list[str]:
+    return list(dict.fromkeys(i.component for i in infos if i.component))
+
+
+def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> str:
+    """The components of the blocks that hold the worst equations."""
+    program = system.program
+    worst = {rows[k] for k in range(len(r)) if abs(r[k]) >= 0.5 * max(abs(r))} if len(r) else set()
+    names: dict[str, None] = {}
+    for i, block in system.blocks:
+        if block.first in columns and worst & set(system.block_rows[i]):
+            for c in program.candidates[block.first : block.first + len(block.tears)]:
+                names[owner(c.display)] = None
+            names |= dict.fromkeys(_components([program.equations[e] for e in block.equations]))
+    names.pop("", None)
+    return trouble.names(list(names))
+
+
+def owner(display: str) -> str:
+    """The component that a variable belongs to: `rev` of `rev.phi` and of `der(rev.s)`."""
+    name = display.removeprefix("der(").removesuffix(")")
+    return name.rpartition(".")[0]
+
+
+def _not_assembled(
+    system: System, root: newton.Root, rows: Sequence[int], columns: Sequence[int], u0: Vector
+) -> PlanarcError:
+    worst = _worst(system, rows, root.residuals)
+    loop = _loop(system, rows, columns, root.residuals)
+    return PlanarcError(
+        Diagnostic(
+            "R412",
+            f"the loop of {loop} cannot be assembled"
+            if loop
+            else "the start conditions cannot be met",
+            worst[0][1].span if worst else None,
+            hint="check lengths: the parts do not reach each other"
+            + _largest_move(system.program, columns, root.point, u0),
+            related=_related(worst),
+        )
+    )
+
+
+def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: Vector) -> str:
+    moved = max(columns, key=lambda c: abs(point[c] - u0[c]), default=None)
+    if moved is None or abs(point[moved] - u0[moved]) < 1e-6:
+        return ""
+    return (
+        f"; if they do, try `{program.candidates[moved].display}(start = {point[moved]:.4g})` "
+        f"instead of {u0[moved]:.4g}"
+    )
+
+
+def _not_reachable(
+    system: System,
+    u0: Vector,
+    free: newton.Root,
+    root: newton.Root,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    choice: Choice,
+) -> PlanarcError:
+    """It assembles, but not with the start values that are to be held."""
+    program = system.program
+    held = [c for c in columns if choice.held[c]]
+    worst = _worst(system, rows, root.residuals)
+    loop = _loop(system, rows, columns, root.residuals) or "the mechanism"
+    wanted = trouble.listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
+    nearest = trouble.listed(
+        f"`{program.candidates[c].display}(start = {free.point[c]:.4g})`" for c in held
+    )
+    return PlanarcError(
+        Diagnostic(
+            "R412",
+            f"the loop of {loop} cannot be assembled with {wanted}"
+            if held
+            else f"the loop of {loop} cannot be assembled from its start values",
+            worst[0][1].span if worst else None,
+            hint=f"start with {nearest}, where it assembles, or change a length"
+            if held
+            else "change the start values towards an assembled position",
+            related=_related(worst),
+        )
+    )
+
+
+def _contradiction(
+    system: System, u0: Vector, choice: Choice, rows: Sequence[int], columns: Sequence[int]
+) -> PlanarcError:
+    """More is fixed than there are degrees of freedom, and it does not agree."""
+    import numpy as np
+
+    program = system.program
+    held = np.array(choice.held)
+    held[list(choice.redundant)] = False
+    without = _best(system, u0, rows, columns, held)
+    fixed = [c for c in columns if program.candidates[c].fixed]
+    others = [program.candidates[c] for c in fixed if c not in choice.redundant]
+    extra = [c for c in choice.redundant if c in columns] or list(choice.redundant)
+    names = trouble.names([program.candidates[c].display for c in fixed])
+    hint = f"remove `fixed = true` from `{program.candidates[extra[0]].display}`"
+    if without.converged:
+        hint += f", which follows as {without.point[extra[0]]:.6g} from the others"
+    return PlanarcError(
+        Diagnostic(
+            "R411",
+            f"the fixed start values of {names} contradict each other",
+            program.candidates[extra[0]].span,
+            hint=hint,
+            related=tuple(Related(f"`{c.display}` is fixed here", c.span) for c in others[:_WORST]),
+        )
+    )
