@@ -84,11 +84,11 @@ def _coefficients(
                 if present is not None:
                     present.append(factor)
             case Op.ADD:
-                stack.extend((a, factor) for a in e.args)
+                stack.extend((a, factor) for a in reversed(e.args))
             case Op.NEG:
                 stack.append((e.args[0], table.neg(factor)))
             case Op.MUL:
-                for i, a in enumerate(e.args):
+                for i, a in reversed(list(enumerate(e.args))):
                     if contents(a):
                         stack.append((a, table.mul(factor, *e.args[:i], *e.args[i + 1 :])))
             case Op.DIV:

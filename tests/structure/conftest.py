@@ -19,7 +19,7 @@ from planarc.ir.sortedcheck import check_sorted
 from planarc.structure.pipeline import structure
 
 
-def read(table: Exprs, source: str) -> Expr:
+def read_text(table: Exprs, source: str) -> Expr:
     """`der(a.b) + r[1]^2` as an expression; `==`, `<`, `and`, `x if c else y` as in Python."""
     return _read(table, ast.parse(source.strip().replace("^", "**"), mode="eval").body)
 
@@ -66,6 +66,11 @@ def _read(t: Exprs, n: ast.expr) -> Expr:
             return result
         case ast.IfExp(c, a, b):
             return t.if_(_read(t, c), _read(t, a), _read(t, b))
+        case ast.Compare(a, [op], [b]):
+            x, y = _read(t, a), _read(t, b)
+            if isinstance(op, ast.Gt | ast.GtE):
+                x, y = y, x
+            return t.less(x, y) if isinstance(op, ast.Lt | ast.Gt) else t.less_equal(x, y)
         case ast.Call(ast.Name("der"), [a]):
             return t.der(_read(t, a))
         case ast.Call(ast.Name("pre"), [a]):
@@ -73,6 +78,11 @@ def _read(t: Exprs, n: ast.expr) -> Expr:
         case ast.Call(ast.Name(f), args) if f in FUNCTIONS:
             return t.call(f, *(_read(t, a) for a in args))
     raise AssertionError(ast.dump(n))
+
+
+@pytest.fixture
+def read() -> Callable[[Exprs, str], Expr]:
+    return read_text
 
 
 Options = Mapping[str, Any]
@@ -108,7 +118,7 @@ def make_dae(
         left, right = line.split(" = ")
         span = Span(source, start, start + len(line))
         start += len(line) + 1
-        made.append(Equation(read(t, left), read(t, right), span))
+        made.append(Equation(read_text(t, left), read_text(t, right), span))
     count = len(equations)
     names: dict[str, None] = {}
     for e in t.all:
@@ -119,7 +129,7 @@ def make_dae(
         _variable(t, name, (attributes or {}).get(name, {})) for name in names if name not in known
     )
     equations_of_discrete = tuple(
-        Equation(t.symbol(name), read(t, value), Span(source, 0, 1))
+        Equation(t.symbol(name), read_text(t, value), Span(source, 0, 1))
         for name, value in (discrete or {}).items()
         if value
     )
@@ -142,7 +152,7 @@ def make_dae(
         discretes=tuple(Variable(name, Kind.BOOLEAN) for name in discrete or {}),
         discrete_equations=equations_of_discrete,
         inputs=tuple(Variable(name) for name in inputs),
-        relations=tuple(Relation(read(t, r), True, False, f"{r} < 0") for r in relations),
+        relations=tuple(Relation(read_text(t, r), True, False, f"{r} < 0") for r in relations),
     )
 
 
@@ -150,7 +160,7 @@ def _variable(t: Exprs, name: str, options: Options) -> Variable:
     v = Variable(name)
     for key, value in options.items():
         if key == "start":
-            v = replace(v, start=read(t, str(value)), start_written=True)
+            v = replace(v, start=read_text(t, str(value)), start_written=True)
         elif key == "select":
             v = replace(v, state_select=StateSelect[value.upper()])
         else:
