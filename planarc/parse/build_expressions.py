@@ -16,6 +16,8 @@ from planarc.parse.parts import Builder, Description, Part, cover, nodes
 
 #: Digits of an integer, far beyond what any machine integer holds.
 _MAX_DIGITS = 300
+#: Operators of one expression one after the other: so deep is its tree.
+MAX_OPERATORS = 1000
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 #: 2.4.4
 _ESCAPES = {
@@ -80,7 +82,15 @@ class Expressions(Builder):
 
     def binary(self, c: list[Any]) -> syntax.Binary:
         left, op, right = c
-        return syntax.Binary(left.span.to(right.span), op.text, left, right)
+        node = syntax.Binary(left.span.to(right.span), op.text, left, right)
+        # The nodes of a text live until its parse ends, so that an id means one of them.
+        length = self.chains.get(id(left), 0) + 1
+        self.chains[id(node)] = length
+        if length == MAX_OPERATORS:
+            message = f"this has more than {MAX_OPERATORS} operators in a row"
+            hint = "write `sum({...})`, or give parts of it a name of their own"
+            self.refuse("P106", message, left.span, hint)
+        return node
 
     def range(self, c: list[Any]) -> syntax.Range:
         step = c[2] if len(c) == 5 else None

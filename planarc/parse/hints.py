@@ -7,6 +7,7 @@ Out:  Diagnostic        the message for the one who wrote the text
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
 from planarc.core.diagnostic import Diagnostic, Related
@@ -177,6 +178,9 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if pair == ("EQUAL", "ASSIGN"):
         message = "a statement assigns with `:=`; `=` is for equations"
         return Diagnostic("P111", message, token.span, hint="write `:=`")
+    if pair == ("EQUAL", "IN"):
+        message = "an iterator takes its values with `in`"
+        return Diagnostic("P111", message, token.span, hint="write `in`")
     if pair == ("EQUAL", "RELATION"):
         message = "`=` does not compare"
         return Diagnostic("P111", message, token.span, hint="write `==`")
@@ -211,7 +215,15 @@ def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if "END" in repair.inserted and blocks:
         found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
         message = f"missing `end {_BLOCKS[blocks[0]]};` before `{found}`"
-        return Diagnostic("P112", message, token.span, related=related)
+        return Diagnostic("P112", message, token.span, hint=_else_if_hint(trouble), related=related)
+    return None
+
+
+def _else_if_hint(trouble: Trouble) -> str | None:
+    opened = _opened_index(trouble)
+    since = trouble.tokens[opened : trouble.at] if opened is not None else ()
+    if any(a.type == "ELSE" and b.type == "IF" for a, b in pairwise(since)):
+        return "write `elseif` for `else if`, or end both"
     return None
 
 
@@ -267,6 +279,23 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     return Diagnostic("P101", message, _after(trouble))
 
 
+def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """One word for another."""
+    if not repair or repair.dropped != 1 or repair.inserted not in (("THEN",), ("LOOP",)):
+        return None
+    token, word = trouble.token, repair.inserted[0].lower()
+    return Diagnostic("P101", f"expected `{word}`, not {_shown(token)}", token.span)
+
+
+def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    opened, previous = _opened(trouble), trouble.previous
+    if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
+        return None
+    message = f"expected `{opened.text}` after `end`"
+    related = (Related(f"`{opened.text}` begins here", opened.span),)
+    return Diagnostic("P102", message, _after(trouble), related=related)
+
+
 def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.inserted or repair.dropped != 1:
         return None
@@ -288,7 +317,9 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _reserved,
     _wrong_end,
     _else_if,
+    _nameless_end,
     _missing,
+    _instead,
     _superfluous,
 )
 
@@ -324,11 +355,17 @@ def _in_words(trouble: Trouble, accepted: frozenset[str]) -> str:
     if accepted == {"$END"}:
         return "the end of the text"
     texts = [f"`{_text_of(trouble, kind)}`" for kind in sorted(accepted - {"ANNOTATION", "STRING"})]
-    likely = [text for text in texts if text in ("`;`", "`)`", "`]`", "`}`", "`,`", "`=`", "`:=`")]
+    likely = [text for text in texts if text in _CLOSING]
     shown = (likely or texts)[:4]
     return (
         " or ".join(filter(None, [", ".join(shown[:-1]), shown[-1]])) if shown else "something else"
     )
+
+
+#: What may end an expression: worth naming before all operators that could go on.
+_CLOSING = frozenset(
+    ("`;`", "`)`", "`]`", "`}`", "`,`", "`=`", "`:=`", "`then`", "`else`", "`loop`", "`end`")
+)
 
 
 def _text_of(trouble: Trouble, kind: str) -> str:
@@ -359,17 +396,18 @@ def _here(trouble: Trouble) -> Span:
     return _after(trouble) if trouble.token.type == "$END" else trouble.token.span
 
 
-def _opened(trouble: Trouble) -> Token | None:
-    """The word or name that the next `end` would close."""
-    stack = trouble.stack
-    for position in range(len(stack) - 1, 0, -1):
-        item, before = stack[position], stack[position - 1]
-        token = trouble.tokens[item.first]
-        if item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS"):
-            return token
-        if item.symbol in _BLOCKS and token.text == _BLOCKS[item.symbol]:
-            return token
+def _opened_index(trouble: Trouble) -> int | None:
+    """The token, a word or a name, that the next `end` would close."""
+    for before, item in reversed(tuple(pairwise(trouble.stack))):
+        named = item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
+        if named or item.symbol in _BLOCKS:
+            return item.first
     return None
+
+
+def _opened(trouble: Trouble) -> Token | None:
+    index = _opened_index(trouble)
+    return None if index is None else trouble.tokens[index]
 
 
 def _open_bracket(trouble: Trouble) -> Token | None:

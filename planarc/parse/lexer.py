@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 from planarc.core.diagnostic import Diagnostic, Related
@@ -36,6 +37,8 @@ _OPENING = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 _CLOSING = frozenset(_OPENING.values())
 _SPECIAL = frozenset({*_OPENING, *_CLOSING, "SEMICOLON", "END", "ANNOTATION", "_OPEN_COMMENT"})
 _SECTIONS = frozenset({"EQUATION", "ALGORITHM"})
+
+_AFTER_STRING = frozenset({*_CLOSING, "SEMICOLON", "COMMA", "PLUS", "ANNOTATION", "RELATION"})
 
 _ESCAPED = r"\\."
 _STRING = rf'"(?:[^"\\]|{_ESCAPED})*"'
@@ -117,6 +120,11 @@ def scan(
         if kind is None:
             if at >= stop:
                 break
+            opening = _string_left_open(tokens) if text[at] == '"' else None
+            if opening is not None:
+                errors.append(_never_closed("string", tokens[opening].span))
+                del tokens[opening:]
+                break
             at = _skip_illegal(source, at, stop, errors)
             if len(errors) >= MAX_ERRORS:
                 break
@@ -128,7 +136,7 @@ def scan(
         span = Span(source, begin, at)
         if kind in _SPECIAL:
             if kind == "_OPEN_COMMENT":
-                errors.append(Diagnostic("P103", "this comment is never closed", span))
+                errors.append(_never_closed("comment", span))
                 break
             if kind == "ANNOTATION":
                 span = _annotation_body(source, span, stop, errors)
@@ -198,15 +206,37 @@ def _annotation_body(source: Source, word: Span, stop: int, errors: list[Diagnos
     return Span(source, word.start, stop)
 
 
+def _never_closed(what: str, span: Span) -> Diagnostic:
+    opening = span._replace(end=min(span.end, span.start + 2))
+    if what != "comment":
+        opening = span._replace(end=span.start + 1)
+    return Diagnostic("P103", f"this {what} is never closed", opening)
+
+
+def _string_left_open(tokens: list[Token]) -> int | None:
+    """Where a last quote has no partner: the string over several lines that took another's.
+
+    A string that ends where the next one begins is followed by words of that one.
+    """
+    for index, (token, following) in enumerate(pairwise(tokens)):
+        if token.type == "STRING" and following.type not in _AFTER_STRING and "\n" in token.text:
+            return index
+    return None
+
+
 def _skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
     """Report what no token starts with; the place where reading goes on."""
     text = source.text
     character = text[at]
-    if character in "\"'":
-        what = "string" if character == '"' else "quoted name"
-        errors.append(Diagnostic("P103", f"this {what} is never closed", Span(source, at, at + 1)))
+    if character == '"':
+        errors.append(_never_closed("string", Span(source, at, at + 1)))
         line_end = text.find("\n", at, stop)
         return stop if line_end < 0 else line_end
+    if character == "'":
+        hint = "write `der(x)` for a derivative" if at and text[at - 1].isalnum() else None
+        quote = _never_closed("quoted name", Span(source, at, at + 1))
+        errors.append(replace(quote, hint=hint))
+        return at + 1
     end = at + 1
     while end < stop and not text[end].isascii() and text[end].isalnum() == character.isalnum():
         end += 1

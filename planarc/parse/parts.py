@@ -40,11 +40,13 @@ class Builder:
     def __init__(self) -> None:
         self.errors: list[Diagnostic] = []
         self.whole = NOWHERE  # the whole text
+        self.chains: dict[int, int] = {}  # operators in a row, by the id of the last one
 
     def begin(self, whole: Span) -> None:
         """Forget the text before this one."""
         self.errors = []
         self.whole = whole
+        self.chains = {}
 
     def refuse(self, code: str, message: str, span: Span, hint: str | None = None) -> None:
         self.errors.append(Diagnostic(code, message, span, hint=hint))

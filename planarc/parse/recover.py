@@ -47,6 +47,12 @@ _INSERTED: tuple[tuple[str, ...], ...] = (
     *(("SEMICOLON",), ("COMMA",), ("RPAR",), ("RSQB",), ("RBRACE",), ("THEN",), ("LOOP",)),
     *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
 )
+#: What is put in the place of a token.
+_REPLACED = {
+    "ASSIGN": ("EQUAL",),
+    "EQUAL": ("ASSIGN", "RELATION", "IN"),
+    "IDENT": ("THEN", "LOOP"),
+}
 _INSERTED_LAST: tuple[tuple[str, ...], ...] = (
     ("IDENT",),
     ("LPAR",),
@@ -109,7 +115,8 @@ def _choose(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
         ahead = kinds[at + dropped : at + dropped + _AHEAD]
         score = automaton.advance(stack, ahead)
         enough = 1 if inserted == ("SEMICOLON",) and trouble.on_new_line else _ENOUGH
-        if score < min(enough, len(ahead)) and kinds[at] != "$END":
+        mended = inserted and "SEMICOLON" in ahead[:score]
+        if score < min(enough, len(ahead)) and not mended and kinds[at] != "$END":
             continue
         if score > best_score:
             best, best_score = Repair(inserted, dropped, stack, at + dropped), score
@@ -125,9 +132,8 @@ def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
         yield inserted, 0
     if token.type == "$END":
         return
-    for wrong, right in (("ASSIGN", "EQUAL"), ("EQUAL", "ASSIGN"), ("EQUAL", "RELATION")):
-        if token.type == wrong:
-            yield (right,), 1
+    for right in _REPLACED.get(token.type, ()):
+        yield (right,), 1
     if token.text in trouble.terminals.keywords:
         yield ("IDENT",), 1
     if previous and previous.type == "END":
@@ -174,7 +180,7 @@ def _skip(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
         if not after_semicolon and kinds[at] not in _RESTARTS:
             continue
         ahead = kinds[at : at + _AHEAD]
-        if after_semicolon and automaton.advance(begin.stack, ahead) >= min(_ENOUGH, len(ahead)):
+        if after_semicolon and automaton.advance(begin.stack, ahead):
             return Repair((), at - trouble.at, begin.stack, at)
         for stack in outer:
             if automaton.advance(stack, ahead) == len(ahead):
