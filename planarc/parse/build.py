@@ -10,7 +10,7 @@ from planarc.core.source import Span
 from planarc.ir import syntax
 from planarc.parse.build_equations import Equations
 from planarc.parse.build_expressions import Expressions
-from planarc.parse.build_modifications import Modifications, modification_of
+from planarc.parse.build_modifications import NO_CLAUSE, Modifications, modification_of
 from planarc.parse.lexer import Token
 from planarc.parse.parts import Description, Part, cover, nodes
 
@@ -208,7 +208,7 @@ class Build(Expressions, Modifications, Equations):
         prefixes, definition, clause = c
         if prefixes is None and clause is None:
             return definition  # type: ignore[no-any-return]
-        constraint, description = clause or (None, Description())
+        constraint, description = clause or NO_CLAUSE
         self._check_constraint(prefixes, constraint)
         result: syntax.ClassDef = replace(
             definition,
@@ -221,7 +221,7 @@ class Build(Expressions, Modifications, Equations):
 
     def component_element(self, c: list[Any]) -> Part:
         prefixes, type_prefix, type_name, subscripts, *declared, clause = c
-        constraint, extra = clause or (None, Description())
+        constraint, extra = clause or NO_CLAUSE
         self._check_constraint(prefixes, constraint)
         words = type_prefix.value if type_prefix else {}
         dimensions = subscripts.value if subscripts else ()

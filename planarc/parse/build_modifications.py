@@ -14,6 +14,8 @@ _TYPE_ORDER = (
     ("discrete", "parameter", "constant"),
     ("input", "output"),
 )
+#: No constraining clause, and the comment that one would bring.
+NO_CLAUSE: tuple[syntax.Constraint | None, Description] = (None, Description())
 
 
 class Modifications(Builder):
@@ -61,7 +63,8 @@ class Modifications(Builder):
         )
 
     def redeclared_class(self, c: list[Any]) -> syntax.ElementRedeclaration:
-        prefixes, partial, kind, short, constraint = c
+        prefixes, partial, kind, short, clause = c
+        constraint, extra = clause or NO_CLAUSE
         kind_value, pure = kind.value
         element = syntax.ClassDef(
             kind.span.to(short.span),
@@ -73,13 +76,14 @@ class Modifications(Builder):
             pure=pure,
             prefixes=_prefixes(prefixes.value),
             constraint=constraint,
-            comment=short.description.comment,
-            annotation=short.description.annotation,
+            comment=short.description.comment or extra.comment,
+            annotation=short.description.annotation or extra.annotation,
         )
         return self._redeclaration(prefixes, element)
 
     def redeclared_component(self, c: list[Any]) -> syntax.ElementRedeclaration:
-        prefixes, type_prefix, type_name, declared, constraint = c
+        prefixes, type_prefix, type_name, declared, clause = c
+        constraint, extra = clause or NO_CLAUSE
         name, dimensions, modification, description = declared.value
         element = syntax.Component(
             declared.span,
@@ -89,8 +93,8 @@ class Modifications(Builder):
             modification=modification,
             prefixes=_prefixes(prefixes.value),
             constraint=constraint,
-            comment=description.comment,
-            annotation=description.annotation,
+            comment=description.comment or extra.comment,
+            annotation=description.annotation or extra.annotation,
             **(type_prefix.value if type_prefix else {}),
         )
         return self._redeclaration(prefixes, element)
@@ -119,13 +123,9 @@ class Modifications(Builder):
         dimensions = subscripts.value if subscripts else ()
         return Part((name, dimensions, modification, description), cover(c))
 
-    def constraint(self, c: list[Any]) -> syntax.Constraint:
-        _, base, arguments = c
-        return syntax.Constraint(cover(c), base, modification_of(arguments))
-
     def constraining_clause(self, c: list[Any]) -> tuple[syntax.Constraint, Description]:
-        *head, description = c
-        return self.constraint(head), description
+        _, base, arguments, description = c
+        return syntax.Constraint(cover(c), base, modification_of(arguments)), description
 
     def type_prefix(self, c: list[Token]) -> Part:
         """`flow`, `parameter`, `input` ... as arguments of `Component` and `ShortClass`."""
