@@ -73,8 +73,4 @@ def _info(source: SourceEquation) -> EquationInfo:
 
 def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:
     """In the order of `Program.initial_residuals`."""
-    infos = []
-    for r in sorted.initial_residuals:
-        equation = sorted.dae.initial_equations[r.equation]
-        infos.append(_info(SourceEquation(equation)))
-    return tuple(infos)
+    return tuple(_info(sorted.equations[r.equation]) for r in sorted.initial_residuals)

@@ -10,6 +10,7 @@ from types import CodeType
 from typing import Any
 
 from planarc.ir.program import Program
+from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, UnsolvedError
 from planarc.solve.kernels.numpy_support import NAMESPACE
 
@@ -195,18 +196,3 @@ def _floats(values: Sequence[float]) -> list[float]:
 def _first_states(program: Program) -> list[int]:
     """Some selection, until `select` is called."""
     return [code.first + i for code in program.blocks if code.height for i in range(code.free)]
-
-
-def first_not_finite(program: Program, w: Sequence[float]) -> int:
-    """The first equation whose unknown is not finite, or -1."""
-    from planarc.ir.expr import text
-    from planarc.ir.program import Let
-
-    for statements in (program.parameters, *program.levels, program.rest):
-        for s in statements:
-            lets = (s,) if isinstance(s, Let) else program.blocks[s.block].body
-            for let in lets:
-                slot = program.slots.get(text(let.target))
-                if let.equation is not None and slot is not None and not math.isfinite(w[slot]):
-                    return let.equation
-    return -1

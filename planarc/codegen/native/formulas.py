@@ -1,0 +1,164 @@
+"""Expressions as LLVM instructions.
+
+Truth values are bits in registers and 1.0 or 0.0 in the workspace. Both branches of
+a condition are computed and one is selected: nothing traps, and what is not selected
+may be not a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+from operator import add, mul
+from typing import Final
+
+from planarc.codegen.native.assembly import BIT, REAL, Code, Value
+from planarc.core.diagnostic import error
+from planarc.ir.expr import Expr, Op
+
+#: Functions that the processor or LLVM itself knows.
+INTRINSICS: Final = {
+    "sqrt": "llvm.sqrt.f64",
+    "abs": "llvm.fabs.f64",
+    "floor": "llvm.floor.f64",
+    "ceil": "llvm.ceil.f64",
+    "trunc": "llvm.trunc.f64",
+}
+#: Functions of the C library, with their numbers of arguments.
+LIBRARY: Final = {
+    **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh exp log log10".split(), 1),  # noqa: SIM905
+    "atan2": 2,
+    "pow": 2,
+}
+
+DECLARATIONS: Final = "".join(
+    [f"declare double @{name}(double)\n" for name in INTRINSICS.values()]
+    + [
+        f"declare double @{name}({', '.join(['double'] * n)}) nounwind willreturn memory(none)\n"
+        for name, n in LIBRARY.items()
+    ]
+)
+
+#: Whole powers up to this one are products.
+LARGEST_PRODUCT = 16
+
+
+def real(c: Code, value: Value) -> Value:
+    """A truth value as 1.0 or 0.0, a number as it is."""
+    if value.type != BIT:
+        return value
+    if value.text in ("true", "false"):
+        return c.constant(float(value.text == "true"), REAL)
+    return c.emit(REAL, f"uitofp i1 {value.text} to double")
+
+
+def bit(c: Code, value: Value) -> Value:
+    return value if value.type == BIT else c.emit(BIT, f"fcmp une double {value.text}, 0.0")
+
+
+def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
+    """Emit the expression; `leaf` gives symbols, time, events and left limits."""
+    done: dict[Expr, Value] = {}
+    stack = [root]
+    while stack:
+        e = stack[-1]
+        if e in done:
+            stack.pop()
+            continue
+        waiting = [a for a in reversed(e.args) if a not in done]
+        if waiting:
+            stack.extend(waiting)
+            continue
+        stack.pop()
+        if e.op is Op.CONST:
+            done[e] = _constant(c, e.data)
+        elif not e.args:
+            done[e] = leaf(e)
+        else:
+            done[e] = _node(c, e, [done[a] for a in e.args])
+    return done[root]
+
+
+def _constant(c: Code, value: float | bool) -> Value:
+    if isinstance(value, bool):
+        return Value(c, BIT, "true" if value else "false")
+    return c.constant(value, REAL)
+
+
+def _node(c: Code, e: Expr, args: list[Value]) -> Value:
+    match e.op:
+        case Op.AND | Op.OR:
+            a, b = (bit(c, x) for x in args)
+            return a & b if e.op is Op.AND else a | b
+        case Op.NOT:
+            return ~bit(c, args[0])
+        case Op.IF:
+            return _choice(c, args)
+    numbers = [real(c, x) for x in args]
+    match e.op:
+        case Op.ADD:
+            return reduce(add, numbers)
+        case Op.MUL:
+            return reduce(mul, numbers)
+        case Op.NEG:
+            return c.emit(REAL, f"fneg double {numbers[0].text}")
+        case Op.DIV:
+            return numbers[0] / numbers[1]
+        case Op.POW:
+            return _power(c, e.args[1], numbers)
+        case Op.LESS:
+            return numbers[0] < numbers[1]
+        case Op.LESS_EQUAL:
+            return numbers[0] <= numbers[1]
+        case Op.EQUAL:
+            return numbers[0].equals(numbers[1])
+        case Op.CALL:
+            return _call(c, e.data, numbers)
+    raise error(
+        "G401",
+        f"a call of the function `{e.data[0]}` cannot be translated yet",
+        hint="write a function that can be put in place: assignments and loops only",
+    )
+
+
+def _choice(c: Code, args: list[Value]) -> Value:
+    condition, then, otherwise = bit(c, args[0]), args[1], args[2]
+    if then.type != otherwise.type:
+        then, otherwise = real(c, then), real(c, otherwise)
+    return c.select(condition, then, otherwise)
+
+
+def _power(c: Code, exponent: Expr, numbers: list[Value]) -> Value:
+    if exponent.is_const and float(exponent.data).is_integer():
+        n = int(exponent.data)
+        if 0 < abs(n) <= LARGEST_PRODUCT:
+            product = _product(numbers[0], abs(n))
+            return product if n > 0 else c.constant(1.0, REAL) / product
+    return c.call(REAL, "pow", *numbers)
+
+
+def _product(x: Value, n: int) -> Value:
+    """x^n by squaring."""
+    if n == 1:
+        return x
+    if n % 2:
+        return _product(x, n - 1) * x
+    half = _product(x, n // 2)
+    return half * half
+
+
+def _call(c: Code, function: str, a: list[Value]) -> Value:
+    match function:
+        case "min":
+            return c.select(a[1] < a[0], a[1], a[0])
+        case "max":
+            return c.select(a[1] > a[0], a[1], a[0])
+        case "sign":
+            return real(c, a[0] > 0.0) - real(c, a[0] < 0.0)
+        case "div":
+            return c.call(REAL, INTRINSICS["trunc"], a[0] / a[1])
+        case "mod":
+            return a[0] - c.call(REAL, INTRINSICS["floor"], a[0] / a[1]) * a[1]
+        case "rem":
+            return a[0] - c.call(REAL, INTRINSICS["trunc"], a[0] / a[1]) * a[1]
+    return c.call(REAL, INTRINSICS.get(function, function), *a)

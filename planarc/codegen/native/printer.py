@@ -1,0 +1,209 @@
+"""A program as LLVM text: the fast form.
+
+In:   Program
+Out:  one module with the functions
+
+    pc_parameters, pc_levels, pc_rest, pc_discrete   i32 (frame, t)
+    pc_initial, pc_zeros                             i32 (frame, t, results)
+
+and the constant `pc_blocks`: how many blocks, then each block's record
+(`planarc.ir.frame`). A function reads and writes the workspace, gives 0 or the flag
+of a block that failed, and solves blocks with `pc_start` and `pc_step`, which are the
+same for all models (`runtime`).
+
+Example, a block of one tear, compare with the NumPy text:
+
+      call void @pc_start(ptr %frame, double %t, ptr %record)
+    again:
+      %done = phi i1 [false, %before], [%finished, %step]
+      (inner unknowns)
+      br i1 %done, label %behind, label %work
+    work:
+      (residuals and Jacobian into the area)
+      %flag = call i32 @pc_step(ptr %frame, ptr %record)
+      ...
+
+Promises:  no address is in the text: the object code made of it can be kept on disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
+from planarc.codegen.native.formulas import DECLARATIONS, formula, real
+from planarc.codegen.native.runtime import NOT_FINITE
+from planarc.ir.expr import Expr, Op, text
+from planarc.ir.frame import Frame, Placement, place
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+
+_RUNTIME = """
+declare void @pc_start(ptr, double, ptr)
+declare i32 @pc_step(ptr, ptr)
+"""
+
+
+def ir(program: Program) -> str:
+    """The model's module as LLVM text."""
+    placement = place(program)
+    levels = [s for statements in program.levels for s in statements]
+    zeros = [r.zero for r in program.relations]
+    functions = (
+        _Section(program, placement, "pc_parameters").text(program.parameters),
+        _Section(program, placement, "pc_levels").text(levels),
+        _Section(program, placement, "pc_rest").text(program.rest),
+        _Section(program, placement, "pc_initial").text(program.initial, program.initial_residuals),
+        _Section(program, placement, "pc_zeros").text(program.roots, zeros),
+        _Section(program, placement, "pc_discrete").text(program.discrete),
+    )
+    return "\n".join((DECLARATIONS + _RUNTIME, _records(placement), *functions))
+
+
+def count_statements(program: Program) -> int:
+    """A measure for the time that compiling takes."""
+    lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots)
+    blocks = sum(len(b.body) + len(b.jacobian_body) + len(b.jacobian) for b in program.blocks)
+    return sum(map(len, lists)) + len(program.discrete) + blocks
+
+
+def _records(placement: Placement) -> str:
+    numbers = [len(placement.records), *(n for r in placement.records for n in r)]
+    row = ", ".join(f"i64 {n}" for n in numbers)
+    return f"@pc_blocks = constant [{len(numbers)} x i64] [{row}]\n"
+
+
+class _Section:
+    """One function."""
+
+    def __init__(self, program: Program, placement: Placement, name: str) -> None:
+        self._program = program
+        self._placement = placement
+        self._results = name in ("pc_initial", "pc_zeros")
+        arguments = [(POINTER, "frame"), (REAL, "t")]
+        if self._results:
+            arguments.append((POINTER, "results"))
+        self._code = c = Code(name, FLAG, arguments)
+        self._frame, self._time = c.arguments[:2]
+        self._w = self._frame.load(POINTER, Frame.W)
+        self._area = self._frame.load(POINTER, Frame.AREA)
+        self._values: dict[Expr, Value] = {}
+        self._slots: dict[Expr, int | None] = {}
+
+    def text(self, statements: Iterable[Statement], results: Sequence[Expr] = ()) -> str:
+        c = self._code
+        for s in statements:
+            if isinstance(s, Let):
+                self._let(s)
+            else:
+                self._solve(s)
+        for i, e in enumerate(results):
+            c.arguments[2].store(real(c, self._leaf(e)), i)
+        c.give(0)
+        return c.text()
+
+    # Values
+
+    def _slot(self, e: Expr) -> int | None:
+        if e not in self._slots:
+            self._slots[e] = self._program.slots.get(text(e))
+        return self._slots[e]
+
+    def _leaf(self, e: Expr) -> Value:
+        """From the register that this function set, else from the workspace."""
+        if e.op is Op.TIME:
+            return self._time
+        found = self._values.get(e)
+        if found is not None:
+            return found
+        slot = self._slot(e)
+        assert slot is not None, f"`{e}` has no value here"
+        return self._w.load(REAL, slot)
+
+    def _value(self, e: Expr) -> Value:
+        return formula(self._code, e, self._leaf)
+
+    def _let(self, let: Let) -> None:
+        value = self._value(let.value)
+        slot = self._slot(let.target)
+        self._values[let.target] = value
+        if slot is not None:
+            self._w.store(real(self._code, value), slot)
+
+    # Blocks
+
+    def _solve(self, statement: Solve) -> None:
+        code = self._program.blocks[statement.block]
+        if not code.residuals:  # its tears are states, and in the workspace
+            for let in code.body:
+                self._let(let)
+            return
+        c = self._code
+        again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
+        before = c.label()
+        record = self._record(statement.block)
+        c.line(
+            f"call void @pc_start(ptr {self._frame.text}, double {self._time.text},"
+            f" ptr {record.text})"
+        )
+        c.jump(before)
+        c.begin(before)
+        c.jump(again)
+        c.begin(again)
+        finished, step = c.register(), c.label()
+        done = c.register()
+        c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
+        for tear in code.tears:
+            slot = self._slot(tear)
+            assert slot is not None
+            self._values[tear] = self._w.load(REAL, slot)
+        for let in code.body[: code.inner]:
+            self._let(let)
+        c.line(f"br i1 {done}, label %{behind}, label %{work}")
+        c.begin(work)
+        self._work(statement.block, code)
+        flag = c.call(FLAG, "pc_step", self._frame, record)
+        c.branch(flag < 0, failed, step)
+        c.begin(step)
+        c.line(f"{finished} = icmp eq i32 {flag.text}, 1")
+        c.jump(again)
+        c.begin(failed)
+        not_finite = flag.equals(NOT_FINITE)
+        c.give(c.select(not_finite, c.constant(-1, FLAG), c.constant(1, FLAG)))
+        c.begin(behind)
+
+    def _record(self, block: int) -> Value:
+        first = 1 + sum(len(r) for r in self._placement.records[:block])
+        return Value(self._code, POINTER, "@pc_blocks").at(first)
+
+    def _work(self, block: int, code: BlockCode) -> None:
+        """Residuals and Jacobian into the area; what is set here is not known behind."""
+        outside = dict(self._values)
+        for let in (*code.body[code.inner :], *code.jacobian_body):
+            self._let(let)
+        c = self._code
+        at, n = self._placement.residuals(block), len(code.tears)
+        for i, r in enumerate(code.residuals):
+            self._area.store(real(c, self._leaf(r)), at + i)
+        at = self._placement.jacobian(block)
+        for i, j, value in code.jacobian:
+            self._area.store(real(c, self._value(value)), at + i * n + j)
+        if code.tangent is not None:
+            self._columns(block, code)
+        self._values = outside
+
+    def _columns(self, block: int, code: BlockCode) -> None:
+        """The Jacobian column by column."""
+        assert code.tangent is not None
+        c, n = self._code, len(code.tears)
+        seeds = self._area.at(self._placement.seeds(block))
+        matrix = self._area.at(self._placement.jacobian(block))
+        with c.loop(n) as j:
+            with c.loop(n) as k:
+                seeds.store(0.0, k)
+            seeds.store(1.0, j)
+            for i, seed in enumerate(code.tangent.seeds):
+                self._values[seed] = seeds.load(REAL, i)
+            for let in code.tangent.body:
+                self._let(let)
+            for i, entry in enumerate(code.tangent.entries):
+                matrix.store(real(c, self._value(entry)), j + i * n)

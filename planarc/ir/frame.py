@@ -1,0 +1,116 @@
+"""The memory of a native kernel: what compiled code and its loader agree on.
+
+A kernel's *frame* is an array of pointers that every compiled function gets:
+
+    w         float64   the workspace (see `program`)
+    numbers   int64     flags, the selected states, the unknowns of each block
+    accepted  float64   values, first and second derivatives of all tears, and the time
+    area      float64   residuals, Jacobian and Newton's method of each block
+    vector    pointer   SUNDIALS' N_VGetArrayPointer
+
+and a block's *record* is a row of int64 constants in the compiled model:
+
+    index, tears, residuals, below, linear, accepted, solved, area, shared, total
+    and for each tear the slots of its value, first and second derivative (-1: none)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from planarc.ir.expr import text
+from planarc.ir.program import BlockCode, Program
+
+
+class Frame(IntEnum):
+    W = 0
+    NUMBERS = 1
+    ACCEPTED = 2
+    AREA = 3
+    VECTOR = 4
+
+
+class Number(IntEnum):
+    """Places in `numbers`; behind them state slots, derivative slots, solved unknowns."""
+
+    EVALUATING = 0  # 1: candidates are given, blocks below the top only give residuals
+    FAILED = 1  # index of the block that failed, or -1
+    STATES = 2  # how many
+    FIRST_STATE = 3
+
+
+class Record(IntEnum):
+    INDEX = 0
+    TEARS = 1
+    RESIDUALS = 2
+    BELOW = 3
+    LINEAR = 4
+    ACCEPTED = 5  # where its tears begin in each third of `accepted`
+    SOLVED = 6  # where the positions of its unknowns begin in `numbers`
+    AREA = 7  # where its part of `area` begins
+    SHARED = 8  # where the matrix for elimination begins in `area`
+    TOTAL = 9  # tears of all blocks together
+    SLOTS = 10
+
+
+#: A block's part of `area`: three numbers of Newton's method, then arrays.
+COUNT, FACTOR, NORM, ARRAYS = 0, 1, 2, 3
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Sizes of a program's arrays and where each block's part begins."""
+
+    records: tuple[tuple[int, ...], ...]
+    numbers: int
+    accepted: int
+    area: int
+
+    def residuals(self, block: int) -> int:
+        """Where the residuals of a block begin in `area`."""
+        return self.records[block][Record.AREA] + ARRAYS
+
+    def jacobian(self, block: int) -> int:
+        """Where its matrix begins (row by row, a column for each tear)."""
+        return self.residuals(block) + self.records[block][Record.RESIDUALS]
+
+    def seeds(self, block: int) -> int:
+        """Where the seeds of its tangent begin."""
+        m = self.records[block][Record.RESIDUALS]
+        return self.jacobian(block) + m * self.records[block][Record.TEARS]
+
+
+#: Behind residuals and matrix: seeds of the tangent (one a tear), steps and sizes of rows (one
+#: a residual), values before the step and at the start (one a tear).
+ROW_ARRAYS: Final = 2
+TEAR_ARRAYS: Final = 3
+
+
+def place(program: Program) -> Placement:
+    """The same for a given program, whoever asks."""
+    blocks = program.blocks
+    largest = max((len(b.residuals) for b in blocks), default=0)
+    total = sum(len(b.tears) for b in blocks)
+    derivative = {c.slot: c.derivative for c in program.candidates}
+    shared = 0
+    area = largest * (largest + 1)
+    solved = Number.FIRST_STATE + 2 * program.state_count
+    accepted = 0
+    records = []
+    for index, b in enumerate(blocks):
+        head = (index, len(b.tears), len(b.residuals), int(b.height > 0), int(b.linear))
+        slots = _slots(program, b, derivative)
+        records.append((*head, accepted, solved, area, shared, total, *slots))
+        accepted += len(b.tears)
+        solved += len(b.residuals)
+        area += ARRAYS + len(b.residuals) * (1 + len(b.tears) + ROW_ARRAYS)
+        area += TEAR_ARRAYS * len(b.tears)
+    return Placement(tuple(records), solved, 3 * total + 1, area)
+
+
+def _slots(program: Program, block: BlockCode, derivative: dict[int, int]) -> list[int]:
+    values = [program.slots[text(tear)] for tear in block.tears]
+    first = [derivative.get(s, -1) if block.height else -1 for s in values]
+    return [*values, *first, *(derivative.get(s, -1) for s in first)]

@@ -1,0 +1,51 @@
+"""Object code, linked into this process."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+_REAL, _POINTER = ctypes.c_double, ctypes.c_void_p
+_FRAME_AND_TIME = (_POINTER, _REAL)
+
+#: The functions that Python calls, with their arguments; all give an int.
+_SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
+    {
+        "pc_parameters": _FRAME_AND_TIME,
+        "pc_discrete": _FRAME_AND_TIME,
+        "pc_accept": _FRAME_AND_TIME,
+        "pc_outputs": (*_FRAME_AND_TIME, _POINTER),
+        "pc_rhs": (*_FRAME_AND_TIME, _POINTER, _POINTER),
+        "pc_roots": (*_FRAME_AND_TIME, _POINTER, _POINTER),
+        "pc_evaluate": (_POINTER, _POINTER),
+    }
+)
+
+
+class Engine:
+    """Owns the memory of the functions: it must outlive every address taken from it."""
+
+    def __init__(self, code: bytes) -> None:
+        import llvmlite.binding as llvm
+
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        target = llvm.Target.from_triple(llvm.get_process_triple())
+        machine = target.create_target_machine(codemodel="jitdefault", jit=True)
+        empty = llvm.parse_assembly("")
+        empty.triple = llvm.get_process_triple()
+        self._engine = llvm.create_mcjit_compiler(empty, machine)
+        split = 8 + int.from_bytes(code[:8], "little")
+        for part in (code[8:split], code[split:]):
+            self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))
+        self._engine.finalize_object()
+        self.functions = {name: self._function(name) for name in _SIGNATURES}
+
+    def address(self, name: str) -> int:
+        return int(self._engine.get_function_address(name))
+
+    def _function(self, name: str) -> Callable[..., int]:
+        made = ctypes.CFUNCTYPE(ctypes.c_int, *_SIGNATURES[name])
+        return made(self.address(name))

@@ -1,0 +1,206 @@
+"""The native back end's kernel: object code, linked into this process, and its memory.
+
+The engine is shared by all kernels of the same object code; arrays and frame belong
+to one kernel. A kernel keeps alive everything that its addresses point to.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, MutableSequence, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planarc.ir.frame import Frame, Number, Record, place
+from planarc.ir.program import Addresses, Program
+from planarc.solve.kernels.engine import Engine
+from planarc.solve.kernels.failures import first_not_finite
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
+
+@lru_cache(maxsize=8)
+def _engine(code: bytes) -> Engine:
+    return Engine(code)
+
+
+class NativeKernel:
+    """See `planarc.ir.program.Kernel`; `w` is a NumPy array."""
+
+    w: Any
+
+    def __init__(self, program: Program, code: bytes) -> None:
+        self._program = program
+        self._engine = engine = _engine(code)
+        self._place = place(program)
+        n = program.state_count
+        self.w = np.zeros(program.size)
+        self._numbers = np.zeros(self._place.numbers, np.int64)
+        self._accepted = np.zeros(self._place.accepted)
+        self._area = np.zeros(self._place.area)
+        self._y, self._ydot = np.zeros(n), np.zeros(n)
+        self._zeros = np.zeros(len(program.relations))
+        self._initial = np.zeros(len(program.initial_residuals))
+        self._frame = np.zeros(len(Frame), np.uint64)
+        for place_, array in (
+            (Frame.W, self.w),
+            (Frame.NUMBERS, self._numbers),
+            (Frame.ACCEPTED, self._accepted),
+            (Frame.AREA, self._area),
+        ):
+            self._frame[place_] = array.ctypes.data
+        self._bind(engine)
+        self._numbers[Number.STATES] = n
+        self._failed_equation: int | None = -1
+        self._started = False
+        for p in program.parameter_slots:
+            if p.default is not None:
+                self.w[p.slot] = p.default
+        self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
+
+    def _bind(self, engine: Engine) -> None:
+        frame = ctypes.c_void_p(self._frame.ctypes.data)
+        y, ydot, zeros, initial = (
+            ctypes.c_void_p(a.ctypes.data)
+            for a in (self._y, self._ydot, self._zeros, self._initial)
+        )
+        f = engine.functions
+
+        def bound(name: str, *rest: ctypes.c_void_p) -> Callable[[float], int]:
+            function = f[name]
+            return lambda t: function(frame, t, *rest)
+
+        self._call_rhs = bound("pc_rhs", y, ydot)
+        self._call_outputs = bound("pc_outputs", y)
+        self._call_roots = bound("pc_roots", y, zeros)
+        self._call_accept = bound("pc_accept")
+        self._call_parameters = bound("pc_parameters")
+        self._call_discrete = bound("pc_discrete")
+        self._call_evaluate = lambda: f["pc_evaluate"](frame, initial)
+
+    @property
+    def failed_block(self) -> int:
+        return int(self._numbers[Number.FAILED])
+
+    @property
+    def failed_equation(self) -> int:
+        return first_not_finite(self._program, self.w.tolist())
+
+    def addresses(self, get_array: int) -> Addresses:
+        """For an integrator in C; `get_array` is the address of N_VGetArrayPointer."""
+        self._frame[Frame.VECTOR] = get_array
+        at = self._engine.address
+        return Addresses(
+            cv_rhs=at("pc_cv_rhs"),
+            cv_roots=at("pc_cv_roots"),
+            outputs=at("pc_outputs"),
+            accept=at("pc_accept"),
+            context=self._frame.ctypes.data,
+            workspace=self.w.ctypes.data,
+        )
+
+    # The protocol
+
+    def parameters(self) -> int:
+        self._started = False
+        return self._call_parameters(0.0)
+
+    def select(self, selection: Sequence[int]) -> None:
+        program, numbers = self._program, self._numbers
+        n = program.state_count
+        chosen = [program.candidates[i] for i in selection]
+        first = Number.FIRST_STATE
+        numbers[first : first + n] = [c.slot for c in chosen]
+        numbers[first + n : first + 2 * n] = [c.derivative for c in chosen]
+        taken = set(selection)
+        for record, code in zip(self._place.records, program.blocks, strict=True):
+            if code.height and code.residuals:
+                solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
+                at = record[Record.SOLVED]
+                numbers[at : at + len(solved)] = solved
+
+    def accept(self, t: float) -> None:
+        self._started = True
+        self._call_accept(t)
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        flag = self._call_rhs(t)
+        ydot[:] = self._ydot  # type: ignore[assignment]
+        return flag
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        return self._call_outputs(t) or self._check_all()
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        flag = self._evaluate()
+        if flag:
+            return flag
+        parts = [
+            self._area[at : at + len(code.residuals)]
+            for at, code in self._residual_places
+        ]
+        found = np.concatenate([*parts, self._initial])
+        r[: len(found)] = found  # type: ignore[assignment]
+        return 0 if np.isfinite(found.sum()) else -1
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        code = self._program.blocks[block]
+        m, n = len(code.residuals), len(code.tears)
+        if m:
+            self._evaluate()
+        at = self._place.jacobian(block)
+        return self._area[at : at + m * n].reshape(m, n).copy()  # type: ignore[return-value]
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        flag = self._call_roots(t)
+        g[:] = self._zeros  # type: ignore[assignment]
+        return flag
+
+    def discrete(self) -> int:
+        return self._call_discrete(float(self.w[0]))
+
+    # Below the protocol
+
+    @property
+    def _candidate_slots(self) -> list[int]:
+        return [c.slot for c in self._program.candidates]
+
+    @property
+    def _residual_places(self) -> list[tuple[int, Any]]:
+        return [
+            (self._place.residuals(i), code)
+            for i, code in enumerate(self._program.blocks)
+            if code.height
+        ]
+
+    def _evaluate(self) -> int:
+        self._begin()
+        return self._call_evaluate()  # type: ignore[no-any-return]
+
+    def _begin(self) -> None:
+        """Before a point was accepted, blocks start from the start values, at rest."""
+        if self._started:
+            return
+        program, accepted = self._program, self._accepted
+        accepted[:] = 0.0
+        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+        for record in self._place.records:
+            at, n = record[Record.ACCEPTED], record[Record.TEARS]
+            slots = record[Record.SLOTS : Record.SLOTS + n]
+            accepted[at : at + n] = [self.w[starts[s]] for s in slots]
+
+    def _check_all(self) -> int:
+        return 0 if np.isfinite(self.w.sum()) else -1
