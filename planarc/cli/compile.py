@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planarc.cli import console
 from planarc.cli.arguments import ClassName, Libraries, Target, make_request
+
+if TYPE_CHECKING:
+    from planarc.ir.program import Program
 
 
 class Emit(StrEnum):
@@ -29,9 +32,16 @@ def compile_model(
     flat = compiler.flatten(open_target(make_request(target, class_name, library)))
     console.complain(flat.warnings)
     program = compiler.to_program(compiler.to_sorted(compiler.to_dae(flat)))
-    if emit is Emit.NUMPY:
-        from planarc.codegen.numpy.printer import source as print_program
-    else:
-        from planarc.codegen.native.printer import source as print_program
-    console.say(print_program(program))
+    console.say(code_text(program, emit))
     return 0
+
+
+def code_text(program: Program, emit: Emit) -> str:
+    """The program in one of the languages."""
+    if emit is Emit.NUMPY:
+        from planarc.codegen.numpy.printer import source
+
+        return source(program)
+    from planarc.codegen.native.printer import ir
+
+    return ir(program)

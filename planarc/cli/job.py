@@ -19,7 +19,7 @@ from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import RunOptions
 
 #: The code of the diagnostic with which a run ends at Ctrl-C.
-INTERRUPTED = "R130"
+INTERRUPTED = "R440"
 
 if TYPE_CHECKING:
     from planarc.ir.result import Result
