@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr
+from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
 from planarc.structure.alias import eliminate_aliases, orders_needed
 from planarc.structure.attributes import merge_attributes
@@ -46,7 +47,8 @@ def structure(dae: Dae) -> SortedDae:
     attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
 
     others = [elimination.rewrite(e) for e in expressions_of_rest(dae)]
-    least = orders_needed(elimination, contents, others)
+    held = [table.der(s) for s, a in attributes.items() if a.select is StateSelect.ALWAYS]
+    least = orders_needed(elimination, contents, (*others, *held))
     offsets = reduce_index(signature, [least[name] for name in kept])
     expansion = expand_equations(dae, elimination.live, offsets)
     systems = Systems(table, contents, signs, expansion, offsets, kept, offsets.active(signature))

@@ -1,0 +1,96 @@
+"""What is held at the start, guesses, initial and discrete equations, the rest rewritten."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from planarc.core.diagnostic import PlanarcError
+from planarc.ir.dae import Assertion, Dae, Message, Reinit, When
+from planarc.ir.expr import text
+from planarc.ir.sorted import SortedDae
+from planarc.structure.pipeline import structure
+
+Sort = Callable[..., SortedDae]
+
+
+def test_a_fixed_variable_that_is_no_candidate_is_held(sort: Sort) -> None:
+    attributes = {"x": {"select": "prefer"}, "y": {"start": 4, "fixed": True}}
+    model = sort("der(x) = -x", "y = 2*x", attributes=attributes)
+    assert [(text(f.symbol), f.display, text(f.start)) for f in model.fixed] == [("y", "y", "4")]
+    assert not model.candidates[0].fixed
+
+
+def test_a_held_alias_has_its_sign(sort: Sort) -> None:
+    attributes = {"x": {"select": "prefer"}, "z": {"start": 4, "fixed": True}}
+    model = sort("der(x) = -x", "y = 2*x", "z = -y", attributes=attributes)
+    assert [(text(f.symbol), text(f.start)) for f in model.fixed] == [("y", "-4")]
+
+
+def test_torn_unknowns_of_the_top_start_from_their_guess(sort: Sort) -> None:
+    model = sort("cos(y) = y", attributes={"y": {"start": 0.7}})
+    assert [(text(s), text(v)) for s, v in model.guesses] == [("y", "0.7")]
+
+
+def test_initial_equations_are_in_kept_symbols(sort: Sort) -> None:
+    model = sort("w = der(phi)", "der(w) = -sin(phi)", initial=["w = 2*q"], q=1.0)
+    (r,) = model.initial_residuals
+    assert text(r.value) == "der(phi) - 2*q"
+    assert model.equations[r.equation].span.line == 3
+
+
+def test_an_initial_equation_that_cannot_hold_is_refused(sort: Sort) -> None:
+    with pytest.raises(PlanarcError, match="S309"):
+        sort("x = 1", "der(y) = x", initial=["x = 2"])
+    assert sort("x = 1", "der(y) = x", initial=["x = 1"]).initial_residuals == ()
+
+
+# Discrete equations ---------------------------------------------------------------------------
+
+
+def test_discrete_equations_follow_what_they_need(sort: Sort) -> None:
+    model = sort(
+        "der(x) = 1", discrete={"c": "a and b", "a": "event[0] or pre(c)", "b": "not a", "m": ""}
+    )
+    assert [text(a.target) for a in model.discrete] == ["a", "b", "c"]
+    first = len(model.dae.equations)
+    assert [a.equation for a in model.discrete] == [first + 1, first + 2, first]
+
+
+def test_a_discrete_loop_names_its_variables(sort: Sort) -> None:
+    with pytest.raises(PlanarcError) as info:
+        sort("der(x) = 1", discrete={"a": "b or event[0]", "b": "not a"})
+    (d,) = info.value.diagnostics
+    assert d.code == "S311"
+    assert d.message == "discrete variables depend on each other at one instant: `a`, `b`"
+
+
+def test_eliminated_variables_leave_discrete_equations(sort: Sort) -> None:
+    model = sort("x = y", "der(x) = 1", discrete={"a": "y > 1"})
+    assert text(model.discrete[0].value) == "1 < x"
+
+
+# The rest of the model --------------------------------------------------------------------------
+
+
+def test_a_reinit_follows_the_sign_of_an_alias(make: Callable[..., Dae]) -> None:
+    dae = make("w = -der(phi)", "der(w) = phi", "u = w", discrete={"b": "event[0]"})
+    t = dae.table
+    reinit = Reinit(t.symbol("w"), t.mul(t.const(-0.5), t.symbol("u")))
+    check = Assertion(t.less(t.symbol("u"), t.one), Message(("too fast: ", (t.symbol("u"), ""))))
+    model = structure(replace(dae, whens=(When((("b", (reinit, check)),)),), assertions=(check,)))
+    ((_, (after, inside)),) = model.dae.whens[0].branches
+    assert isinstance(after, Reinit)
+    assert (text(after.symbol), text(after.value)) == ("der(phi)", "-0.5*der(phi)")
+    assert isinstance(inside, Assertion)
+    assert text(inside.condition) == "-der(phi) < 1"
+    assert model.dae.assertions == (inside,)
+
+
+def test_a_constant_cannot_be_reset(make: Callable[..., Dae]) -> None:
+    dae = make("x = 1", "der(y) = x", discrete={"b": "event[0]"})
+    reinit = Reinit(dae.table.symbol("x"), dae.table.zero)
+    with pytest.raises(PlanarcError, match="S312"):
+        structure(replace(dae, whens=(When((("b", (reinit,)),)),)))
