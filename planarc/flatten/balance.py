@@ -1,0 +1,166 @@
+"""Local balance: which component has too many or too few equations.
+
+In:   the instances, unknowns and equations of each, connections of each
+Out:  diagnostics that name the components whose count is off
+
+Asked only when the model as a whole does not balance. A component is balanced when
+its own unknowns equal its own equations, one for each flow variable of its own
+connectors, and those that its connect equations stand for (4.7).
+
+Reference: Modelica Language Specification 3.6, section 4.7.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.flatten.connect import Connection, match_leaves
+from planarc.flatten.connection_sets import DisjointSets
+from planarc.flatten.equations import count_equations, scalar_count
+from planarc.flatten.tree import Instance, Leaf
+from planarc.ir import flat, syntax
+
+
+@dataclass(slots=True)
+class Count:
+    """Unknowns and equations of one component, scalars each."""
+
+    unknowns: Counter[str] = field(default_factory=Counter)
+    equations: Counter[str] = field(default_factory=Counter)
+
+
+def owner_of(leaf: Leaf) -> Instance:
+    """The component whose balance a variable belongs to: connectors and records of a
+    model count for the model."""
+    instance = leaf.parent
+    while instance.parent is not None and (instance.is_connector or instance.is_record):
+        instance = instance.parent
+    return instance
+
+
+def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
+    """A variable that an equation must determine."""
+    return (
+        variable.variability > flat.Variability.PARAMETER
+        and variable.binding is None
+        and not is_given(leaf)
+    )
+
+
+def is_given(leaf: Leaf) -> bool:
+    """An input of the model itself has its value from outside."""
+    return leaf.causality is syntax.Causality.INPUT and owner_of(leaf).depth == 0
+
+
+def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
+    """The scalars that algorithm sections determine."""
+    return sum(len_of(name, leaves) for a in algorithms for name in targets_of(a))
+
+
+def len_of(name: str, leaves: dict[str, Leaf]) -> int:
+    leaf = leaves.get(name)
+    return 0 if leaf is None else scalar_count(leaf.type)
+
+
+def targets_of(algorithm: flat.Algorithm) -> list[str]:
+    """The variables that an algorithm assigns, each once."""
+    found: dict[str, None] = {}
+    stack: list[flat.Statement] = list(reversed(algorithm.statements))
+    while stack:
+        statement = stack.pop()
+        match statement:
+            case flat.Assignment(target=target):
+                found[target.name] = None
+            case flat.TupleAssignment(targets=targets):
+                found.update((t.name, None) for t in targets if t is not None)
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                bodies = [s for _, body in branches for s in body] + list(otherwise)
+                stack.extend(reversed(bodies))
+            case flat.WhenStatement(branches=branches):
+                stack.extend(reversed([s for _, body in branches for s in body]))
+            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
+                stack.extend(reversed(body))
+    return list(found)
+
+
+def check_balance(
+    instances: list[Instance],
+    variables: list[flat.Variable],
+    equations: list[flat.Equation],
+    algorithms: list[flat.Algorithm],
+    connections: list[Connection],
+    leaves: dict[str, Leaf],
+) -> list[Diagnostic]:
+    """One error for each component whose count is off, inner ones first."""
+    count = Count()
+    for variable in variables:
+        leaf = leaves.get(variable.name)
+        if leaf is not None:
+            _count_variable(variable, leaf, count)
+    for equation in equations:
+        if not (isinstance(equation, flat.Equality) and equation.generated):
+            count.equations[equation.component] += count_equations((equation,))
+    for algorithm in algorithms:
+        for name in targets_of(algorithm):
+            count.equations[algorithm.component] += len_of(name, leaves)
+    _count_connections(connections, count)
+    found = []
+    for instance in instances:
+        name = instance.prefix or ""
+        difference = count.equations[name] - count.unknowns[name]
+        if difference and not instance.is_connector:
+            found.append(_message(instance, count.unknowns[name], count.equations[name]))
+    return found
+
+
+def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:
+    owner = owner_of(leaf)
+    name = owner.prefix or ""
+    size = scalar_count(leaf.type)
+    if leaf.flow is syntax.Flow.FLOW:
+        count.equations[name] += size
+    if variable.variability <= flat.Variability.PARAMETER or variable.binding is not None:
+        return
+    if leaf.causality is syntax.Causality.INPUT:
+        if owner.parent is not None:  # must be given by the component around
+            count.unknowns[owner.parent.prefix or ""] += size
+        return
+    count.unknowns[name] += size
+
+
+def _count_connections(connections: list[Connection], count: Count) -> None:
+    by_component: dict[str, list[Connection]] = {}
+    for connection in connections:
+        by_component.setdefault(connection.component, []).append(connection)
+    for component, own in by_component.items():
+        sets: DisjointSets[tuple[str, bool]] = DisjointSets()
+        members = {}
+        for connection in own:
+            for a, b in match_leaves(connection.left, connection.right, connection.span):
+                members[a.key], members[b.key] = a, b
+                sets.join(a.key, b.key)
+        for keys in sets.sets():
+            joined = [members[k] for k in keys]
+            if joined[0].leaf.variability <= flat.Variability.PARAMETER:
+                continue
+            size = scalar_count(joined[0].type)
+            if joined[0].is_flow:
+                # the flow of each inside connector was credited to its own component
+                inside = sum(not m.outside for m in joined)
+                count.equations[component] += size * (1 - inside)
+            else:
+                count.equations[component] += size * (len(joined) - 1)
+
+
+def _message(instance: Instance, unknowns: int, equations: int) -> Diagnostic:
+    where = f"the component `{instance.prefix}`" if instance.prefix else "the model"
+    kind = "too many" if equations > unknowns else "too few"
+    return Diagnostic(
+        "F320",
+        f"{where} of class `{instance.cls.name}` has {kind} equations: "
+        f"{equations} for {unknowns} unknowns",
+        instance.element.definition.span if instance.element else instance.cls.span,
+        Severity.ERROR,
+    )

@@ -1,0 +1,98 @@
+"""Types of values: their text in messages, and which value may stand where.
+
+Reference: Modelica Language Specification 3.6, sections 6.6, 6.7 and 10.6.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.ir import flat
+
+NUMERIC = (flat.Base.REAL, flat.Base.INTEGER)
+
+
+def type_text(type_: flat.Type) -> str:
+    """`Real[2, 3]`, as a message shows a type."""
+    name = type_.name or type_.base.value
+    if not type_.dims:
+        return name
+    return f"{name}[{', '.join(':' if d is None else str(d) for d in type_.dims)}]"
+
+
+def base_conforms(expected: flat.Type, actual: flat.Type) -> bool:
+    """Without dimensions: an Integer may stand for a Real, records by their fields."""
+    if expected.base is flat.Base.REAL:
+        return actual.base in NUMERIC
+    if expected.base is not actual.base:
+        return False
+    if expected.base is flat.Base.ENUMERATION:
+        return expected.name == actual.name or expected.literals == actual.literals
+    if expected.base is flat.Base.RECORD:
+        have = dict(actual.fields)
+        return len(have) == len(expected.fields) and all(
+            n in have and conforms(t, have[n]) for n, t in expected.fields
+        )
+    return True
+
+
+def dims_conform(expected: tuple[int | None, ...], actual: tuple[int | None, ...]) -> bool:
+    """Equal sizes; a size known only when run fits any."""
+    return len(expected) == len(actual) and all(
+        e is None or a is None or e == a for e, a in zip(expected, actual, strict=True)
+    )
+
+
+def conforms(expected: flat.Type, actual: flat.Type) -> bool:
+    return base_conforms(expected, actual) and dims_conform(expected.dims, actual.dims)
+
+
+def expect(
+    expected: flat.Type, value: flat.Expression, what: str, span: Span | None = None
+) -> None:
+    """Refuse a value that does not have the expected type."""
+    if not conforms(expected, value.type):
+        raise mismatch(expected, value.type, what, span or value.span)
+
+
+def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
+    hint = None
+    if base_conforms(expected, actual) and expected.dims and not actual.dims:
+        hint = "write `each` in a modifier, or `fill(...)` in an equation"
+    return error(
+        "F270",
+        f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}",
+        span,
+        hint=hint,
+    )
+
+
+def expect_scalar(
+    value: flat.Expression, bases: tuple[flat.Base, ...], what: str
+) -> flat.Expression:
+    if value.type.base not in bases or value.type.dims:
+        wanted = " or ".join(b.value for b in bases)
+        raise error(
+            "F270", f"{what} must be of type {wanted}, but is {type_text(value.type)}", value.span
+        )
+    return value
+
+
+def unify_dims(
+    left: tuple[int | None, ...], right: tuple[int | None, ...]
+) -> tuple[int | None, ...]:
+    """The dimensions of two arrays of one shape, with what either of them knows."""
+    return tuple(a if a is not None else b for a, b in zip(left, right, strict=True))
+
+
+def unify(left: flat.Type, right: flat.Type, dims: bool = True) -> flat.Type | None:
+    """The type that both values have, or None."""
+    if dims and not dims_conform(left.dims, right.dims):
+        return None
+    if base_conforms(left, right):
+        found = left
+    elif base_conforms(right, left):
+        found = right
+    else:
+        return None
+    return found.with_dims(unify_dims(left.dims, right.dims)) if dims else found

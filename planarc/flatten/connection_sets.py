@@ -1,0 +1,192 @@
+"""Connection sets: connections joined over the whole hierarchy, as equations.
+
+In:   Connection of all instances, all flow variables of connectors
+Out:  generated flat.Equality, sets of physical connectors
+
+Example: `connect(a.frame_b, b.frame_a); connect(b.frame_a, c.frame_a);` gives
+
+    a.frame_b.r = b.frame_a.r;  a.frame_b.r = c.frame_a.r;      and
+    a.frame_b.f + b.frame_a.f + c.frame_a.f = {0, 0};
+
+Inside connectors count positive, outside ones negative. A flow variable that no
+connection joins from its outside is zero, without a message.
+
+Reference: Modelica Language Specification 3.6, sections 9.1 to 9.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import NOWHERE, Span
+from planarc.flatten.connect import Connection, Member, Side, match_leaves
+from planarc.flatten.select import array, integer
+from planarc.flatten.tree import Instance, Leaf, Session
+from planarc.ir import flat, syntax
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class DisjointSets(Generic[Key]):
+    """Union-find that keeps the order in which keys came."""
+
+    def __init__(self) -> None:
+        self._parent: dict[Key, Key] = {}
+
+    def add(self, key: Key) -> bool:
+        """True when the key is new."""
+        if key in self._parent:
+            return False
+        self._parent[key] = key
+        return True
+
+    def find(self, key: Key) -> Key:
+        root = key
+        while self._parent[root] != root:
+            root = self._parent[root]
+        while self._parent[key] != root:
+            self._parent[key], key = root, self._parent[key]
+        return root
+
+    def join(self, a: Key, b: Key) -> None:
+        self.add(a)
+        self.add(b)
+        first, second = self.find(a), self.find(b)
+        if first != second:
+            self._parent[second] = first
+
+    def sets(self) -> list[list[Key]]:
+        found: dict[Key, list[Key]] = {}
+        for key in self._parent:
+            found.setdefault(self.find(key), []).append(key)
+        return list(found.values())
+
+
+@dataclass(slots=True)
+class Connected:
+    """What all connections of a model give."""
+
+    equations: list[flat.Equality] = field(default_factory=list)
+    physical: list[tuple[str, ...]] = field(default_factory=list)
+    #: for the balance: equations that the connections of a component stand for
+    local: dict[str, int] = field(default_factory=dict)
+
+
+def connect_all(
+    connections: list[Connection], flows: Iterable[Leaf], session: Session
+) -> Connected:
+    """The equations of all connection sets."""
+    sets: DisjointSets[tuple[str, bool]] = DisjointSets()
+    members: dict[tuple[str, bool], Member] = {}
+    spans: dict[tuple[str, bool], Span] = {}
+    physical: DisjointSets[str] = DisjointSets()
+    result = Connected()
+    for connection in connections:
+        for a, b in match_leaves(connection.left, connection.right, connection.span):
+            for side in (a, b):
+                members.setdefault(side.key, side)
+                spans.setdefault(side.key, connection.span)
+            sets.join(a.key, b.key)
+        if _is_physical(connection.left):
+            physical.join(connection.left.name, connection.right.name)
+    for leaf in flows:
+        for lone in _lone_members(leaf, members):
+            sets.add(lone.key)
+            members[lone.key] = lone
+    for keys in sets.sets():
+        joined = [members[key] for key in keys]
+        span = min((spans[k] for k in keys if k in spans), key=_order, default=NOWHERE)
+        try:
+            result.equations += set_equations(joined, span)
+        except PlanarcError as problem:
+            session.keep(problem)
+    result.physical = [tuple(names) for names in physical.sets()]
+    return result
+
+
+def _order(span: Span) -> tuple[str, int]:
+    return span.source.name, span.start
+
+
+def _lone_members(leaf: Leaf, members: dict[tuple[str, bool], Member]) -> list[Member]:
+    """A flow variable seen from its outside, whole, or the entries not connected."""
+    if not leaf.is_connector or not leaf.type.dims:
+        return [Member(leaf, False)]
+    from planarc.flatten.select import all_indices, pick
+
+    whole = flat.Reference(leaf.type, leaf.span, leaf.name)
+    indices = all_indices(tuple(d or 0 for d in leaf.type.dims))
+    return [Member(leaf, False, pick(whole, i)) for i in indices]
+
+
+def _is_physical(side: Side) -> bool:
+    """The connector has a flow variable."""
+    stack: list[object] = [side.node]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Leaf) and node.flow is syntax.Flow.FLOW:
+            return True
+        if isinstance(node, Instance):
+            stack += [e.node for e in node.elements.values() if e.node is not None]
+    return False
+
+
+def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
+    """The equations of one set."""
+    if joined[0].leaf.variability <= flat.Variability.PARAMETER:
+        return []
+    if joined[0].is_flow:
+        return [_flow_equation(joined, span if span is not NOWHERE else joined[0].leaf.span)]
+    _check_sources(joined, span)
+    first = joined[0].reference(span)
+    names = {joined[0].key[0]}
+    equations = []
+    for other in joined[1:]:
+        if other.key[0] in names:
+            continue  # one connector seen from inside and from outside
+        names.add(other.key[0])
+        equations.append(flat.Equality(span, "", first, other.reference(span), generated=True))
+    return equations
+
+
+def _flow_equation(joined: list[Member], span: Span) -> flat.Equality:
+    total: flat.Expression | None = None
+    for member in sorted(joined, key=lambda m: m.outside):
+        term = member.reference(span)
+        if total is None:
+            total = flat.Unary(term.type, span, "-", term) if member.outside else term
+        else:
+            total = flat.Binary(total.type, span, "-" if member.outside else "+", total, term)
+    assert total is not None
+    return flat.Equality(span, "", total, _zero(total.type, span), generated=True)
+
+
+def _zero(type_: flat.Type, span: Span) -> flat.Expression:
+    value: flat.Expression = integer(0, span)
+    for size in reversed(type_.dims):
+        value = array([value] * (size or 0), value.type, span)
+    return value
+
+
+def _check_sources(joined: list[Member], span: Span) -> None:
+    """At most one member says what the value is: an output of a component inside, or
+    an input of the class itself."""
+    sources = [m for m in joined if _is_source(m)]
+    if len(sources) > 1:
+        names = " and ".join(f"`{m.key[0]}`" for m in sources[:2])
+        raise error(
+            "F313",
+            f"{names} are connected, but both give the value",
+            span,
+            related=[Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]],
+        )
+
+
+def _is_source(member: Member) -> bool:
+    causality = member.leaf.causality
+    if causality is syntax.Causality.OUTPUT:
+        return not member.outside
+    return causality is syntax.Causality.INPUT and member.outside and member.leaf.parent.depth > 0

@@ -1,0 +1,34 @@
+"""What an expression is typed in: its scope, local names, the function around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from planarc.flatten.tree import Scope, Session
+from planarc.ir import flat
+
+if TYPE_CHECKING:
+    from planarc.flatten.functions import FunctionBuilder
+
+
+@dataclass(slots=True, frozen=True)
+class Env:
+    scope: Scope
+    #: iterators and, inside functions, the function's own variables
+    locals: dict[str, flat.Expression] = field(default_factory=dict)
+    function: FunctionBuilder | None = None
+    #: inside a subscript: the array and the dimension (from 0) that `end` refers to
+    end: tuple[flat.Expression, int] | None = None
+    #: in an algorithm: a loop whose body needs constant indices must be unrolled
+    in_algorithm: bool = False
+
+    @property
+    def session(self) -> Session:
+        return self.scope.session
+
+    def with_local(self, name: str, value: flat.Expression) -> Env:
+        return replace(self, locals={**self.locals, name: value})
+
+    def with_end(self, base: flat.Expression, dimension: int) -> Env:
+        return replace(self, end=(base, dimension))

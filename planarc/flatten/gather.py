@@ -1,0 +1,211 @@
+"""Gathering: a walk over the instance tree that collects the flat model's parts.
+
+In:   the root Instance
+Out:  Gathered   variables, equations, connections, visuals, parts, in order of declaration
+
+The walk opens every component, so all errors of a model are found, not only the first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.flatten import annotation
+from planarc.flatten.bindings import attributes_of, leaf_binding
+from planarc.flatten.connect import Connection
+from planarc.flatten.environment import Env
+from planarc.flatten.equations import Collector, type_equations
+from planarc.flatten.instantiate import node_of
+from planarc.flatten.lookup import member
+from planarc.flatten.statements import type_statements
+from planarc.flatten.tree import Absent, Element, Family, Instance, Leaf, Node, Session
+from planarc.flatten.variability import variability_of
+from planarc.flatten.visuals import visual_of
+from planarc.ir import flat, syntax
+
+
+@dataclass(slots=True)
+class Gathered:
+    """The parts of a flat model, as they are found."""
+
+    session: Session
+    leaves: list[Leaf] = field(default_factory=list)
+    instances: list[Instance] = field(default_factory=list)
+    equations: list[flat.Equation] = field(default_factory=list)
+    initial_equations: list[flat.Equation] = field(default_factory=list)
+    algorithms: list[flat.Algorithm] = field(default_factory=list)
+    initial_algorithms: list[flat.Algorithm] = field(default_factory=list)
+    connections: list[Connection] = field(default_factory=list)
+    visuals: list[flat.Visual] = field(default_factory=list)
+
+
+def gather(root: Instance) -> Gathered:
+    """Open the whole tree, then type the equations of every instance."""
+    found = Gathered(root.session)
+    _walk(root, found)
+    for instance in list(found.instances):
+        _equations(instance, found)
+    opened = 0
+    defaults = root.session.defaults
+    while opened < len(defaults):  # inner components that had to be made up
+        made = list(defaults.values())[opened]
+        opened += 1
+        start = len(found.instances)
+        _walk(made, found)
+        for instance in found.instances[start:]:
+            _equations(instance, found)
+    return found
+
+
+def _walk(root: Instance, found: Gathered) -> None:
+    stack: list[Node] = [root]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Leaf):
+            found.leaves.append(node)
+        elif isinstance(node, Family):
+            stack.extend(reversed(node.items))
+        elif isinstance(node, Instance):
+            if _is_visual(node):
+                found.visuals.append(visual_of(node))
+                continue
+            found.instances.append(node)
+            stack.extend(reversed(_children(node)))
+
+
+def _is_visual(instance: Instance) -> bool:
+    layout = instance.layout
+    if layout.visual is None:
+        kind = None
+        for part in layout.parts:
+            kind = kind or annotation.visual_kind(part.cls, instance.session)
+        layout.visual = kind or ""
+    return bool(layout.visual) and bool(instance.prefix)
+
+
+def _children(instance: Instance) -> list[Node]:
+    nodes: list[Node] = []
+    for name, (_, definition) in instance.layout.members.items():
+        if isinstance(definition, syntax.ClassDef):
+            continue
+        element = member(instance, name)
+        assert element is not None
+        try:
+            node = node_of(element)
+        except PlanarcError as problem:
+            instance.session.keep(problem)
+            continue
+        if _is_here(element, node):
+            nodes.append(node)
+    return nodes
+
+
+def _is_here(element: Element, node: Node) -> bool:
+    """Not an outer component, which belongs to another place."""
+    prefixes = element.definition.prefixes
+    return not isinstance(node, Absent) and (not prefixes.outer or prefixes.inner)
+
+
+# Equations ------------------------------------------------------------------------------------
+
+
+def _equations(instance: Instance, found: Gathered) -> None:
+    collector = Collector(instance, found.connections)
+    for index, part in enumerate(instance.layout.parts):
+        body = part.definition.body
+        if isinstance(body, syntax.ExtendsClass):
+            body = body.composition
+        if not isinstance(body, syntax.Composition) or not body.sections:
+            continue
+        env = Env(instance.scope(index))
+        for section in body.sections:
+            if isinstance(section, syntax.EquationSection):
+                typed = type_equations(section.equations, env, collector)
+                (found.initial_equations if section.initial else found.equations).extend(typed)
+            else:
+                _algorithm(section, env, collector, found)
+
+
+def _algorithm(
+    section: syntax.AlgorithmSection, env: Env, collector: Collector, found: Gathered
+) -> None:
+    inner = Env(env.scope, in_algorithm=True)
+    try:
+        statements = type_statements(section.statements, inner, collector.component)
+    except PlanarcError as problem:
+        env.session.keep(problem)
+        return
+    algorithm = flat.Algorithm(section.span, collector.component, statements)
+    (found.initial_algorithms if section.initial else found.algorithms).append(algorithm)
+
+
+# Variables --------------------------------------------------------------------------------------
+
+
+def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
+    """The flat variable of a leaf; None when its declaration is wrong, which is reported."""
+    try:
+        attributes = attributes_of(leaf)
+        binding = leaf_binding(leaf)
+        if binding is not None:
+            _check_variability(leaf, binding, session)
+    except PlanarcError as problem:
+        session.keep(problem)
+        return None
+    definition = leaf.element.definition
+    assert isinstance(definition, syntax.Component)
+    if annotation.is_evaluated(definition.annotation, session):
+        leaf.structural = True
+    return flat.Variable(
+        leaf.name,
+        leaf.type,
+        leaf.variability,
+        definition.span,
+        binding,
+        attributes,
+        leaf.causality.value if leaf.parent.depth == 0 else "",
+        leaf.element.protected or _is_hidden(leaf.parent),
+        leaf.mod.final or definition.prefixes.final,
+        leaf.structural,
+        definition.comment,
+        leaf.parent.prefix or "",
+    )
+
+
+def _is_hidden(instance: Instance) -> bool:
+    current: Instance | None = instance
+    while current is not None and current.element is not None:
+        if current.element.protected:
+            return True
+        current = current.parent
+    return False
+
+
+def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
+    allowed = leaf.variability
+    actual = variability_of(binding, session)
+    if actual <= allowed:
+        return None
+    if allowed is flat.Variability.CONSTANT and actual is flat.Variability.PARAMETER:
+        return _check_constant(leaf, binding, session)
+    kind = {
+        flat.Variability.CONSTANT: "constant",
+        flat.Variability.PARAMETER: "parameter",
+        flat.Variability.DISCRETE: "discrete variable",
+    }[allowed]
+    raise error(
+        "F284",
+        f"the {kind} `{leaf.name}` is bound to an expression that changes with time",
+        binding.span,
+        hint="declare it without the prefix, or bind it to constants and parameters",
+    )
+
+
+def _check_constant(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
+    raise error(
+        "F284",
+        f"the constant `{leaf.name}` is bound to a parameter",
+        binding.span,
+        hint="declare it as a parameter",
+    )

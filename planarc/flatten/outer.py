@@ -1,0 +1,107 @@
+"""Inner and outer: one component that many places inside share.
+
+In:   Element declared `outer`
+Out:  the node of the nearest enclosing `inner` component of that name
+
+When there is none, a default instance is made at the top of the model and a
+warning says so, as Modelica tools do.
+
+Reference: Modelica Language Specification 3.6, section 5.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten import inherit, instantiate, lookup
+from planarc.flatten.tree import Element, Family, Instance, Leaf, Node
+from planarc.ir import syntax
+
+
+def inner_node(element: Element) -> Node:
+    """The node that an outer element stands for."""
+    definition = element.definition
+    assert isinstance(definition, syntax.Component)
+    if definition.modification is not None:
+        raise error(
+            "F260",
+            f"the outer component `{element.name}` cannot have a modifier",
+            definition.span,
+            hint="modify the `inner` component",
+        )
+    found = _find_inner(element)
+    node = _default_node(element, definition) if found is None else instantiate.node_of(found)
+    _check_compatible(element, definition, node, found)
+    return node
+
+
+def _find_inner(element: Element) -> Element | None:
+    current = element.scope.instance.parent
+    while current is not None:
+        slot = current.layout.members.get(element.name)
+        if slot is not None and slot[1].prefixes.inner:
+            return lookup.member(current, element.name)
+        current = current.parent
+    return None
+
+
+def _default_node(element: Element, definition: syntax.Component) -> Node:
+    session = element.scope.session
+    known = session.defaults.get(element.name)
+    if known is not None:
+        return known
+    root = session.root
+    cls = lookup.find_class(element.scope, definition.type)
+    layout = inherit.layout_of(cls)
+    if root is None or element.name in root.layout.members or layout.builtin is not None:
+        raise _missing(element, definition)
+    if cls.definition.partial:
+        raise _missing(element, definition)
+    made = Instance(cls, layout, element.name, cls.mod, root, session, element=element)
+    session.defaults[element.name] = made
+    session.warn(
+        "F262",
+        f"no `inner {definition.type} {element.name}` is declared: a default one is used",
+        definition.span,
+        f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`",
+    )
+    return made
+
+
+def _missing(element: Element, definition: syntax.Component) -> Exception:
+    return error(
+        "F261",
+        f"no enclosing `inner` component `{element.name}` for this `outer` one",
+        definition.span,
+        hint=f"declare `inner {definition.type} {element.name};` in an enclosing model",
+    )
+
+
+def _check_compatible(
+    element: Element, definition: syntax.Component, node: Node, found: Element | None
+) -> None:
+    """The inner component has all that the outer's class declares (6.3)."""
+    if found is None:
+        return
+    cls = lookup.find_class(element.scope, definition.type)
+    layout = inherit.layout_of(cls)
+    place: Span = found.definition.span
+    if isinstance(node, Leaf):
+        fits = layout.builtin is not None and layout.builtin.base is node.type.base
+    else:
+        have = node.cls if isinstance(node, Instance | Family) else None
+        fits = have is not None and layout.builtin is None
+        fits = fits and _has_all(inherit.layout_of(have).members, layout.members) if have else fits
+    if not fits:
+        raise error(
+            "F263",
+            f"the inner `{element.name}` is no `{definition.type}`",
+            definition.span,
+            related=[Related("the inner one", place)],
+        )
+
+
+def _has_all(have: Collection[str], wanted: Collection[str]) -> bool:
+    return all(name in have for name in wanted)

@@ -1,0 +1,243 @@
+"""The whole front end: from the name of a class to its flat model.
+
+In:   Library, the full name of a model
+Out:  FlatModel
+
+    instance tree  ->  gather (variables, equations, connections, visuals)
+                   ->  connection sets  ->  checks  ->  FlatModel
+
+Promises:  all errors found are raised together, once each, in the order of the source.
+Reference: Modelica Language Specification 3.6, section 5.6.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.source import NOWHERE
+from planarc.flatten import annotation
+from planarc.flatten.balance import assigned_count, check_balance, is_unknown
+from planarc.flatten.bindings import attributes_of
+from planarc.flatten.connection_sets import Connected, connect_all
+from planarc.flatten.equations import count_equations, scalar_count
+from planarc.flatten.gather import Gathered, gather, variable_of
+from planarc.flatten.inherit import layout_of
+from planarc.flatten.instantiate import check_modifier, instantiate_model
+from planarc.flatten.library import Library, split_name
+from planarc.flatten.lookup import member, static_instance, suggestion
+from planarc.flatten.redeclare import class_of
+from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Leaf, Part, Scope, Session
+from planarc.ir import flat, syntax
+
+_RECURSION = 12_000  # nesting of expressions and of classes that is still handled
+
+_MODEL_KINDS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
+
+
+def flatten(library: Library, class_name: str) -> flat.FlatModel:
+    """Flatten a model. Raises PlanarcError with all errors found."""
+    session = open_session(library)
+    try:
+        with _deep_recursion():
+            model = _flatten(session, class_name)
+    except PlanarcError as problem:
+        raise PlanarcError(_ordered([*session.errors, *problem.diagnostics])) from None
+    except RecursionError:
+        raise error("F251", f"`{class_name}` is nested too deeply") from None
+    if session.errors:
+        raise PlanarcError(_ordered(session.errors))
+    return replace(model, warnings=_ordered(session.warnings))
+
+
+def open_session(library: Library) -> Session:
+    """A run with its outermost scope, in which all top-level classes are found."""
+    session = Session(library)
+    definition = syntax.ClassDef(
+        NOWHERE, "", syntax.ClassKind.PACKAGE, syntax.Composition(NOWHERE), NOWHERE
+    )
+    cls = Class(definition, None, "", NO_MOD, library)
+    part = Part(cls, 0, {}, entries=[library])
+    cls.layout = Layout([part], {}, kind=syntax.ClassKind.PACKAGE, done=True)
+    cls.static = Instance(cls, cls.layout, None, NO_MOD, None, session)
+    session.root_scope = Scope(cls.static, part)
+    return session
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _RECURSION))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Each message once, in the order of the source; those without a place last."""
+    seen: dict[tuple[object, ...], Diagnostic] = {}
+    for d in diagnostics:
+        seen.setdefault((d.code, d.message, d.span), d)
+    first_seen: dict[str, int] = {}
+    for d in seen.values():
+        if d.span is not None:
+            first_seen.setdefault(d.span.source.name, len(first_seen))
+
+    def place(d: Diagnostic) -> tuple[int, int]:
+        return (
+            (len(first_seen), 0)
+            if d.span is None
+            else (first_seen[d.span.source.name], d.span.start)
+        )
+
+    return tuple(sorted(seen.values(), key=place))
+
+
+# The model -----------------------------------------------------------------------------------
+
+
+def find_model(session: Session, class_name: str) -> Class:
+    """The class to flatten, by its full name."""
+    root = session.root_scope
+    assert root is not None
+    instance = root.instance
+    cls: Class | None = None
+    for name in split_name(class_name):
+        element = member(instance, name)
+        if element is None or not element.is_class:
+            near = suggestion(name, session.library.class_names(instance.cls.name))
+            raise error("F200", f"there is no class `{class_name}`", None, hint=near)
+        cls = class_of(element)
+        instance = static_instance(cls)
+    assert cls is not None
+    return cls
+
+
+def _check_kind(cls: Class) -> None:
+    kind = layout_of(cls).kind
+    if kind not in _MODEL_KINDS:
+        raise error("F201", f"`{cls.name}` is a {kind.value}, not a model", cls.span)
+    if cls.definition.partial:
+        raise error(
+            "F254",
+            f"`{cls.name}` is partial and cannot be used by itself",
+            cls.span,
+            hint="use a model that extends it",
+        )
+
+
+def _flatten(session: Session, class_name: str) -> flat.FlatModel:
+    cls = find_model(session, class_name)
+    _check_kind(cls)
+    root = instantiate_model(session, cls)
+    check_modifier(root)
+    found = gather(root)
+    connected = connect_all(found.connections, _flows(found), session)
+    pairs = [(leaf, variable_of(leaf, session)) for leaf in found.leaves]
+    variables = [v for _, v in pairs if v is not None]
+    variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
+    equations = [*found.equations, *connected.equations]
+    experiment = annotation.experiment_of(root, session)
+    if not session.errors:
+        _check_parameters(pairs, session)
+        _check_counts(found, variables, equations, session)
+    return _model(root, found, connected, variables, equations, experiment)
+
+
+def _flows(found: Gathered) -> list[Leaf]:
+    return [
+        leaf
+        for leaf in found.leaves
+        if leaf.flow is syntax.Flow.FLOW and (leaf.is_connector or leaf.parent.is_connector)
+    ]
+
+
+def _model(
+    root: Instance,
+    found: Gathered,
+    connected: Connected,
+    variables: list[flat.Variable],
+    equations: list[flat.Equation],
+    experiment: flat.Experiment,
+) -> flat.FlatModel:
+    definition = root.cls.definition
+    parts = tuple(
+        flat.Part(i.prefix, i.cls.name, i.element.definition.span if i.element else i.cls.span)
+        for i in found.instances
+        if i.prefix
+    )
+    return flat.FlatModel(
+        root.cls.name,
+        tuple(variables),
+        tuple(equations),
+        tuple(found.initial_equations),
+        tuple(found.algorithms),
+        tuple(found.initial_algorithms),
+        tuple(root.session.functions.values()),
+        tuple(found.visuals),
+        parts,
+        tuple(connected.physical),
+        experiment,
+        definition.comment,
+        definition.name_span,
+    )
+
+
+# Checks --------------------------------------------------------------------------------------
+
+
+def _check_parameters(pairs: list[tuple[Leaf, flat.Variable | None]], session: Session) -> None:
+    """Parameters without a value: their start value is used, with a warning (4.4.4)."""
+    for leaf, variable in pairs:
+        if variable is None or variable.binding is not None:
+            continue
+        if variable.variability is flat.Variability.CONSTANT:
+            session.errors.append(
+                Diagnostic("F286", f"the constant `{leaf.name}` has no value", leaf.span)
+            )
+        elif variable.variability is flat.Variability.PARAMETER and not _free(variable):
+            start = attributes_of(leaf).start
+            used = "its start value is used" if start is not None else "0 is used"
+            if leaf.type.base is not flat.Base.REAL and start is None:
+                used = "a default is used"
+            session.warn(
+                "F286",
+                f"the parameter `{leaf.name}` has no value: {used}",
+                leaf.span,
+                f"write a value, `{leaf.element.name} = ...`",
+            )
+
+
+def _free(variable: flat.Variable) -> bool:
+    """`fixed=false`: found by the initial equations."""
+    fixed = variable.attributes.fixed
+    return isinstance(fixed, flat.Literal) and fixed.value is False
+
+
+def _check_counts(
+    found: Gathered,
+    variables: list[flat.Variable],
+    equations: list[flat.Equation],
+    session: Session,
+) -> None:
+    leaves = session.leaves
+    unknowns = sum(scalar_count(v.type) for v in variables if is_unknown(v, leaves[v.name]))
+    known = count_equations(tuple(equations)) + assigned_count(found.algorithms, leaves)
+    if unknowns == known:
+        return
+    session.errors += check_balance(
+        found.instances, variables, equations, found.algorithms, found.connections, leaves
+    )
+    if not session.errors:
+        kind = "many" if known > unknowns else "few"
+        session.errors.append(
+            Diagnostic(
+                "F320",
+                f"the model has too {kind} equations: {known} for {unknowns} unknowns",
+                found.instances[0].cls.span,
+            )
+        )

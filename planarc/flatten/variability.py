@@ -1,0 +1,102 @@
+"""Variability of expressions: how often a value may change.
+
+Reference: Modelica Language Specification 3.6, section 3.8.
+"""
+
+from __future__ import annotations
+
+from planarc.flatten.tree import Session
+from planarc.ir import flat
+
+_CONSTANT = flat.Variability.CONSTANT
+_DISCRETE = flat.Variability.DISCRETE
+_CONTINUOUS = flat.Variability.CONTINUOUS
+
+#: results that change at events only, whatever their arguments
+_EVENTS = frozenset(
+    [
+        "pre",
+        "edge",
+        "change",
+        "initial",
+        "terminal",
+        "sample",
+        "sign",
+        "integer",
+        "ceil",
+        "floor",
+        "div",
+        "hold",
+    ]
+)
+_STATIC = frozenset({"size", "ndims"})
+
+
+def variability_of(expression: flat.Expression, session: Session) -> flat.Variability:
+    """The variability of an expression: the highest of what it depends on."""
+    match expression:
+        case flat.Literal() | flat.Slice():
+            return _CONSTANT
+        case flat.Reference(name=name, subscripts=subscripts):
+            leaf = session.leaves.get(name)
+            own = _CONTINUOUS if leaf is None else leaf.variability
+            return max(own, _highest(subscripts, session))
+        case flat.Builtin(function=function, arguments=arguments):
+            if function in _STATIC:
+                return _CONSTANT
+            if function == "time":
+                return _CONTINUOUS
+            own = _highest(arguments, session)
+            if function in _EVENTS:
+                return min(max(own, _flag(function)), _DISCRETE)
+            return own
+        case flat.Binary(op=op, left=left, right=right):
+            own = max(variability_of(left, session), variability_of(right, session))
+            return min(own, _DISCRETE) if op in _RELATIONS else own
+    return _highest(children(expression), session)
+
+
+_RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
+
+
+def _flag(function: str) -> flat.Variability:
+    return _DISCRETE if function in ("initial", "terminal", "sample") else _CONSTANT
+
+
+def _highest(expressions: tuple[flat.Expression, ...], session: Session) -> flat.Variability:
+    highest = _CONSTANT
+    for expression in expressions:
+        highest = max(highest, variability_of(expression, session))
+        if highest is _CONTINUOUS:
+            break
+    return highest
+
+
+def children(expression: flat.Expression) -> tuple[flat.Expression, ...]:
+    """The direct parts of an expression."""
+    match expression:
+        case flat.Literal() | flat.Slice():
+            return ()
+        case flat.Reference(subscripts=subscripts):
+            return subscripts
+        case flat.Unary(operand=operand):
+            return (operand,)
+        case flat.Binary(left=left, right=right):
+            return (left, right)
+        case flat.If(branches=branches, otherwise=otherwise):
+            return (*(e for b in branches for e in b), otherwise)
+        case flat.Array(items=items) | flat.Record(items=items):
+            return items
+        case flat.Range(start=start, step=step, stop=stop):
+            return (start, stop) if step is None else (start, step, stop)
+        case flat.Index(base=base, subscripts=subscripts):
+            return (base, *subscripts)
+        case flat.Field(base=base):
+            return (base,)
+        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
+            return arguments
+        case flat.PartialCall(bound=bound):
+            return tuple(e for _, e in bound)
+        case flat.Comprehension(body=body, iterators=iterators):
+            return (body, *(e for _, e in iterators))
+    raise TypeError(f"not an expression: {expression!r}")

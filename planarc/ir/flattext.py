@@ -1,0 +1,411 @@
+"""The printer of the flat model: valid Modelica text, one declaration or equation a line.
+
+In:   FlatModel
+Out:  text, as `planarc flatten` shows it and golden tests compare it
+
+Names with dots and brackets are quoted identifiers, `'crank.frame_b.r'`, so that the
+text is a model of its own; functions and types come first.
+
+Example:
+    model FourBar
+      parameter Real 'crank.L'(unit = "m") = 0.1 "Length of the rod";
+      Real 'crank.frame_b.r'[2](each unit = "m");
+    equation
+      'crank.frame_b.r'[1] = cos('crank.phi');
+    end FourBar;
+"""
+
+from __future__ import annotations
+
+import re
+
+from planarc.ir import flat
+
+_PLAIN = re.compile(r"^[A-Za-z_][A-Za-z_0-9]*$")
+
+#: strength of operators; an operand that binds less is put in parentheses (3.2)
+_STRENGTH = {
+    "or": 1,
+    "and": 2,
+    "not": 3,
+    **dict.fromkeys(("<", "<=", ">", ">=", "==", "<>"), 4),
+    **dict.fromkeys(("+", "-", ".+", ".-"), 5),
+    **dict.fromkeys(("*", "/", ".*", "./"), 6),
+    **dict.fromkeys(("^", ".^"), 7),
+}
+_ATOM = 9
+
+_RECORD_NAMES = (flat.Base.RECORD, flat.Base.ENUMERATION)
+
+
+def quoted(name: str) -> str:
+    """A full name as one identifier."""
+    if _PLAIN.match(name):
+        return name
+    escaped = name.replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{escaped}'"
+
+
+def print_expression(expression: flat.Expression) -> str:
+    return _text(expression)[0]
+
+
+def _within(expression: flat.Expression, strength: int) -> str:
+    text, own = _text(expression)
+    return text if own >= strength else f"({text})"
+
+
+def _list(expressions: tuple[flat.Expression, ...]) -> str:
+    return ", ".join([print_expression(e) for e in expressions])
+
+
+def _text(e: flat.Expression) -> tuple[str, int]:
+    """The text of an expression, and how strongly it binds."""
+    match e:
+        case flat.Literal():
+            return _literal(e)
+        case flat.Reference(name=name, subscripts=subscripts):
+            return quoted(name) + _subscripts(subscripts), _ATOM
+        case flat.Slice():
+            return ":", _ATOM
+        case flat.Unary(op="not", operand=operand):
+            return f"not {_within(operand, 4)}", 3
+        case flat.Unary(operand=operand):
+            return f"-{_within(operand, 6)}", 5
+        case flat.Binary():
+            return _binary(e)
+        case flat.If(branches=branches, otherwise=otherwise):
+            parts = [f"if {print_expression(c)} then {print_expression(v)}" for c, v in branches]
+            return " else".join(parts) + f" else {print_expression(otherwise)}", 0
+        case flat.Array(items=items):
+            return ("{" + _list(items) + "}" if items else _empty(e.type)), _ATOM
+        case flat.Range(start=start, step=step, stop=stop):
+            ends = (start, stop) if step is None else (start, step, stop)
+            return ":".join([_within(x, 5) for x in ends]), 0
+        case flat.Index(base=base, subscripts=subscripts):
+            return f"({print_expression(base)})" + _subscripts(subscripts), _ATOM
+        case flat.Field(base=base, name=name):
+            return f"({print_expression(base)}).{name}", _ATOM
+        case flat.Record(type=type_, items=items):
+            return f"{quoted(type_.name)}({_list(items)})", _ATOM
+        case flat.Builtin(function="time"):
+            return "time", _ATOM
+        case flat.Builtin(function="Enumeration", arguments=arguments):
+            return f"{quoted(e.type.name)}({_list(arguments)})", _ATOM
+        case flat.Builtin(function=function, arguments=arguments):
+            return f"{function}({_list(arguments)})", _ATOM
+        case flat.Call(function=function, arguments=arguments):
+            return f"{quoted(function)}({_list(arguments)})", _ATOM
+        case flat.PartialCall(function=function, bound=bound):
+            given = ", ".join([f"{quoted(n)} = {print_expression(v)}" for n, v in bound])
+            return f"function {quoted(function)}({given})", _ATOM
+        case flat.Comprehension():
+            return _comprehension(e), _ATOM
+    raise TypeError(f"not an expression: {e!r}")
+
+
+def _literal(e: flat.Literal) -> tuple[str, int]:
+    value = e.value
+    if e.type.base is flat.Base.ENUMERATION:
+        literal = e.type.literals[int(value) - 1]
+        return f"{quoted(e.type.name)}.{literal}", _ATOM
+    if isinstance(value, bool):
+        return ("true" if value else "false"), _ATOM
+    if isinstance(value, str):
+        return string_text(value), _ATOM
+    return number_text(value), (5 if value < 0 else _ATOM)
+
+
+def number_text(value: float) -> str:
+    """A number that reads back as the same number; Reals show a point or an exponent."""
+    if isinstance(value, int):
+        return str(value)
+    if value in (float("inf"), float("-inf")):
+        return "1e400" if value > 0 else "-1e400"
+    text = repr(float(value))
+    return text if any(c in text for c in ".en") else text + ".0"
+
+
+def string_text(value: str) -> str:
+    escapes = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+    return '"' + "".join(escapes.get(c, c) for c in value) + '"'
+
+
+def _binary(e: flat.Binary) -> tuple[str, int]:
+    """A left-leaning chain of one strength is walked, not recursed."""
+    strength = _STRENGTH[e.op]
+    tail: list[str] = []
+    node: flat.Expression = e
+    while isinstance(node, flat.Binary) and _STRENGTH[node.op] == strength:
+        tail.append(f" {node.op} {_within(node.right, strength + 1)}")
+        node = node.left
+        if strength in (4, 7):
+            break  # relations and powers do not chain
+    left = _within(node, strength + 1 if strength in (4, 7) else strength)
+    return left + "".join(reversed(tail)), strength
+
+
+def _subscripts(subscripts: tuple[flat.Expression, ...]) -> str:
+    return f"[{_list(subscripts)}]" if subscripts else ""
+
+
+def _empty(type_: flat.Type) -> str:
+    neutral = {
+        flat.Base.REAL: "0.0",
+        flat.Base.INTEGER: "0",
+        flat.Base.BOOLEAN: "false",
+        flat.Base.STRING: '""',
+    }
+    sizes = ", ".join(str(d or 0) for d in type_.dims)
+    return f"fill({neutral.get(type_.base, '0')}, {sizes})"
+
+
+def _comprehension(e: flat.Comprehension) -> str:
+    ranges = ", ".join([f"{n} in {print_expression(r)}" for n, r in e.iterators])
+    inner = f"{print_expression(e.body)} for {ranges}"
+    return "{" + inner + "}" if e.reduce == "array" else f"{e.reduce}({inner})"
+
+
+# Types and declarations -----------------------------------------------------------------------
+
+
+def type_name(type_: flat.Type) -> str:
+    return quoted(type_.name) if type_.name else type_.base.value
+
+
+def _dims(type_: flat.Type, sizes: tuple[flat.Expression | None, ...] = ()) -> str:
+    if not type_.dims:
+        return ""
+    texts = []
+    for k, size in enumerate(type_.dims):
+        expression = sizes[k] if k < len(sizes) else None
+        known = ":" if size is None else str(size)
+        texts.append(known if expression is None else print_expression(expression))
+    return f"[{', '.join(texts)}]"
+
+
+_STATES = {
+    flat.StateSelect.NEVER: "never",
+    flat.StateSelect.AVOID: "avoid",
+    flat.StateSelect.PREFER: "prefer",
+    flat.StateSelect.ALWAYS: "always",
+}
+
+
+def _attributes(variable: flat.Variable) -> str:
+    a = variable.attributes
+    dims = variable.type.dims
+    found: list[str] = []
+    for name, value in (
+        ("start", a.start),
+        ("fixed", a.fixed),
+        ("min", a.min),
+        ("max", a.max),
+        ("nominal", a.nominal),
+    ):
+        if value is not None:
+            each = "each " if dims and not value.type.dims else ""
+            found.append(f"{each}{name} = {print_expression(value)}")
+    each = "each " if dims else ""
+    if a.state_select in _STATES:
+        found.append(f"{each}stateSelect = StateSelect.{_STATES[a.state_select]}")
+    for name, text in (("unit", a.unit), ("displayUnit", a.display_unit), ("quantity", a.quantity)):
+        if text:
+            found.append(f"{each}{name} = {string_text(text)}")
+    return f"({', '.join(found)})" if found else ""
+
+
+_PREFIX = {
+    flat.Variability.CONSTANT: "constant ",
+    flat.Variability.PARAMETER: "parameter ",
+    flat.Variability.DISCRETE: "discrete ",
+    flat.Variability.CONTINUOUS: "",
+}
+
+
+def print_variable(variable: flat.Variable) -> str:
+    """One declaration, without `;`."""
+    prefix = _PREFIX[variable.variability]
+    if variable.variability is flat.Variability.DISCRETE and variable.type.base is not (
+        flat.Base.REAL
+    ):
+        prefix = ""
+    text = "final " if variable.final else ""
+    text += prefix + (f"{variable.causality} " if variable.causality else "")
+    text += f"{type_name(variable.type)} {quoted(variable.name)}"
+    text += _dims(variable.type, variable.sizes) + _attributes(variable)
+    if variable.binding is not None:
+        text += f" = {print_expression(variable.binding)}"
+    if variable.description:
+        text += f" {string_text(variable.description)}"
+    return text
+
+
+# Equations and statements ---------------------------------------------------------------------
+
+
+def equation_lines(equation: flat.Equation, indent: int = 2) -> list[str]:
+    """The lines of an equation, each ended by `;`."""
+    pad = " " * indent
+    match equation:
+        case flat.Equality(left=left, right=right):
+            if isinstance(left, flat.Targets):
+                shown = ["" if i is None else print_expression(i) for i in left.items]
+                start = f"({', '.join(shown)}) = " if shown else ""
+                return [f"{pad}{start}{print_expression(right)};"]
+            side = f"({print_expression(left)})" if isinstance(left, flat.If) else ""
+            return [f"{pad}{side or print_expression(left)} = {print_expression(right)};"]
+        case flat.IfEquation(branches=branches, otherwise=otherwise):
+            lines = _branches("if", branches, indent)
+            if otherwise:
+                lines.append(f"{pad}else")
+                lines += [x for e in otherwise for x in equation_lines(e, indent + 2)]
+            return [*lines, f"{pad}end if;"]
+        case flat.WhenEquation(branches=branches):
+            return [*_branches("when", branches, indent), f"{pad}end when;"]
+    return [pad + _special(equation)]
+
+
+def _branches(
+    word: str, branches: tuple[tuple[flat.Expression, tuple[flat.Equation, ...]], ...], indent: int
+) -> list[str]:
+    lines = []
+    for index, (condition, body) in enumerate(branches):
+        start = word if index == 0 else f"else{word}"
+        lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
+        lines += [x for e in body for x in equation_lines(e, indent + 2)]
+    return lines
+
+
+def _special(equation: flat.Equation | flat.Statement) -> str:
+    match equation:
+        case flat.Assert(condition=condition, message=message, warning=warning):
+            level = ", AssertionLevel.warning" if warning else ""
+            return f"assert({print_expression(condition)}, {print_expression(message)}{level});"
+        case flat.Terminate(message=message):
+            return f"terminate({print_expression(message)});"
+        case flat.Reinit(variable=variable, value=value):
+            return f"reinit({print_expression(variable)}, {print_expression(value)});"
+    raise TypeError(f"not an equation: {equation!r}")
+
+
+def statement_lines(statement: flat.Statement, indent: int = 2) -> list[str]:
+    """The lines of a statement."""
+    pad = " " * indent
+    match statement:
+        case flat.Assignment(target=target, value=value):
+            return [f"{pad}{print_expression(target)} := {print_expression(value)};"]
+        case flat.TupleAssignment(targets=targets, value=call):
+            shown = ["" if t is None else print_expression(t) for t in targets]
+            start = f"({', '.join(shown)}) := " if shown else ""
+            return [f"{pad}{start}{print_expression(call)};"]
+        case flat.IfStatement(branches=branches, otherwise=otherwise):
+            lines = _statement_branches("if", branches, indent)
+            if otherwise:
+                lines += [f"{pad}else", *_body(otherwise, indent)]
+            return [*lines, f"{pad}end if;"]
+        case flat.WhenStatement(branches=branches):
+            return [*_statement_branches("when", branches, indent), f"{pad}end when;"]
+        case flat.ForStatement(iterator=iterator, range=range_, body=body):
+            head = f"{pad}for {quoted(iterator)} in {print_expression(range_)} loop"
+            return [head, *_body(body, indent), f"{pad}end for;"]
+        case flat.WhileStatement(condition=condition, body=body):
+            head = f"{pad}while {print_expression(condition)} loop"
+            return [head, *_body(body, indent), f"{pad}end while;"]
+        case flat.Break():
+            return [f"{pad}break;"]
+        case flat.Return():
+            return [f"{pad}return;"]
+    return [pad + _special(statement)]
+
+
+def _body(statements: tuple[flat.Statement, ...], indent: int) -> list[str]:
+    return [x for s in statements for x in statement_lines(s, indent + 2)]
+
+
+def _statement_branches(
+    word: str,
+    branches: tuple[tuple[flat.Expression, tuple[flat.Statement, ...]], ...],
+    indent: int,
+) -> list[str]:
+    lines = []
+    for index, (condition, body) in enumerate(branches):
+        start = word if index == 0 else f"else{word}"
+        lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
+        lines += _body(body, indent)
+    return lines
+
+
+# The whole ----------------------------------------------------------------------------------------
+
+
+def print_function(function: flat.Function) -> str:
+    """A function as text."""
+    name = quoted(function.name)
+    if function.derivative_of is not None:
+        of, inputs = function.derivative_of
+        return f"function {name} = der({quoted(of)}, {', '.join(inputs)});"
+    lines = [f"function {name}"]
+    lines += [f"  {print_variable(v)};" for v in (*function.inputs, *function.outputs)]
+    if function.locals:
+        lines += ["protected", *(f"  {print_variable(v)};" for v in function.locals)]
+    if function.external is not None:
+        arguments = ", ".join(quoted(v.name) for v in function.inputs)
+        result = quoted(function.outputs[0].name)
+        lines.append(f'external "builtin" {result} = {function.external}({arguments});')
+    else:
+        lines += ["algorithm", *_body(function.body, 0)]
+    if function.derivatives:
+        shown = ", ".join(f"derivative(order = {o}) = {quoted(n)}" for n, o in function.derivatives)
+        lines.append(f"  annotation({shown});")
+    return "\n".join([*lines, f"end {name};"])
+
+
+def _named_types(model: flat.FlatModel) -> dict[str, flat.Type]:
+    """Enumerations and records that declarations name, in order."""
+    found: dict[str, flat.Type] = {}
+    variables = list(model.variables)
+    for function in model.functions:
+        variables += [*function.inputs, *function.outputs, *function.locals]
+    stack = [v.type for v in reversed(variables)]
+    while stack:
+        type_ = stack.pop()
+        if type_.name and type_.name not in found and type_.base in _RECORD_NAMES:
+            found[type_.name] = type_
+            stack.extend(t for _, t in reversed(type_.fields))
+    found.pop("StateSelect", None)
+    found.pop("AssertionLevel", None)
+    return found
+
+
+def _type_lines(name: str, type_: flat.Type) -> list[str]:
+    if type_.base is flat.Base.ENUMERATION:
+        return [f"type {quoted(name)} = enumeration({', '.join(type_.literals)});"]
+    lines = [f"record {quoted(name)}"]
+    lines += [f"  {type_name(t)} {quoted(n)}{_dims(t)};" for n, t in type_.fields]
+    return [*lines, f"end {quoted(name)};"]
+
+
+def print_model(model: flat.FlatModel) -> str:
+    """The flat model as Modelica text."""
+    blocks = ["\n".join(_type_lines(n, t)) for n, t in _named_types(model).items()]
+    blocks += [print_function(f) for f in model.functions]
+    name = quoted(model.name)
+    lines = [f"model {name}" + (f" {string_text(model.description)}" if model.description else "")]
+    lines += [f"  {print_variable(v)};" for v in model.variables if not v.protected]
+    hidden = [v for v in model.variables if v.protected]
+    if hidden:
+        lines += ["protected", *(f"  {print_variable(v)};" for v in hidden)]
+    for head, equations in (
+        ("initial equation", model.initial_equations),
+        ("equation", model.equations),
+    ):
+        if equations:
+            lines += [head, *(x for e in equations for x in equation_lines(e))]
+    for head, algorithms in (
+        ("initial algorithm", model.initial_algorithms),
+        ("algorithm", model.algorithms),
+    ):
+        for algorithm in algorithms:
+            lines += [head, *_body(algorithm.statements, 0)]
+    return "\n\n".join([*blocks, "\n".join([*lines, f"end {name};"])]) + "\n"
