@@ -12,7 +12,7 @@ from dataclasses import replace
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import evaluate, expressions, functions, lookup
 from planarc.flatten.environment import Env
-from planarc.flatten.tree import Class, Instance, Scope, Session
+from planarc.flatten.tree import Class, Instance, Layout, Scope, Session
 from planarc.ir import flat, syntax
 
 
@@ -58,6 +58,13 @@ def visual_kind(cls: Class, session: Session) -> str | None:
     arguments = arguments_of(cls.definition.annotation, "__planarc", session)
     value = _binding(find_argument(_inner(find_argument(arguments, "__planarc")), "visual"))
     return value.value if isinstance(value, syntax.String) else None
+
+
+def find_visual(layout: Layout, session: Session) -> None:
+    """Notes in the layout of a class what its instances are drawn as."""
+    if layout.visual is None:
+        kinds = (visual_kind(part.cls, session) for part in layout.parts)
+        layout.visual = next((kind for kind in kinds if kind), "")
 
 
 def is_evaluated(annotation: syntax.Annotation | None, session: Session) -> bool:

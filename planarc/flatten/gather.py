@@ -67,21 +67,11 @@ def _walk(root: Instance, found: Gathered) -> None:
         elif isinstance(node, Family):
             stack.extend(reversed(node.items))
         elif isinstance(node, Instance):
-            if _is_visual(node):
+            if node.drawn:
                 found.visuals.append(visual_of(node))
                 continue
             found.instances.append(node)
             stack.extend(reversed(_children(node)))
-
-
-def _is_visual(instance: Instance) -> bool:
-    layout = instance.layout
-    if layout.visual is None:
-        kind = None
-        for part in layout.parts:
-            kind = kind or annotation.visual_kind(part.cls, instance.session)
-        layout.visual = kind or ""
-    return bool(layout.visual) and bool(instance.prefix)
 
 
 def _children(instance: Instance) -> list[Node]:

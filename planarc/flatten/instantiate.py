@@ -189,6 +189,8 @@ def _make_composite(
     written += layout.dimensions
     session = parent.session
 
+    annotation.find_visual(layout, session)
+
     def build(full: str, modifier: Mod) -> Instance:
         session.component_count += 1
         if session.component_count > MAX_COMPONENTS:

@@ -292,7 +292,7 @@ def leaf_value(leaf: Leaf, span: Span, env: Env) -> flat.Expression:
     """A variable as an expression; a package constant as its value."""
     if leaf.parent.prefix is None:
         return evaluate.package_constant(leaf, span)
-    if leaf.parent.layout.visual is not None:
+    if leaf.parent.drawn:
         binding = bindings.leaf_binding(leaf)
         if binding is not None:
             return binding

@@ -133,7 +133,7 @@ class Layout:
     type_mod: Mod | None = None
     type_attributes: flat.Attributes | None = None
     derivative: tuple[syntax.DerivativeClass, Scope] | None = None
-    visual: str | None = None
+    visual: str | None = None  # what instances are drawn as, "" for nothing, None: not asked
 
 
 class Class:
@@ -249,11 +249,10 @@ class Instance:
 
     __slots__ = (
         "cls",
-        "compiled",
         "depth",
+        "drawn",
         "element",
         "elements",
-        "inner_names",
         "layout",
         "mod",
         "parent",
@@ -285,6 +284,8 @@ class Instance:
         self.variability = variability
         self.element = element
         self.depth: int = 0 if parent is None else parent.depth + 1
+        #: belongs to a visual: it has values, but no variables
+        self.drawn: bool = bool(layout.visual) or (parent is not None and parent.drawn)
         self.elements: dict[str, Element] = {}
         self.scopes: dict[int, Scope] = {}
         self.part_mods: dict[int, Mod] = {}
