@@ -17,7 +17,7 @@ from itertools import product
 from math import prod
 
 from planarc.core.diagnostic import PlanarcError, Related, error
-from planarc.flatten import evaluate, inherit, lookup, outer, redeclare, shape
+from planarc.flatten import annotation, evaluate, inherit, lookup, outer, redeclare, shape
 from planarc.flatten.modify import merge, subscript
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import (
