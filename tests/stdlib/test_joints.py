@@ -17,11 +17,11 @@ def test_a_block_slides_down_an_incline(run: Run, axis: str) -> None:
         f"""
   Parts.FixedRotation incline(angle=-0.5);
   Joints.Prismatic slide(n={axis}, s(start=0.2, fixed=true), v(start=1, fixed=true));
-  Parts.Body block(m=2, I=0.1);
+  Parts.Body load(m=2, I=0.1);
 equation
   connect(world.frame_b, incline.frame_a);
   connect(incline.frame_b, slide.frame_a);
-  connect(slide.frame_b, block.frame_a);
+  connect(slide.frame_b, load.frame_a);
 """
     )
     t, slope, weight = result.time, 9.81 * np.sin(0.5), 2 * 9.81
@@ -55,10 +55,10 @@ def test_mirroring_a_double_pendulum_mirrors_its_motion(run: Run) -> None:
     def swing(side: int) -> Any:
         return run(
             f"""
-  Joints.Revolute a(phi(start=-1.5707963267948966 + {side}*0.9, fixed=true), w(fixed=true));
-  Joints.Revolute b(phi(start={side}*0.5, fixed=true), w(fixed=true));
-  Parts.BodyShape upper(r={{0.5, 0}}, r_CM={{0.2, {side}*0.1}}, m=1.5, I=0.03);
-  Parts.BodyShape lower(r={{0.6, 0}}, r_CM={{0.3, {side}*0.05}}, m=1, I=0.03);
+  Joints.Revolute a(phi(start=-1.5707963267948966 + ({side})*0.9, fixed=true), w(fixed=true));
+  Joints.Revolute b(phi(start={0.5 * side}, fixed=true), w(fixed=true));
+  Parts.BodyShape upper(r={{0.5, 0}}, r_CM={{0.2, {0.1 * side}}}, m=1.5, I=0.03);
+  Parts.BodyShape lower(r={{0.6, 0}}, r_CM={{0.3, {0.05 * side}}}, m=1, I=0.03);
 equation
   connect(world.frame_b, a.frame_a);
   connect(a.frame_b, upper.frame_a);
