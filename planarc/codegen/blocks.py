@@ -85,7 +85,8 @@ class BlockWriter:
             varying = set(block.tears) | {a.target for a in block.inner}
             for symbol, value in derived.steps:
                 if varying.isdisjoint(symbols(value)):
-                    lister.let(before, symbol, value)
+                    if not lister.knows(value, symbol):  # from an earlier block
+                        lister.let(before, symbol, value)
                 else:
                     varying.add(symbol)
                     steps.append((symbol, value))

@@ -101,6 +101,10 @@ class Lister:
             written = self.value(out, value)
         out.append(Let(target, written, equation))
 
+    def knows(self, value: Expr, symbol: Expr) -> bool:
+        """Whether the symbol holds the value already."""
+        return self._known.get(value) is symbol
+
     def hold(self, out: list[Let], values: Sequence[Expr]) -> None:
         """Compute values into temporaries, even those that are used once."""
         for value in values:

@@ -269,8 +269,14 @@ class Kernel(Protocol):
     """
 
     w: MutableSequence[float]
-    failed_block: int
-    failed_equation: int  # index in Program.equations, or -1, after a negative return
+
+    @property
+    def failed_block(self) -> int:
+        """After a positive return: the block, or -1."""
+
+    @property
+    def failed_equation(self) -> int:
+        """After a negative return: the index in Program.equations, or -1."""
 
     def parameters(self) -> int:
         """Run the list `parameters`."""

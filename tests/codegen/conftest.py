@@ -9,7 +9,7 @@ import pytest
 
 from planarc.core.source import NOWHERE
 from planarc.ir.calculus import time_derivative
-from planarc.ir.dae import Dae, Equation, Parameter, Variable, Kind
+from planarc.ir.dae import Dae, Equation, Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import (
@@ -223,3 +223,17 @@ def nonlinear() -> SortedDae:
 @pytest.fixture
 def build() -> Callable[[str], Builder]:
     return Builder
+
+
+@pytest.fixture
+def switched() -> SortedDae:
+    """der(x) = if x > 0 then a + a else -x, where a = sqrt(x) + 1/x stands in the branch."""
+    b = Builder("Switched")
+    t = b.t
+    x = b.variable("x")
+    b.candidate(x, 2.0)
+    b.level(1, Block((x,)))
+    a = t.add(t.call("sqrt", x), t.div(t.one, x))
+    twice = t.add(t.mul(a, a), t.mul(t.const(2.0), a), t.neg(t.mul(a, a)))
+    b.level(0, b.assign(t.der(x), t.if_(t.less(t.zero, x), twice, t.neg(x))))
+    return b.sorted()

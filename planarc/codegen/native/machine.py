@@ -5,8 +5,11 @@ the same kind (`key`). Both modules of a program, its own and the runtime, are i
 
     length of the first object (8 bytes), first object, second object
 
-Measured: optimising pays up to about a thousand statements; above, LLVM's quickest
-way compiles five times faster and runs a third slower.
+Measured on a four-bar: LLVM's whole pipeline takes 220 ms for the runtime and 17 ms for
+the model; registers instead of stack places, tidied branches and rotated loops 37 ms
+and 10 ms, for the same speed. The model's text has no common subexpressions left and
+gets no passes at all. Above a thousand statements LLVM's quickest way of choosing
+instructions takes less than half the time and runs a tenth slower.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ def compile_object(program: Program) -> bytes:
     """The program's object code."""
     level = 1 if count_statements(program) <= LARGEST_OPTIMISED else 0
     runtime = _runtime()
-    model = _compiled(ir(program), level)
+    model = _compiled(ir(program), level, ())
     return len(runtime).to_bytes(8, "little") + runtime + model
 
 
@@ -44,7 +47,8 @@ def key() -> str:
 
 @cache
 def _runtime() -> bytes:
-    return _compiled(runtime_text(), 2)
+    passes = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
+    return _compiled(runtime_text(), 1, passes)
 
 
 def _features() -> str:
@@ -71,7 +75,7 @@ def _machine(level: int) -> Any:
     )
 
 
-def _compiled(text: str, level: int) -> bytes:
+def _compiled(text: str, level: int, passes: tuple[str, ...]) -> bytes:
     import llvmlite.binding as llvm
 
     machine = _machine(level)
@@ -79,9 +83,11 @@ def _compiled(text: str, level: int) -> bytes:
     module.triple = llvm.get_process_triple()
     module.data_layout = str(machine.target_data)
     module.verify()
-    if level:
-        options = llvm.create_pipeline_tuning_options(speed_level=level)
-        builder = llvm.create_pass_builder(machine, options)
-        builder.getModulePassManager().run(module, builder)
+    if passes:
+        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
+        manager = llvm.create_new_module_pass_manager()
+        for name in passes:
+            getattr(manager, f"add_{name}_pass")()
+        manager.run(module, builder)
     compiled: bytes = machine.emit_object(module)
     return compiled

@@ -56,7 +56,7 @@ class NativeKernel:
             self._frame[place_] = array.ctypes.data
         self._bind(engine)
         self._numbers[Number.STATES] = n
-        self._failed_equation: int | None = -1
+        self._addresses: Addresses | None = None
         self._started = False
         for p in program.parameter_slots:
             if p.default is not None:
@@ -81,7 +81,8 @@ class NativeKernel:
         self._call_accept = bound("pc_accept")
         self._call_parameters = bound("pc_parameters")
         self._call_discrete = bound("pc_discrete")
-        self._call_evaluate = lambda: f["pc_evaluate"](frame, initial)
+        evaluate = f["pc_evaluate"]
+        self._call_evaluate: Callable[[], int] = lambda: evaluate(frame, initial)
 
     @property
     def failed_block(self) -> int:
@@ -91,9 +92,21 @@ class NativeKernel:
     def failed_equation(self) -> int:
         return first_not_finite(self._program, self.w.tolist())
 
-    def addresses(self, get_array: int) -> Addresses:
-        """For an integrator in C; `get_array` is the address of N_VGetArrayPointer."""
-        self._frame[Frame.VECTOR] = get_array
+    @property
+    def addresses(self) -> Addresses:
+        """For an integrator in C. AttributeError where SUNDIALS cannot be opened."""
+        if self._addresses is None:
+            self._addresses = self._find_addresses()
+        return self._addresses
+
+    def _find_addresses(self) -> Addresses:
+        from planarc.solve.solvers.sundials import Unavailable, open_sundials
+
+        try:
+            sundials = open_sundials()
+        except Unavailable as problem:
+            raise AttributeError(str(problem)) from None
+        self._frame[Frame.VECTOR] = sundials.address("N_VGetArrayPointer")
         at = self._engine.address
         return Addresses(
             cv_rhs=at("pc_cv_rhs"),
@@ -132,7 +145,7 @@ class NativeKernel:
         self._begin()
         self._y[:] = y
         flag = self._call_rhs(t)
-        ydot[:] = self._ydot  # type: ignore[assignment]
+        ydot[:] = self._ydot
         return flag
 
     def outputs(self, t: float, y: Sequence[float]) -> int:
@@ -146,12 +159,9 @@ class NativeKernel:
         flag = self._evaluate()
         if flag:
             return flag
-        parts = [
-            self._area[at : at + len(code.residuals)]
-            for at, code in self._residual_places
-        ]
+        parts = [self._area[at : at + len(code.residuals)] for at, code in self._residual_places]
         found = np.concatenate([*parts, self._initial])
-        r[: len(found)] = found  # type: ignore[assignment]
+        r[: len(found)] = found
         return 0 if np.isfinite(found.sum()) else -1
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:
@@ -166,7 +176,7 @@ class NativeKernel:
         self._begin()
         self._y[:] = y
         flag = self._call_roots(t)
-        g[:] = self._zeros  # type: ignore[assignment]
+        g[:] = self._zeros
         return flag
 
     def discrete(self) -> int:
@@ -188,7 +198,7 @@ class NativeKernel:
 
     def _evaluate(self) -> int:
         self._begin()
-        return self._call_evaluate()  # type: ignore[no-any-return]
+        return self._call_evaluate()
 
     def _begin(self) -> None:
         """Before a point was accepted, blocks start from the start values, at rest."""

@@ -102,7 +102,8 @@ class NumpyKernel:
             return code
         code, values = self._run("roots")
         if not code:
-            g[: len(values)] = values
+            for i, value in enumerate(values):  # g may be a bare C pointer
+                g[i] = value
         return code
 
     def discrete(self) -> int:
