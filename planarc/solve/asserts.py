@@ -1,7 +1,8 @@
 """Assertions of the model, checked at every row.
 
-Conditions are evaluated for all new rows at once, over whole columns: a model may
-hold hundreds of assertions, and nearly all of them always hold.
+Conditions are evaluated for many new rows at once, over whole columns: a model may
+hold hundreds of assertions, and nearly all of them always hold. Those of parameters
+alone are looked at once.
 """
 
 from __future__ import annotations
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+#: Rows that are gathered before they are looked at.
+ENOUGH = 200
+
+
 class AssertWatch:
     """`slots` are those that the recorder must store for the conditions' sake."""
 
@@ -32,7 +37,10 @@ class AssertWatch:
         constant = {c.slot for c in program.columns if c.constant}
         constant |= {p.slot for p in program.parameter_slots}
         needed: dict[int, None] = {}
-        for assertion in program.assertions:
+        varying = []
+        for i, assertion in enumerate(program.assertions):
+            if any(_varies(e, program, constant) for e in postorder((assertion.condition,))):
+                varying.append(i)
             texts = (p[0] for p in assertion.message.parts if not isinstance(p, str))
             for e in postorder((assertion.condition, *texts)):
                 if not e.args and e.op not in (Op.CONST, Op.TIME):
@@ -40,21 +48,28 @@ class AssertWatch:
                     if slot is not None and slot not in constant:
                         needed[slot] = None
         self.slots = tuple(needed)
+        self._varying = varying
+        self._active = list(range(len(program.assertions)))
 
-    def check(self, recorder: Recorder) -> tuple[list[Diagnostic], int]:
-        """Failures in the new rows, and the row of the first error. A warning is given once."""
+    def check(self, recorder: Recorder, all_rows: bool) -> tuple[list[Diagnostic], int]:
+        """Failures in the new rows, and the row of the first error. A warning is given once.
+
+        Unless `all_rows` are to be looked at, a few new ones wait for more.
+        """
         import numpy as np
 
         first, last = self._checked, recorder.count
-        self._checked = last
-        if not self._program.assertions or first == last:
+        if not self._active or first == last or not (all_rows or last - first >= ENOUGH):
             return [], last
+        self._checked = last
         found: list[Diagnostic] = []
         end: tuple[int, Diagnostic] | None = None
         columns = _Columns(self._program, self._kernel, recorder, first, last)
-        for i, assertion in enumerate(self._program.assertions):
+        active, self._active = self._active, self._varying
+        for i in active:
             if i in self._warned:
                 continue
+            assertion = self._program.assertions[i]
             holds = np.broadcast_to(np.asarray(columns(assertion.condition)), (last - first,))
             if np.all(holds):
                 continue
@@ -82,6 +97,13 @@ class AssertWatch:
             for part in assertion.message.parts
         ]
         return assertion_diagnostic(float(columns.time[row]), assertion, "".join(parts))
+
+
+def _varies(e: Expr, program: Program, constant: set[int]) -> bool:
+    """Whether a leaf changes during the run."""
+    if e.op is Op.TIME:
+        return True
+    return not e.args and e.op is not Op.CONST and program.slots.get(repr(e)) not in constant
 
 
 class _Columns:

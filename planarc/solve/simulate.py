@@ -44,7 +44,7 @@ Progress = Callable[[float], None]
 #: Longest time without coming back to Python, seconds of real time.
 PATIENCE = 0.1
 #: Steps between two looks at the choice of states.
-WATCH_STEPS = 24
+WATCH_STEPS = 48
 #: So many events within this part of the run are called chattering.
 CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
 #: Rounds of start values and relations before they are called contradictory.
@@ -158,6 +158,7 @@ class Run:
                 self.records.append(EventRecord(t, causes))
         self._row(t, y)
         self.recorder.pass_by(t)
+        self._check_asserts(True)
         self._restart(t, y)
 
     def _choose_states(self, t: float) -> None:
@@ -203,7 +204,7 @@ class Run:
             steps = self._budget(steps, time.perf_counter() - began)
             if progress is not None:
                 progress(self.integrator.t)
-            self._check_asserts()
+            self._check_asserts(march.outcome is Outcome.FAILED)
             if self.ended is not None:
                 return
             if march.outcome is Outcome.FAILED:
@@ -257,7 +258,7 @@ class Run:
             changed, _ = self.selector.check(urgent=True)
             if changed:
                 self._exchange(t, None)
-        self._check_asserts()
+        self._check_asserts(self.ended is not None)
 
     def _row(self, t: float, y: Sequence[float]) -> bool:
         if self.kernel.outputs(t, y) != 0:
@@ -280,9 +281,9 @@ class Run:
         self.ended = self.ended or ended
         self.warnings.extend(warnings)
 
-    def _check_asserts(self) -> None:
-        """Asserts at all new rows; the rows after a failed one are taken back."""
-        found, row = self.asserts.check(self.recorder)
+    def _check_asserts(self, all_rows: bool) -> None:
+        """Asserts at new rows; the rows after a failed one are taken back."""
+        found, row = self.asserts.check(self.recorder, all_rows)
         for diagnostic in found:
             if diagnostic.severity is Severity.WARNING:
                 self.warnings.append(diagnostic)
@@ -330,6 +331,7 @@ class Run:
     # The end
 
     def _finish(self) -> None:
+        self._check_asserts(True)
         self.events.finish()
         if self.events.present and self.program.whens:
             t, y = self.integrator.t, self.integrator.y

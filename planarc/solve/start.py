@@ -194,11 +194,11 @@ def _free_motions(system: System, u: Vector) -> Vector:
     beside = 1e-2 * np.cos(1.0 + 2.0 * np.arange(n))
     for point in (u, u + beside):
         r = system(point)
-        jacobian = None if r is None else newton.derivative(system, point, r, central=True)
+        jacobian = None if r is None else newton.derivative(system, point, r)
         if jacobian is None:
             continue
         _, sizes, directions = np.linalg.svd(jacobian)
-        rank = int(np.sum(sizes > 1e-6 * max(1e-300, sizes[0]))) if len(sizes) else 0
+        rank = int(np.sum(sizes > 1e-5 * max(1e-300, sizes[0]))) if len(sizes) else 0
         if best is None or rank > best[0]:
             best = rank, directions[rank:].T
         if rank == len(r if r is not None else ()):

@@ -64,18 +64,27 @@ class Selector:
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
         self._forced = _forced(program)
+        slots = {c.slot: i for i, c in enumerate(program.candidates)}
+        self._derivative = {
+            i: slots[c.derivative]
+            for i, c in enumerate(program.candidates)
+            if c.derivative in slots
+        }
         self._scale: dict[int, Matrix] = {}
         self._rest = 0
-        #: Blocks with a choice to make.
+        self._leader = _leaders(program)
+        #: Blocks with a choice to make of their own.
         self.open = [
-            i for i, b in enumerate(program.blocks) if b.height > 0 and b.residuals and b.free > 0
+            i
+            for i, b in enumerate(program.blocks)
+            if b.height > 0 and b.residuals and b.free > 0 and i not in self._leader
         ]
         self._determined: dict[int, list[int]] = {}
 
     def choose(self) -> list[int]:
         """At the workspace's values, without regard to an earlier choice. Raises R423."""
         for i, block in enumerate(self._program.blocks):
-            if block.height > 0:
+            if block.height > 0 and i not in self._leader:
                 self._determined[i] = self._pivot(i, block) if block.residuals else []
         return self.selection()
 
@@ -83,9 +92,16 @@ class Selector:
         chosen: list[int] = []
         for i, block in enumerate(self._program.blocks):
             if block.height > 0:
-                out = set(self._determined[i])
+                out = set(self._determined_of(i))
                 chosen.extend(block.first + j for j in range(len(block.tears)) if j not in out)
         return chosen
+
+    def _determined_of(self, i: int) -> list[int]:
+        """Of a block that follows another one: the derivatives of what is determined there."""
+        if i not in self._leader:
+            return self._determined[i]
+        leader, places = self._leader[i]
+        return [places[j] for j in self._determined_of(leader)]
 
     def check(self, urgent: bool = False) -> tuple[bool, Lost | None]:
         """Whether the choice was changed, and a state that cannot go on being one.
@@ -122,11 +138,16 @@ class Selector:
 
     def _class(self, block: BlockCode, j: int) -> int:
         """Low: should be determined. High: should be a state."""
-        candidate = block.first + j
-        if candidate in self._forced:
+        program = self._program
+        family = [block.first + j]
+        while (child := self._derivative.get(family[-1])) is not None:
+            family.append(child)
+        if any(c in self._forced for c in family):
             return 2 * StateSelect.ALWAYS
-        c = self._program.candidates[candidate]
-        return 2 * c.select + c.fixed
+        return max(2 * program.candidates[c].select + program.candidates[c].fixed for c in family)
+
+    def _must_stay(self, block: BlockCode, j: int) -> bool:
+        return self._class(block, j) == 2 * StateSelect.ALWAYS
 
     def _pivot(self, i: int, block: BlockCode) -> list[int]:
         import numpy as np
@@ -153,7 +174,7 @@ class Selector:
         forced = [
             self._program.candidates[block.first + j]
             for j in range(len(block.tears))
-            if block.first + j in self._forced
+            if self._must_stay(block, j)
         ]
         names = " and ".join(f"`{c.display}`" for c in forced)
         return error(
@@ -181,14 +202,14 @@ class Selector:
                 x = np.abs(np.linalg.solve(g[:, out], g[:, free]))
             except np.linalg.LinAlgError:
                 return self._replace(i, block, changed)
-            movable = [k for k, j in enumerate(free) if block.first + j not in self._forced]
+            movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
             a, b = _largest(x[:, movable]) if movable else (0, -1)
             if b < 0 or x[a, movable[b]] <= worst:
                 break
             out[a] = free[movable[b]]
             changed = True
         self._determined[i] = sorted(out)
-        stuck = [k for k, j in enumerate(free) if block.first + j in self._forced]
+        stuck = [k for k, j in enumerate(free) if self._must_stay(block, j)]
         if stuck:
             a, b = _largest(x[:, stuck])
             if x[a, stuck[b]] > LOST:
@@ -201,6 +222,34 @@ class Selector:
         after = self._pivot(i, block)
         self._determined[i] = after
         return changed or after != before, None
+
+
+def _leaders(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
+    """Blocks whose tears are the derivatives of another block's tears follow its choice.
+
+    Gives that block, and for each of its tears the place of the derivative. Their
+    Jacobians agree, since the one's constraints are the other's differentiated.
+    """
+    found: dict[int, tuple[int, dict[int, int]]] = {}
+    places = {
+        program.candidates[b.first + j].slot: (i, j)
+        for i, b in enumerate(program.blocks)
+        if b.height > 0
+        for j in range(len(b.tears))
+    }
+    for i, b in enumerate(program.blocks):
+        if b.height < 2 or not b.residuals:
+            continue
+        below = [
+            places.get(program.candidates[b.first + j].derivative) for j in range(len(b.tears))
+        ]
+        follower = below[0][0] if below[0] else -1
+        mapping = {j: p[1] for j, p in enumerate(below) if p is not None and p[0] == follower}
+        code = program.blocks[follower]
+        same = len(mapping) == len(b.tears) == len(code.tears)
+        if same and len(code.residuals) == len(b.residuals):
+            found[follower] = (i, mapping)
+    return found
 
 
 def _best_pivot(
