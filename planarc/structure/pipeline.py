@@ -10,6 +10,7 @@ from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
+from planarc.structure.algebra import Algebra, Memory
 from planarc.structure.alias import eliminate_aliases, orders_needed
 from planarc.structure.attributes import merge_attributes
 from planarc.structure.discrete import sort_discrete
@@ -31,8 +32,11 @@ from planarc.structure.system import Systems
 from planarc.structure.top import sort_top
 
 
-def structure(dae: Dae) -> SortedDae:
-    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure."""
+def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
+    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure.
+
+    `memory` keeps what sympy answered, from one model or process to the next.
+    """
     table = dae.table
     signs = Signs(dae.parameters)
     elimination = eliminate_aliases(dae, signs)
@@ -51,7 +55,16 @@ def structure(dae: Dae) -> SortedDae:
     least = orders_needed(elimination, contents, (*others, *held))
     offsets = reduce_index(signature, [least[name] for name in kept])
     expansion = expand_equations(dae, elimination.live, offsets)
-    systems = Systems(table, contents, signs, expansion, offsets, kept, offsets.active(signature))
+    systems = Systems(
+        table,
+        contents,
+        signs,
+        expansion,
+        offsets,
+        kept,
+        offsets.active(signature),
+        Algebra(table, contents, signs, memory),
+    )
 
     levels: list[Level] = []
     candidates: list[Candidate] = []

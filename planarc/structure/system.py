@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from planarc.ir.expr import Expr, Exprs
+from planarc.structure.algebra import Algebra
 from planarc.structure.expand import Expansion, Form
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.pantelides import Offsets
@@ -51,7 +52,9 @@ class Systems:
         offsets: Offsets,
         names: tuple[str, ...],
         active: list[list[int]],
+        algebra: Algebra,
     ) -> None:
+        self._algebra = algebra
         self._table = table
         self._contents = contents
         self._signs = signs
@@ -87,13 +90,25 @@ class Systems:
 
     def _scalar(self, e: int, order: int, number: Mapping[int, int]) -> Scalar:
         form = self._expansion.forms[e][order]
-        factors = {}
+        factors, solved = {}, {}
         for v in self._active[e]:
             factor = self._factor(e, order, v)
-            if factor is not None and self._signs.never_zero(factor):
+            if factor is None:
+                value = self._closed_form(e, order, v)
+                if value is not None:
+                    solved[number[v]] = value
+            elif self._signs.never_zero(factor):
                 factors[number[v]] = factor
         unknowns = tuple(number[v] for v in self._active[e])
-        return Scalar(form, unknowns, factors, {})
+        return Scalar(form, unknowns, factors, solved)
+
+    def _closed_form(self, e: int, order: int, v: int) -> Expr | None:
+        if order:
+            return None  # affine: the tree's rule has decided
+        symbol = self._table.symbol(
+            self._names[v], self._offsets.highest[v] - self._offsets.differentiated[e]
+        )
+        return self._algebra.solve(self._expansion.forms[e][0].residual(self._table), symbol)
 
     def _factor(self, e: int, order: int, v: int) -> Expr | None:
         """The factor of unknown v; derivatives are affine in it even where e is not."""

@@ -1,0 +1,127 @@
+"""What sympy may answer, and each answer that would lose a branch, refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from planarc.ir.dae import Dae, Kind, Parameter
+from planarc.ir.expr import Expr, Exprs, evaluate
+from planarc.ir.sorted import Assignment, SortedDae
+from planarc.structure import algebra
+from planarc.structure.algebra import Algebra, Memory
+from planarc.structure.linear import Contents
+from planarc.structure.pipeline import structure
+from planarc.structure.signs import Signs
+
+Read = Callable[[Exprs, str], Expr]
+
+
+def _solver(t: Exprs, memory: Memory | None = None) -> Algebra:
+    positive = Parameter("T", Kind.REAL, t.one, settable=True, minimum=t.const(0.1))
+    return Algebra(t, Contents("xyzL".__contains__), Signs((positive,)), memory)
+
+
+def _value(read: Read, source: str, unknown: str = "x") -> Expr | None:
+    t = Exprs()
+    left, right = source.split(" = ")
+    return _solver(t, {}).solve(t.sub(read(t, left), read(t, right)), t.symbol(unknown))
+
+
+REFUSED = [
+    ("atan2(y, x) = 0", "y"),  # forgets x > 0: the wrong side of a contact
+    ("atan2(y, x) = 0", "x"),
+    ("sqrt(x) = y", "x"),
+    ("asin(x) = y", "x"),
+    ("acos(x) = y", "x"),
+    ("atan(x) = y", "x"),
+    ("sin(x) = y", "x"),
+    ("tan(x) = y", "x"),
+    ("x^2 = y", "x"),
+    ("L*L = x*x + y*y", "x"),
+    ("L*L = x*x + y*y", "L"),
+    ("L^4 = x", "L"),
+    ("x^3 = y", "x"),  # its root has no slope at 0
+    ("x^3 = x + y", "x"),
+    ("y/x = z", "x"),  # divides by z
+    ("x/(1 + x) = y", "x"),
+    ("(x + y)^2 - x^2 = z", "x"),  # divides by y
+    ("exp(x) - x = y", "x"),  # falls, then rises
+    ("y*exp(x) = z", "x"),  # y may vanish
+    ("abs(x) = y", "x"),
+    ("cosh(x) = y", "x"),
+    ("max(x, 1) = y", "x"),
+    ("x*exp(-x) = y", "x"),
+]
+
+
+@pytest.mark.parametrize(("source", "unknown"), REFUSED)
+def test_an_answer_that_loses_a_branch_is_refused(read: Read, source: str, unknown: str) -> None:
+    assert _value(read, source, unknown) is None
+
+
+SOLVED = [
+    ("(x + T)^2 - x^2 = y", {"y": 3.0, "T": 2.0}),
+    ("x*(x + 2) - x*x = y", {"y": 3.0}),
+    ("exp(x) = y", {"y": 2.5}),
+    ("exp(2*x/T) - 1 = y", {"y": 2.5, "T": 0.7}),
+    ("log(x) = y + sin(z)", {"y": -0.3, "z": 1.0}),
+    ("T*sinh(x) = y", {"y": -4.0, "T": 3.0}),
+    ("tanh(x/T) = y", {"y": 0.4, "T": 2.0}),
+]
+
+
+@pytest.mark.parametrize(("source", "values"), SOLVED)
+def test_an_answer_solves_the_equation(read: Read, source: str, values: dict[str, float]) -> None:
+    t = Exprs()
+    left, right = (read(t, side) for side in source.split(" = "))
+    x = t.symbol("x")
+    answer = _solver(t, {}).solve(t.sub(left, right), x)
+    assert answer is not None
+    known: dict[str, Any] = dict(values)
+    known["x"] = evaluate(answer, lambda e: known[e.name])
+    assert evaluate(left, lambda e: known[e.name]) == pytest.approx(
+        evaluate(right, lambda e: known[e.name]), rel=1e-12
+    )
+
+
+def test_one_question_for_equal_shapes(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    ask = algebra._ask
+    monkeypatch.setattr(algebra, "_ask", lambda shape: asked.append(shape) or ask(shape))
+    t = Exprs()
+    memory: dict[str, str] = {}
+    solver = _solver(t, memory)
+    for unknown, y in (("x", "y"), ("y", "z"), ("z", "x")):
+        assert solver.solve(read(t, f"exp({unknown}) - cos({y})"), t.symbol(unknown)) is not None
+    assert len(asked) == 1
+    other = Exprs()  # a later model, with what an earlier one has learnt
+    assert _solver(other, memory).solve(read(other, "exp(x) - y*z"), other.symbol("x")) is not None
+    assert len(asked) == 1
+
+
+def test_a_parabola_is_told_without_sympy(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(_: object) -> str:
+        raise AssertionError("sympy was asked")
+
+    monkeypatch.setattr(algebra, "_ask", never)
+    assert _value(read, "L*L = (x - y)^2 + T^2", "x") is None
+    assert _value(read, "y = T*cos(x)", "x") is None
+
+
+def test_a_level_uses_the_answer(sort: Callable[..., SortedDae], point: Any) -> None:
+    model = sort("exp(y) = 2 + time", "v = der(y)")
+    assert all(isinstance(s, Assignment) for level in model.levels for s in level.steps)
+    assert point(model, {}, time=1.0).of("v") == pytest.approx(1 / 3)
+
+
+def test_what_was_learnt_is_kept(make: Callable[..., Dae]) -> None:
+    memory: dict[str, str] = {}
+    structure(make("exp(y) = 2 + time"), memory)
+    assert len(memory) == 1
+    dae = make("exp(z) = 2 + sin(time)")
+    structure(replace(dae, name="Other"), memory)
+    assert len(memory) == 1
