@@ -52,7 +52,7 @@ class Reader:
 
         data = _bytes_of(path)
         self.files[path.absolute()] = key(data)
-        return self.parse(Source(str(path), decode(data), path))
+        return self.parse(Source(shown_name(path), decode(data), path))
 
     def parse(self, source: Source) -> syntax.StoredDefinition:
         from planarc.parse.parser import parse_text
@@ -71,6 +71,12 @@ class Target:
     library: Library
     class_name: str
     reader: Reader
+
+
+def shown_name(path: Path) -> str:
+    """How messages call a file: planarc's own ones without where it is installed."""
+    root = stdlib()
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:
@@ -158,7 +164,8 @@ def _several(request: Request, models: Sequence[str], names: Sequence[str]) -> U
 
 def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     package, _, last = wanted.rpartition(".")
-    known = [*names, *(f"{package}.{n}" if package else n for n in library.class_names(package))]
+    inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
+    known = list(dict.fromkeys((*names, *inside)))
     near = get_close_matches(wanted, known, 3) or [
         n for n in known if n.rpartition(".")[2].lower() == last.lower()
     ]

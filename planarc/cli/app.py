@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated
 
@@ -101,11 +102,17 @@ def _fail(diagnostics: tuple[Diagnostic, ...], code: Exit, as_json: bool) -> int
 def _usage(error: Exception) -> Diagnostic:
     """typer's message in our form: lower case, names in backticks, the advice as a hint."""
     text = getattr(error, "format_message", lambda: str(error))().strip()
-    text = re.sub(r"'([^']*)'", r"`\1`", text[:1].lower() + text[1:])
     message, _, advice = text.partition(". Did you mean ")
+    near = re.findall(r"'([^']*)'", advice)
+    if hasattr(error, "possibilities"):
+        option = getattr(error, "option_name", "")
+        near = get_close_matches(option, error.possibilities or (), 1)
+        message = f"no such option '{option}'"
+    message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
+    message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
-    hint = f"did you mean {advice}" if advice else f"see `{command} --help`"
-    return Diagnostic("C100", message.rstrip("."), hint=hint)
+    hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
+    return Diagnostic("C100", message, hint=hint)
 
 
 def _bug(error: Exception) -> Diagnostic:

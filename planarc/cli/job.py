@@ -83,8 +83,9 @@ class Run:
         with progress_line() as progress:
             result = compiler.run(compiled, options, clock, progress)
         self._know(result)
-        with clock.phase("write"):
-            self._write(result, places)
+        if len(result.time):
+            with clock.phase("write"):
+                self._write(result, places)
         self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE)
         return result, compiled.remembered
 
@@ -151,4 +152,6 @@ def write_page(path: Path, result: Result) -> None:
 def _exit_of(result: Result) -> Exit:
     if result.ended is None or result.ended.severity is not Severity.ERROR:
         return Exit.DONE
+    if not len(result.time):
+        return Exit.MODEL  # it has no start
     return Exit.INTERRUPTED if result.ended.code == INTERRUPTED else Exit.RUN
