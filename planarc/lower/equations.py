@@ -72,10 +72,15 @@ def add_equation(
 ) -> None:
     generated = isinstance(origin, flat.Equality) and origin.generated
     equation = dae.Equation(left, right, origin.span, origin.component, generated)
-    discrete = any(
-        (s.op is Op.SYMBOL and s.name in model.discretes) for s in (left, right)
-    ) and all(model.is_steady(s) or s.op is Op.SYMBOL for s in (left, right))
+    discrete = _sets_discrete(model, left, right) or _sets_discrete(model, right, left)
     (into.discrete if discrete else into.continuous).append(equation)
+
+
+def _sets_discrete(model: Model, target: Expr, value: Expr) -> bool:
+    """Whether `target = value` gives a discrete variable its value."""
+    if target.op is not Op.SYMBOL or target.name not in model.discretes:
+        return False
+    return value.op is not Op.SYMBOL or model.is_steady(value)
 
 
 def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.Equation]:

@@ -21,7 +21,7 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import functions, scalar
 from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import Tensor, Text, Value, elements, expr, fixed_dims, stack
+from planarc.lower.values import Struct, Tensor, Text, Value, elements, expr, fixed_dims, stack
 
 MAX_TURNS = 100_000  # of one loop
 
@@ -60,11 +60,20 @@ class Runner:
     def declare(self, variable: flat.Variable) -> None:
         if variable.binding is not None:
             self.values[variable.name] = self.value(variable.binding)
-        elif variable.type.dims and None not in variable.type.dims:
-            # Entries may be assigned one by one; until then they are zero.
-            dims = fixed_dims(variable.type)
-            zeros = (self.scope.table.zero,) * math.prod(dims)
-            self.values[variable.name] = Tensor(dims, zeros)
+            return
+        has_parts = variable.type.base is flat.Base.RECORD or bool(variable.type.dims)
+        if has_parts and None not in variable.type.dims:
+            # Entries and fields may be assigned one by one; until then they are zero.
+            self.values[variable.name] = self._zero(variable.type)
+
+    def _zero(self, type_: flat.Type) -> Value:
+        if dims := fixed_dims(type_):
+            one = self._zero(type_.element(len(dims)))
+            return Tensor(dims, (one,) * math.prod(dims))
+        if type_.base is flat.Base.RECORD:
+            return Struct(tuple((name, self._zero(field)) for name, field in type_.fields))
+        table = self.scope.table
+        return table.false if type_.base is flat.Base.BOOLEAN else table.zero
 
     def here(self) -> Scope:
         outer = self.scope
@@ -96,12 +105,28 @@ class Runner:
                 self._store(target, value)
 
     def _store(self, target: flat.Reference, value: Value) -> None:
-        if not target.subscripts:
-            self.values[target.name] = value
-            return
-        here = self.here()
-        old = here.value(target.name, target.span)
-        self.values[target.name] = assigned(here, old, target.subscripts, value, target.span)
+        """Assign to a variable, to an entry of it, or to a field (`o.a[1] := ...`)."""
+        whole, *path = target.name.split(".")
+        if not path or whole not in self.values:
+            whole, path = target.name, []
+        if path or target.subscripts:
+            old = self.here().value(whole, target.span)
+            value = self._replaced(old, path, target, value)
+        self.values[whole] = value
+
+    def _replaced(
+        self, old: Value, path: Sequence[str], target: flat.Reference, value: Value
+    ) -> Value:
+        if not path:
+            return assigned(self.here(), old, target.subscripts, value, target.span)
+        if not isinstance(old, Struct):
+            raise unsupported("an assignment to a field of an array of records", target.span)
+        return Struct(
+            tuple(
+                (n, self._replaced(v, path[1:], target, value) if n == path[0] else v)
+                for n, v in old.fields
+            )
+        )
 
     def branch(self, s: flat.IfStatement) -> None:
         self._branch(list(s.branches), s.otherwise, s.span)

@@ -1,0 +1,207 @@
+"""Functions, algorithms and events of small models, run to closed forms with both back ends."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc import compiler
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.options import Backend, RunOptions
+from planarc.request import Request
+
+
+@pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])
+def backend(request: pytest.FixtureRequest) -> Any:
+    return request.param
+
+
+def run(text: str, backend: Backend, stop: float = 2.0) -> Any:
+    options = RunOptions(stop=stop, intervals=20, tolerance=1e-9, backend=backend)
+    return compiler.run(compiler.compile_model(Request(text=text), backend), options)
+
+
+def test_function_with_a_loop_over_an_array_of_any_size(backend: Backend) -> None:
+    result = run(
+        """model M
+          function weighted input Real x[:]; output Real y;
+          algorithm
+            y := 0;
+            for i in 1:size(x, 1) loop y := y + i*x[i]^2; end for;
+          end weighted;
+          Real z = weighted({1, 2*time, time});
+        end M;""",
+        backend,
+    )
+    t = result.time
+    assert result["z"] == pytest.approx(1 + 2 * (2 * t) ** 2 + 3 * t**2)
+
+
+def test_partial_derivative_functions_twice(backend: Backend) -> None:
+    result = run(
+        """model M
+          function f input Real s; input Real a; output Real y; algorithm y := a*sin(s)*s; end f;
+          function f_s = der(f, s);
+          function f_ss = der(f_s, s);
+          Real first = f_s(time, 2), second = f_ss(time, 2);
+        end M;""",
+        backend,
+    )
+    t = result.time
+    assert result["first"] == pytest.approx(2 * (np.sin(t) + t * np.cos(t)), abs=1e-12)
+    assert result["second"] == pytest.approx(2 * (2 * np.cos(t) - t * np.sin(t)), abs=1e-12)
+
+
+def test_function_with_a_branch_that_depends_on_the_run(backend: Backend) -> None:
+    result = run(
+        """model M
+          function clip input Real u; output Real y;
+          algorithm
+            if u > 0.5 then y := 0.5; elseif u < 0.25 then y := 0.25; else y := u; end if;
+          end clip;
+          Real y = clip(time);
+        end M;""",
+        backend,
+        stop=1.0,
+    )
+    assert result["y"] == pytest.approx(np.clip(result.time, 0.25, 0.5))
+
+
+def test_record_of_a_function(backend: Backend) -> None:
+    result = run(
+        """model M
+          record Pair Real a; Real b[2]; end Pair;
+          function make input Real q; output Pair p;
+          algorithm p.a := q; p.b := {q, 2*q}; p.b[1] := 3*p.a; end make;
+          Pair r = make(time);
+        end M;""",
+        backend,
+    )
+    assert result["r.b[1]"] == pytest.approx(3 * result.time)
+    assert result["r.b[2]"] == pytest.approx(2 * result.time)
+
+
+def test_algorithm_section(backend: Backend) -> None:
+    result = run(
+        """model M
+          Real x, y;
+        algorithm
+          x := time;
+          if x > 1 then y := x*x; else y := -x; end if;
+          y := y + 1;
+        end M;""",
+        backend,
+    )
+    t = result.time
+    inside = np.abs(t - 1) > 1e-6
+    expected = np.where(t > 1, t * t, -t) + 1
+    assert result["y"][inside] == pytest.approx(expected[inside])
+
+
+def test_sampled_counter_drives_an_integral(backend: Backend) -> None:
+    result = run(
+        """model M
+          Integer k(start=0);
+          Real y(start=0, fixed=true);
+        equation
+          when sample(0.25, 0.5) then k = pre(k) + 1; end when;
+          der(y) = k;
+        end M;""",
+        backend,
+    )
+    assert [e.time for e in result.events] == pytest.approx([0.25, 0.75, 1.25, 1.75])
+    assert result["k"][-1] == 4
+    assert result["y"][-1] == pytest.approx(1.75 + 1.25 + 0.75 + 0.25)
+
+
+def test_elsewhen_and_reinit(backend: Backend) -> None:
+    result = run(
+        """model M
+          Real h(start=1, fixed=true), v(start=0, fixed=true);
+        equation
+          der(h) = v;
+          der(v) = -9.81;
+          when h < 0 then
+            reinit(v, -0.5*pre(v));
+          elsewhen time > 0.9 then
+            reinit(v, 3);
+          end when;
+        end M;""",
+        backend,
+        stop=1.0,
+    )
+    fall = math.sqrt(2 / 9.81)
+    assert [e.time for e in result.events] == pytest.approx([fall, 0.9], abs=1e-7)
+    assert result["v"][-1] == pytest.approx(3 - 9.81 * 0.1)
+
+
+def test_vector_of_conditions_acts_at_each(backend: Backend) -> None:
+    result = run(
+        """model M
+          Integer n(start=0);
+        equation
+          when {time > 0.5, time > 1.5} then n = pre(n) + 1; end when;
+        end M;""",
+        backend,
+    )
+    assert [e.time for e in result.events] == pytest.approx([0.5, 1.5])
+    assert result["n"][-1] == 2
+
+
+def test_when_in_an_algorithm(backend: Backend) -> None:
+    result = run(
+        """model M
+          Real last(start=0), twice(start=0);
+        algorithm
+          when sample(0, 0.5) then
+            last := time;
+            twice := 2*last;
+          end when;
+        end M;""",
+        backend,
+        stop=1.2,
+    )
+    assert result["last"][-1] == 1.0
+    assert result["twice"][-1] == 2.0
+
+
+def test_initial_values_of_discrete_variables(backend: Backend) -> None:
+    result = run(
+        """model M
+          parameter Real p = 3;
+          discrete Real d;
+        initial equation
+          d = 2*p;
+        equation
+          when time > 1 then d = pre(d) + 1; end when;
+        end M;""",
+        backend,
+    )
+    assert result["d"][0] == 6
+    assert result["d"][-1] == 7
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "model M function f input Real u; output Real y; algorithm y := u; "
+            "while y > 1 loop y := y/2; end while; end f; Real x = f(time); end M;",
+            "`while` whose condition is unknown",
+        ),
+        (
+            "model M function f input Integer n; output Real y; algorithm y := f(n + 1); end f; "
+            "Real x = f(1)*time; end M;",
+            "calls itself",
+        ),
+        ("model M Real x = time; Real y; equation reinit(y, 1); der(y) = 1; end M;", "reinit"),
+        ("model M Real a[3]; equation for i in 1:3 loop a[i] = a[4]*i; end for; end M;", "4"),
+    ],
+    ids=["while", "recursion", "reinit outside", "subscript"],
+)
+def test_refusals_name_what_is_wrong(text: str, message: str) -> None:
+    with pytest.raises(PlanarcError, match=message):
+        compiler.compile_model(Request(text=text))
