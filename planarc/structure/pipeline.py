@@ -78,7 +78,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
             candidates.extend(describe_candidates(dae, steps, attributes))
             favoured = derivatives_of_tears(table, steps)
         else:
-            steps = sort_top(systems, system, offsets.matching, attributes, favoured)
+            steps = sort_top(systems, system, offsets.matching, favoured)
         levels.append(Level(height, steps))
 
     first_initial = len(expansion.equations)

@@ -5,10 +5,10 @@ Out:  steps, each block with as many tears as residuals
 
 The equations are put into block lower triangular form. An equation alone in its block
 that can be solved becomes an assignment. A larger block is torn: the derivatives of
-candidates first (in a mechanism the joints' accelerations, from which motion and
-inertia forces follow outwards), then the unknown that makes most equations solvable (a
-cut force of each loop); the residuals are the joints' force laws and the loops'
-closing conditions, linear in the tears.
+candidates first, then other derivatives (in a mechanism angular accelerations, from
+which motion and inertia forces follow outwards), then the unknown that makes most
+equations solvable (a cut force of each loop); the residuals are the joints' force laws
+and the loops' closing conditions, linear in the tears.
 
 Example: pendulum    der(w) torn, a := ..., f := m*(a - g), residual I*der(w) - ...
 
@@ -17,11 +17,8 @@ Needs:     a complete matching.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from planarc.ir.expr import Expr
 from planarc.ir.sorted import Step
-from planarc.structure.attributes import Attributes
 from planarc.structure.blocks import sort_blocks
 from planarc.structure.matching import Matching
 from planarc.structure.steps import make_steps
@@ -33,7 +30,6 @@ def sort_top(
     systems: Systems,
     system: System,
     matching: Matching,
-    attributes: Mapping[Expr, Attributes],
     favoured: frozenset[Expr],
 ) -> tuple[Step, ...]:
     solver = matching.equation
@@ -44,14 +40,14 @@ def sort_top(
     steps: list[Step] = []
     for block in sort_blocks(needs):
         part = _part(system, block, matching)
-        rank = [_rank(symbol, attributes, favoured) for symbol in part.unknowns]
+        rank = [_rank(symbol, favoured) for symbol in part.unknowns]
         torn = tear_system([s.row() for s in part.equations], rank)
         steps.extend(make_steps(systems, part, torn))
     return tuple(steps)
 
 
-def _rank(symbol: Expr, attributes: Mapping[Expr, Attributes], favoured: frozenset[Expr]) -> int:
-    return 0 if symbol in favoured else 1
+def _rank(symbol: Expr, favoured: frozenset[Expr]) -> int:
+    return 0 if symbol in favoured else 1 if symbol.order else 2
 
 
 def _part(system: System, block: list[int], matching: Matching) -> System:
