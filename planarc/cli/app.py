@@ -104,8 +104,8 @@ def _usage(error: Exception) -> Diagnostic:
     text = getattr(error, "format_message", lambda: str(error))().strip()
     message, _, advice = text.partition(". Did you mean ")
     near = re.findall(r"'([^']*)'", advice)
-    if hasattr(error, "possibilities"):
-        option = getattr(error, "option_name", "")
+    option = getattr(error, "option_name", None)
+    if option is not None and hasattr(error, "possibilities"):
         near = get_close_matches(option, error.possibilities or (), 1)
         message = f"no such option '{option}'"
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
