@@ -36,8 +36,8 @@ def _head(model: SortedDae) -> Iterator[str]:
     yield f"model {model.dae.name}"
     yield (
         f"  {model.equations_before} equations, {model.equations_after} after the elimination of "
-        f"{len(model.aliases)} variables ({len(model.aliases) - constant} aliases, "
-        f"{constant} constants)"
+        f"{_count(len(model.aliases), 'variable')} "
+        f"({_count(len(model.aliases) - constant, 'alias')}, {_count(constant, 'constant')})"
     )
     yield f"  {derived} derivatives of equations added to lower the index"
     yield f"  {_count(model.state_count, 'state')} of {_count(len(model.candidates), 'candidate')}"
@@ -111,4 +111,4 @@ def _alias(a: Alias) -> str:
 
 
 def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+    return f"{number} {noun}" + ("" if number == 1 else "es" if noun.endswith("s") else "s")
