@@ -7,6 +7,7 @@ Out:  Diagnostic        the message for the one who wrote the text
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -54,6 +55,7 @@ class Repair(NamedTuple):
     dropped: int
     stack: Stack
     at: int
+    back_to: int | None = None  # the first token before the trouble that is left out too
 
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
@@ -94,8 +96,11 @@ def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
     for explanation in _EXPLANATIONS:
         diagnostic = explanation(trouble, repair)
         if diagnostic is not None:
-            return diagnostic
-    return _expected(trouble)
+            break
+    else:
+        diagnostic = _expected(trouble)
+    hint = diagnostic.hint or _misspelt_hint(trouble)
+    return replace(diagnostic, hint=hint)
 
 
 # Cases that have a name ----------------------------------------------------------------
@@ -227,6 +232,39 @@ def _else_if_hint(trouble: Trouble) -> str | None:
     return None
 
 
+def _first_word(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.at != trouble.begin or len(repair.inserted) != 1:
+        return None
+    word, first = repair.inserted[0].lower(), trouble.tokens[trouble.begin]
+    return Diagnostic("P101", f"expected `{word}` before {_shown(first)}", first.span)
+
+
+def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if not repair or repair.inserted or not previous or previous.type != "END":
+        return None
+    if token.type not in _BLOCKS:
+        return None
+    span = previous.span.to(token.span)
+    return Diagnostic("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
+
+
+def _misspelt_hint(trouble: Trouble) -> str | None:
+    """A name near the error that is almost a keyword."""
+    from difflib import get_close_matches
+
+    words = [t for t in sorted(trouble.terminals.keywords) if len(t) > 2]
+    near = range(trouble.at, max(trouble.at - 4, -1), -1)
+    for index in dict.fromkeys((*near, trouble.begin)):
+        token = trouble.tokens[index]
+        if token.type != "IDENT":
+            continue
+        close = get_close_matches(token.text.lower(), words, 1, 0.8)
+        if close:
+            return f"write `{close[0]}`, if that is what `{token.text}` means"
+    return None
+
+
 def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if repair and repair.inserted == ("ELSEIF",):
         word = trouble.tokens[trouble.begin]
@@ -313,9 +351,11 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _bare_fraction,
     _end_of_text,
     _wrong_section,
+    _first_word,
     _equal_signs,
     _reserved,
     _wrong_end,
+    _stray_end,
     _else_if,
     _nameless_end,
     _missing,
@@ -332,6 +372,8 @@ def _expected(trouble: Trouble) -> Diagnostic:
     accepted = frozenset(trouble.accepted)
     what = _in_words(trouble, accepted)
     hint = None
+    if token.type == "WHILE":
+        hint = "`while` loops stand in algorithms only"
     if token.text in trouble.terminals.keywords and what == "a name":
         hint = f"`{token.text}` is a reserved word: choose another name"
     if token.type in ("INTEGER", "REAL") and what == "a name":

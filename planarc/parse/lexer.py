@@ -47,7 +47,7 @@ _BODY = re.compile(
     rf"""[^()"'/]+|{_STRING}|{_QUOTED}|//[^\n]*|/\*.*?\*/|/(?!\*)|(?P<open>\()|(?P<close>\))""",
     re.DOTALL,
 )
-_AFTER_END = re.compile(r"\s+(?!(?:then|else|elseif|for|loop|and|or)\b)[A-Za-z_]")
+_AFTER_END = re.compile(r"\s+(?!(?:then|else|elseif|loop|and|or)\b|for\b(?!\s*;))[A-Za-z_]")
 
 #: Characters that other languages or word processors have, and what is meant.
 _HINTS = {
@@ -237,16 +237,31 @@ def _skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) 
         quote = _never_closed("quoted name", Span(source, at, at + 1))
         errors.append(replace(quote, hint=hint))
         return at + 1
-    end = at + 1
-    while end < stop and not text[end].isascii() and text[end].isalnum() == character.isalnum():
-        end += 1
-    span = Span(source, at, end)
+    return _report_character(source, at, stop, errors)
+
+
+def _report_character(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
+    text = source.text
+    character = text[at]
+    begin, end = at, at + 1
     hint = _HINTS.get(character)
     if character.isalpha():
+        begin, end = _word_around(text, at, stop)
         hint = "put names with other letters than a to z in single quotes"
-        message = f"`{text[at:end]}` cannot stand in a name"
+        message = f"`{text[begin:end][:40]}` is no name: it holds `{character}`"
     else:
+        while end < stop and text[end] == character:
+            end += 1
         shown = character if character.isprintable() else f"U+{ord(character):04X}"
         message = f"the character `{shown}` has no meaning here"
-    errors.append(Diagnostic("P104", message, span, hint=hint))
+    errors.append(Diagnostic("P104", message, Span(source, begin, end), hint=hint))
     return end
+
+
+def _word_around(text: str, at: int, stop: int) -> tuple[int, int]:
+    begin = end = at
+    while begin > 0 and (text[begin - 1].isalnum() or text[begin - 1] == "_"):
+        begin -= 1
+    while end < stop and (text[end].isalnum() or text[end] == "_"):
+        end += 1
+    return begin, end

@@ -96,8 +96,10 @@ def _parse(start: str, span: Span) -> Any:
     from planarc.parse.machine import load_machine
     from planarc.parse.recover import find_errors
 
-    if "\0" in span.text:
-        raise PlanarcError(Diagnostic("P100", "this is no text: it holds NUL characters", span))
+    nul = span.source.text.find("\0", span.start, span.end)
+    if nul >= 0:
+        message = "this is no text: it holds NUL characters"
+        raise PlanarcError(Diagnostic("P100", message, Span(span.source, nul, nul + 1)))
     machine = load_machine()
     with machine.lock:
         tokens, lexical = scan(span.source, machine.terminals, span.start, span.end)
@@ -105,12 +107,27 @@ def _parse(start: str, span: Span) -> Any:
         tree = _run(machine, start, tokens)
         errors = machine.build.errors
         if tree is None:
-            errors = [e for e in errors if e.code != "P102"]  # found again below
-            errors += find_errors(machine, start, tokens, lexical)
+            errors, mended = find_errors(machine, start, tokens, lexical)
+            mended.append(tokens[-1])
+            errors = [*errors, *_errors_beside(machine, start, mended, span, [*errors, *lexical])]
     if lexical or errors:
         every = {(e.code, e.message, e.span): e for e in (*lexical, *errors)}
         raise PlanarcError(sorted(every.values(), key=lambda e: e.span.start if e.span else 0))
     return tree
+
+
+def _errors_beside(
+    machine: Machine, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
+) -> list[Diagnostic]:
+    """What is wrong beside the grammar, found by building the mended text."""
+    machine.build.begin(span)
+    _run(machine, start, mended)
+    lines = {error.span.line for error in errors if error.span}
+    return [
+        error
+        for error in machine.build.errors
+        if error.code != "P102" and error.span and error.span.line not in lines
+    ]
 
 
 def _run(machine: Machine, start: str, tokens: list[Token]) -> Any:

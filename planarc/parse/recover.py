@@ -19,6 +19,7 @@ Promises:  reads each token a bounded number of times.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
@@ -32,6 +33,7 @@ from planarc.parse.machine import Machine
 #: Tokens after a repair that are looked at, and how many of them have to fit.
 _AHEAD = 8
 _ENOUGH = 3
+_FAR_AHEAD = 60
 #: Places tried when text is skipped.
 _MAX_SKIPS = 300
 
@@ -39,8 +41,16 @@ _BOUNDARIES = frozenset(
     {"SEMICOLON", "EQUATION", "ALGORITHM", "PUBLIC", "PROTECTED", "THEN", "ELSE", "LOOP"}
 )
 _RESTARTS = frozenset({"EQUATION", "ALGORITHM", "INITIAL_SECTION", "PUBLIC", "PROTECTED", "END"})
+_CLOSERS = frozenset({"SEMICOLON", "COMMA", "RPAR", "RSQB", "RBRACE"})
 _BLOCKS = ("IF", "FOR", "WHEN", "WHILE")
-_NUMBERS = frozenset({"INTEGER", "REAL"})
+#: `2 x`, `2(a + b)`, `(a + b)(c + d)`
+_PRODUCTS = frozenset(
+    {(number, after) for number in ("INTEGER", "REAL") for after in ("IDENT", "LPAR")}
+    | {("RPAR", "LPAR")}
+)
+
+#: The words that begin what this one goes on with.
+_BEGINS = {"THEN": ("IF", "ELSEIF", "WHEN"), "LOOP": ("WHILE", "FOR"), "IN": ("FOR",)}
 
 #: What is put in, most likely first.
 _INSERTED: tuple[tuple[str, ...], ...] = (
@@ -61,6 +71,26 @@ _INSERTED_LAST: tuple[tuple[str, ...], ...] = (
 _INSERTED_LAST += tuple(("END", block, "SEMICOLON") for block in _BLOCKS)
 
 
+class _Mended:
+    """The tokens read so far, with the repairs made."""
+
+    def __init__(self) -> None:
+        self._places: list[int] = []  # the token of the text that each belongs to
+        self.tokens: list[Token] = []
+
+    def add(self, token: Token, at: int) -> None:
+        self._places.append(at)
+        self.tokens.append(token)
+
+    def follow(self, repair: Repair, token: Token, at: int) -> None:
+        if repair.back_to is not None:
+            size = bisect_left(self._places, repair.back_to)
+            del self._places[size:]
+            del self.tokens[size:]
+        for kind in repair.inserted if repair.at >= at or repair.back_to == repair.at else ():
+            self.add(Token(kind, "", token.span), at)
+
+
 class _Place(NamedTuple):
     """Where a statement, equation or declaration begins."""
 
@@ -70,17 +100,21 @@ class _Place(NamedTuple):
 
 def find_errors(
     machine: Machine, start: str, tokens: list[Token], lexical: list[Diagnostic]
-) -> list[Diagnostic]:
+) -> tuple[list[Diagnostic], list[Token]]:
+    """The errors, and the tokens as they would be right."""
     automaton = Automaton(machine, start)
     kinds = [token.type for token in tokens]
     errors: list[Diagnostic] = []
+    mended = _Mended()
     stack, at = automaton.begin, 0
     begin = _Place(stack, at)
     while at < len(tokens) and len(errors) < MAX_ERRORS:
         if kinds[at - 1] == "END" and kinds[at] == "IDENT" and at:
-            stack = _compare_names(automaton, stack, tokens, at, errors)
+            stack = _compare_names(automaton, stack, tokens, at, errors, mended)
         following = automaton.shift(stack, kinds[at], at)
         if following is not None:
+            if kinds[at] != "$END":
+                mended.add(tokens[at], at)
             stack = following
             at += 1
             if kinds[at - 1] in _BOUNDARIES:
@@ -89,21 +123,23 @@ def find_errors(
         trouble = Trouble(automaton, machine.terminals, stack, tokens, at, begin.at)
         repair = _choose(trouble, kinds, begin) or _skip(trouble, kinds, begin)
         error = explain(trouble, repair)
-        if not (errors and error.code == errors[-1].code == "P113"):  # once for a section
+        if not _is_echo(error, errors):
             errors.append(error)
         if repair is None or kinds[at] == "$END":
             break
+        mended.follow(repair, tokens[at], at)
         stack, at = repair.stack, repair.at
         begin = _Place(stack, at)
-    return _without_echo(errors, lexical, tokens)
+    return _without_echo(errors, lexical, tokens), mended.tokens
 
 
 def _choose(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
     """The repair after which most tokens fit."""
     automaton, at = trouble.automaton, trouble.at
-    known = _misspelt_elseif(trouble, kinds, begin) or _other_section(trouble, kinds, begin)
-    if known is not None:
-        return known
+    for known in (_misspelt_elseif, _stray_end, _first_word, _other_section):
+        repair = known(trouble, kinds, begin)
+        if repair is not None:
+            return repair
     best: Repair | None = None
     best_score = 0
     for inserted, dropped in _candidates(trouble):
@@ -126,7 +162,7 @@ def _choose(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
 def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
     """What to put in, and how many tokens to leave out."""
     token, previous = trouble.token, trouble.previous
-    if previous and previous.type in _NUMBERS and token.type in ("IDENT", "LPAR"):
+    if previous and (previous.type, token.type) in _PRODUCTS:
         yield ("TIMES",), 0
     for inserted in _INSERTED:
         yield inserted, 0
@@ -137,9 +173,13 @@ def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
     if token.text in trouble.terminals.keywords:
         yield ("IDENT",), 1
     if previous and previous.type == "END":
-        for block in (*_BLOCKS, "IDENT"):
+        for block in _BLOCKS:
             yield (block,), 1
+        for name in (*_BLOCKS, "IDENT"):
+            yield (name,), 0
     yield ("TIMES",), 0
+    if token.type in _CLOSERS:  # rather an expression missing than one token too many
+        yield ("IDENT",), 0
     yield (), 1
     for inserted in _INSERTED_LAST:
         yield inserted, 0
@@ -147,10 +187,41 @@ def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
 
 def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
     word = trouble.tokens[begin.at]
-    if begin.at != trouble.at - 1 or word.text.lower() not in ("elif", "elsif", "elseif"):
+    if begin.at != trouble.at - 1 or word.type != "IDENT":
+        return None
+    if word.text.lower() not in ("elif", "elsif", "elseif"):
         return None
     stack = trouble.automaton.shift(begin.stack, "ELSEIF", begin.at)
-    return Repair(("ELSEIF",), 0, stack, trouble.at) if stack else None
+    return Repair(("ELSEIF",), 0, stack, trouble.at, begin.at) if stack else None
+
+
+def _stray_end(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
+    """`end if` where no block is open."""
+    at = trouble.at
+    if begin.at != at - 1 or kinds[begin.at] != "END" or kinds[at] not in _BLOCKS:
+        return None
+    if trouble.automaton.shift(trouble.stack, "IDENT", at) is None:
+        return None
+    return Repair((), 1, begin.stack, at + 1 + (kinds[at + 1] == "SEMICOLON"), begin.at)
+
+
+def _first_word(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
+    """`a > 1 then` without its `if`; `if;` without its `end`."""
+    at, automaton = trouble.at, trouble.automaton
+    if kinds[at] == "SEMICOLON" and kinds[at - 1] in _BLOCKS and begin.at == at - 1:
+        tried = [("END",)]
+    else:
+        tried = [(block,) for block in _BEGINS.get(kinds[at], ())]
+    best: Repair | None = None
+    best_score = at - begin.at
+    for inserted in tried:
+        stack = automaton.shift(begin.stack, inserted[0], begin.at)
+        if stack is None:
+            continue
+        score = automaton.advance(stack, kinds[begin.at : at + _FAR_AHEAD])
+        if score > best_score:
+            best, best_score = Repair(inserted, 0, stack, begin.at, begin.at), score
+    return best
 
 
 def _other_section(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
@@ -164,9 +235,10 @@ def _other_section(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair 
         if not stack or automaton.advance(stack, following) < len(following):
             continue
         if among_declarations:
-            return Repair((section,), 0, stack, begin.at)
+            return Repair((section,), 0, stack, begin.at, begin.at)
         ended = kinds.index("SEMICOLON", trouble.at) if "SEMICOLON" in kinds[trouble.at :] else 0
-        return Repair((section,), ended + 1 - begin.at, begin.stack, ended + 1) if ended else None
+        if ended:  # the declaration is left out
+            return Repair((section,), 0, begin.stack, ended + 1, begin.at)
     return None
 
 
@@ -181,10 +253,12 @@ def _skip(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
             continue
         ahead = kinds[at : at + _AHEAD]
         if after_semicolon and automaton.advance(begin.stack, ahead):
-            return Repair((), at - trouble.at, begin.stack, at)
+            return Repair((), at - trouble.at, begin.stack, at, begin.at)
         for stack in outer:
             if automaton.advance(stack, ahead) == len(ahead):
-                return Repair((), at - trouble.at, stack, at)
+                left_out = trouble.stack[len(stack) :]
+                back_to = left_out[0].first if left_out else None
+                return Repair((), at - trouble.at, stack, at, back_to)
         tried += 1
         if tried > _MAX_SKIPS:
             break
@@ -192,7 +266,12 @@ def _skip(trouble: Trouble, kinds: list[str], begin: _Place) -> Repair | None:
 
 
 def _compare_names(
-    automaton: Automaton, stack: Stack, tokens: list[Token], at: int, errors: list[Diagnostic]
+    automaton: Automaton,
+    stack: Stack,
+    tokens: list[Token],
+    at: int,
+    errors: list[Diagnostic],
+    mended: _Mended,
 ) -> Stack:
     """`end B` has to name the innermost class; if it names an outer one, an `end` is missing."""
     opened = [
@@ -201,9 +280,9 @@ def _compare_names(
         if item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
     ]
     found = tokens[at]
-    if not opened or automaton.shift(stack, "IDENT", at) is None:
+    if automaton.shift(stack, "IDENT", at) is None:
         return stack
-    while opened and opened[-1].text != found.text:
+    while opened and opened[-1].type == "IDENT" and opened[-1].text != found.text:
         name = opened.pop()
         related = (Related(f"`{name.text}` begins here", name.span),)
         closed = automaton.shift(stack, "IDENT", at)
@@ -217,7 +296,19 @@ def _compare_names(
         message = f"missing `end {name.text};` before `end {found.text}`"
         errors.append(Diagnostic("P112", message, found.span, related=related))
         stack = again
+        for kind in ("IDENT", "SEMICOLON", "END"):
+            mended.add(Token(kind, "", found.span), at)
     return stack
+
+
+def _is_echo(error: Diagnostic, errors: list[Diagnostic]) -> bool:
+    """One missing section makes many equations wrong, one word that cannot stand its `end`."""
+    if error.code == "P113":
+        return bool(errors) and errors[-1].code == "P113"
+    stray = error.code == "P112" and error.message.startswith("no ")
+    return stray and any(
+        e.span and error.span and e.span.text == error.span.text.split()[-1] for e in errors
+    )
 
 
 def _without_echo(
