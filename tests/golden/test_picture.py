@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ PICTURE = EXAMPLES / "four_bar.svg"
 STOP = 2.0  # s, enough for the path to close
 POSES = ((240, 0.12), (160, 0.2), (80, 0.35), (0, 1.0))  # row, opacity; the last one in front
 SCALE = 300.0  # pixels a metre
+MARGIN = 0.06  # m
 
 
 def at(track: Any, row: int) -> float:
@@ -46,11 +48,25 @@ def shape(item: Item, row: int) -> str:
     return f'<rect {place} {size} fill="{paint}" {turn}/>'
 
 
+def solids(scene: Scene) -> list[Item]:
+    return [i for i in scene.items if i.kind is Kind.SHAPE and i.shape != "ground"]
+
+
+def box(scene: Scene) -> tuple[float, float, float, float]:
+    """Left, bottom, right, top of what is drawn, with a margin."""
+    xs, ys = [], []
+    for item in solids(scene):
+        for row, _ in POSES:
+            x, y, angle, length = (at(v, row) for v in (item.x, item.y, item.angle, item.length))
+            xs += [x, x + length * cos(angle)]
+            ys += [y, y + length * sin(angle)]
+    return min(xs) - MARGIN, min(ys) - MARGIN, max(xs) + MARGIN, max(ys) + MARGIN
+
+
 def poses(scene: Scene) -> Iterator[str]:
     for row, opacity in POSES:
-        shown = [shape(i, row) for i in scene.items if i.kind is Kind.SHAPE and i.shape != "ground"]
         yield f'<g opacity="{opacity}">'
-        yield from shown
+        yield from (shape(item, row) for item in solids(scene))
         yield "</g>"
 
 
@@ -58,8 +74,7 @@ def draw() -> str:
     options = RunOptions(stop=STOP, intervals=500, tolerance=1e-8)
     result = simulate(EXAMPLES / "four_bar.pmo", options=options)
     scene = make_scene(result)
-    assert scene.box is not None
-    left, bottom, right, top = scene.box
+    left, bottom, right, top = box(scene)
     width, height = right - left, top - bottom
     xs, ys = result["couplerBody.r_0CM[1]"], result["couplerBody.r_0CM[2]"]
     path = " ".join(f"{x:.3f},{y:.3f}" for x, y in zip(xs[::4], ys[::4], strict=True))
