@@ -1,0 +1,71 @@
+"""Every example runs as it stands, with both back ends, and obeys its laws."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FILES = sorted(EXAMPLES.glob("*.pmo"))
+
+both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
+
+
+@cache
+def example(name: str, backend: str) -> Any:
+    from planarc.compiler import simulate
+    from planarc.core.options import Backend, RunOptions
+
+    return simulate(EXAMPLES / f"{name}.pmo", options=RunOptions(backend=Backend(backend)))
+
+
+@both_backends
+@pytest.mark.parametrize("name", [path.stem for path in FILES])
+def test_an_example_runs_to_its_end_and_is_drawn(name: str, backend: str) -> None:
+    from planarc.view.scene import make_scene
+
+    result = example(name, backend)
+    assert result.ended is None
+    assert not result.warnings
+    assert result.time[-1] == result.program.experiment.stop
+    scene = make_scene(result)
+    assert not scene.notes
+    assert scene.items
+
+
+@both_backends
+def test_the_pendulum_keeps_its_energy(backend: str) -> None:
+    energy = example("pendulum", backend)["energy"]
+    np.testing.assert_allclose(energy, energy[0], atol=0.02)
+
+
+@both_backends
+def test_the_links_of_the_double_pendulum_keep_their_length(backend: str) -> None:
+    result = example("double_pendulum", backend)
+    for link, length in (("upper", 0.5), ("lower", 0.6)):
+        x, y = (result[f"{link}.frame_b.r[{i}]"] - result[f"{link}.frame_a.r[{i}]"] for i in (1, 2))
+        np.testing.assert_allclose(np.hypot(x, y), length, atol=1e-12)
+
+
+@both_backends
+def test_the_slider_stays_on_its_line_on_the_side_where_it_started(backend: str) -> None:
+    result = example("crank_slider", backend)
+    phi, s = result["main.phi"], result["slide.s"]
+    expected = 0.3 * np.cos(phi) + np.sqrt(0.8**2 - (0.3 * np.sin(phi)) ** 2)
+    np.testing.assert_allclose(s, expected, atol=1e-6)
+    np.testing.assert_allclose(result["slider.frame_a.r[2]"], 0, atol=1e-12)
+
+
+@both_backends
+def test_the_four_bar_is_closed_and_does_not_change_its_branch(backend: str) -> None:
+    result = example("four_bar", backend)
+    crank, coupler, rocker = (result[f"{bar}Body.phi"] for bar in ("crank", "coupler", "rocker"))
+    gap = 0.4 * np.exp(1j * crank) + 0.9 * np.exp(1j * coupler) - 1 - 0.8 * np.exp(1j * rocker)
+    assert np.max(np.abs(gap)) < 1e-6
+    b, c = 0.4 * np.exp(1j * crank), 1 + 0.8 * np.exp(1j * rocker)
+    left_of_bd = ((1 - b).conj() * (c - b)).imag
+    assert np.min(left_of_bd) > 0
