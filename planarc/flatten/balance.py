@@ -1,7 +1,7 @@
 """Local balance: which component has too many or too few equations.
 
 In:   the instances, unknowns and equations of each, connections of each
-Out:  diagnostics that name the components whose count is off
+Out:  one diagnostic that names the components whose count is off
 
 Asked only when the model as a whole does not balance. A component is balanced when
 its own unknowns equal its own equations, one for each flow variable of its own
@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Related
 from planarc.flatten.connect import Connection, match_leaves
 from planarc.flatten.connection_sets import DisjointSets
 from planarc.flatten.equations import count_equations, scalar_count
+from planarc.flatten.occurrences import names_in
 from planarc.flatten.tree import Instance, Leaf
 from planarc.ir import flat, syntax
 
@@ -92,8 +93,13 @@ def check_balance(
     algorithms: list[flat.Algorithm],
     connections: list[Connection],
     leaves: dict[str, Leaf],
-) -> list[Diagnostic]:
-    """One error for each component whose count is off, inner ones first."""
+) -> Diagnostic | None:
+    """An error that names the components whose count is off, None when all is well."""
+    unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
+    unknowns = sum(scalar_count(v.type) for v in unknown)
+    known = count_equations(tuple(equations)) + assigned_count(algorithms, leaves)
+    if unknowns == known:
+        return None
     count = Count()
     for variable in variables:
         leaf = leaves.get(variable.name)
@@ -106,13 +112,57 @@ def check_balance(
         for name in targets_of(algorithm):
             count.equations[algorithm.component] += len_of(name, leaves)
     _count_connections(connections, count)
+    related = [r for i in instances if (r := _off(i, count)) is not None]
+    if known < unknowns:
+        related += _idle(unknown, equations, algorithms, connections, leaves)
+    kind = "many" if known > unknowns else "few"
+    root = instances[0]
+    return Diagnostic(
+        "F320",
+        f"`{root.cls.name}` has too {kind} equations: {known} for {unknowns} unknowns",
+        root.cls.span,
+        related=tuple(related),
+    )
+
+
+def _off(instance: Instance, count: Count) -> Related | None:
+    """What to say of a component whose own count is off."""
+    name = instance.prefix or ""
+    difference = count.equations[name] - count.unknowns[name]
+    if not difference or instance.is_connector or instance.is_record:
+        return None
+    what = f"the component `{name}` (a `{instance.cls.name}`)" if name else "the model itself"
+    number = abs(difference)
+    noun = "equation" if number == 1 else "equations"
+    few = "too many" if difference > 0 else "too few"
+    span = instance.element.definition.span if instance.element else instance.cls.span
+    return Related(f"{what} has {number} {noun} {few}", span)
+
+
+MAX_NAMED = 5
+
+
+def _idle(
+    unknown: list[flat.Variable],
+    equations: list[flat.Equation],
+    algorithms: list[flat.Algorithm],
+    connections: list[Connection],
+    leaves: dict[str, Leaf],
+) -> list[Related]:
+    """Unknowns that no equation names, and inputs that nothing is connected to."""
+    named = names_in(equations)
+    for algorithm in algorithms:
+        named.update(targets_of(algorithm))
+    connected = {side.name for c in connections for side in (c.left, c.right)}
     found = []
-    for instance in instances:
-        name = instance.prefix or ""
-        difference = count.equations[name] - count.unknowns[name]
-        if difference and not instance.is_connector:
-            found.append(_message(instance, count.unknowns[name], count.equations[name]))
-    return found
+    for variable in unknown:
+        leaf = leaves[variable.name]
+        if variable.name not in named:
+            found.append(Related(f"no equation names `{variable.name}`", variable.span))
+        elif leaf.causality is syntax.Causality.INPUT and variable.name not in connected:
+            message = f"the input `{variable.name}` is not connected"
+            found.append(Related(message, variable.span))
+    return found[:MAX_NAMED]
 
 
 def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:
@@ -152,15 +202,3 @@ def _count_connections(connections: list[Connection], count: Count) -> None:
                 count.equations[component] += size * (1 - inside)
             else:
                 count.equations[component] += size * (len(joined) - 1)
-
-
-def _message(instance: Instance, unknowns: int, equations: int) -> Diagnostic:
-    where = f"the component `{instance.prefix}`" if instance.prefix else "the model"
-    kind = "too many" if equations > unknowns else "too few"
-    return Diagnostic(
-        "F320",
-        f"{where} of class `{instance.cls.name}` has {kind} equations: "
-        f"{equations} for {unknowns} unknowns",
-        instance.element.definition.span if instance.element else instance.cls.span,
-        Severity.ERROR,
-    )

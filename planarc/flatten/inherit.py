@@ -138,6 +138,7 @@ def _take_base(
         layout.parts.append(copy)
     for name, (index, element) in known.members.items():
         _add_member(layout, name, index + offset, element)
+    _check_names(modification, known, base)
     part.visible |= known.parts[0].visible
     part.entries += known.parts[0].entries
     if known.builtin is not None:
@@ -150,6 +151,27 @@ def _take_base(
     if layout.kind in _OPEN_KINDS and known.kind not in _OPEN_KINDS:
         layout.kind = known.kind
     layout.derivative = layout.derivative or known.derivative
+
+
+def _check_names(modification: syntax.Modification | None, known: Layout, base: Class) -> None:
+    """Refuse modifiers of elements that the base class does not have."""
+    if modification is None or known.builtin is not None:
+        return
+    for argument in modification.arguments:
+        if isinstance(argument, syntax.ElementModification):
+            name = argument.name[0]
+        elif isinstance(argument, syntax.ElementRedeclaration):
+            name = argument.element.name
+        else:
+            continue
+        on_disk = any(e.child(name) is not None for e in known.parts[0].entries)
+        if name not in known.members and not on_disk:
+            raise error(
+                "F222",
+                f"`{base.name}` has no element `{name}` to modify",
+                argument.span,
+                hint=lookup.suggestion(name, known.members),
+            )
 
 
 #: a class of these kinds that extends one of a more special kind is of that kind

@@ -332,12 +332,14 @@ def names_in_sight(scope: Scope) -> list[str]:
             names += clause.names or ([] if clause.wildcard else [clause.alias or clause.path[-1]])
         for entry in current.part.entries:
             names += entry.child_names()
-        current = current.parent
+        current = None if current.part.definition.encapsulated else current.parent
     return [*names, *predefined.NAMES]
 
 
 def member_names(instance: Instance) -> list[str]:
     names = list(instance.layout.members)
+    if instance.layout.builtin is not None:
+        names += instance.layout.builtin.literals
     for part in instance.layout.parts:
         if part.cls.entry is not None and part.cls.entry.open:
             names += part.cls.entry.child_names()

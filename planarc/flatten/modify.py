@@ -14,6 +14,8 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
@@ -27,11 +29,15 @@ def compile_modification(
     """The modifier of a declaration or an extends clause."""
     if modification is None:
         return NO_MOD
-    return _compile(modification, scope, each=False, final=False, default=default)
+    return _compile(modification, scope, each=None, final=False, default=default)
 
 
 def _compile(
-    modification: syntax.Modification, scope: Scope, each: bool, final: bool, default: bool
+    modification: syntax.Modification,
+    scope: Scope,
+    each: int | None,
+    final: bool,
+    default: bool = False,
 ) -> Mod:
     binding = None
     if modification.binding is not None:
@@ -49,21 +55,21 @@ def _compile(
 
 
 def compile_arguments(
-    arguments: tuple[syntax.Argument, ...], scope: Scope, each: bool = False
+    arguments: tuple[syntax.Argument, ...], scope: Scope, each: int | None = None
 ) -> dict[str, Mod]:
-    """The arguments by the member that they modify; `each` holds for all inside."""
+    """The arguments by the member that they modify; `each` is where it stands above."""
     subs: dict[str, Mod] = {}
     for argument in arguments:
         if isinstance(argument, syntax.ElementModification):
             name = argument.name[0]
-            mod = _compile_element(argument, scope, each or argument.each)
+            mod = _compile_element(argument, scope, _height(argument.each, each))
         elif isinstance(argument, syntax.Deselection):
             raise unsupported("selective model extension with `break`", "7.4", argument.span)
         else:
             name = argument.element.name
             mod = Mod(
                 redeclaration=Redeclaration(
-                    argument.element, scope, each or argument.each, argument.final
+                    argument.element, scope, _height(argument.each, each), argument.final
                 ),
                 final=argument.final,
                 span=argument.span,
@@ -72,11 +78,20 @@ def compile_arguments(
     return subs
 
 
-def _compile_element(argument: syntax.ElementModification, scope: Scope, each: bool) -> Mod:
+def _height(written: bool, above: int | None) -> int | None:
+    """How far above a modifier `each` stands, one level further inside."""
+    if written:
+        return 0
+    return None if above is None else above + 1
+
+
+def _compile_element(argument: syntax.ElementModification, scope: Scope, each: int | None) -> Mod:
+    for _ in argument.name[1:]:
+        each = None if each is None else each + 1
     if argument.modification is None:
         mod = Mod(final=argument.final, span=argument.span)
     else:
-        mod = _compile(argument.modification, scope, each, argument.final, default=False)
+        mod = _compile(argument.modification, scope, each, argument.final)
         mod.span = argument.span
     for name in reversed(argument.name[1:]):
         mod = Mod(subs={name: mod}, span=argument.span)
@@ -146,30 +161,20 @@ def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     )
 
 
-def subscript(mod: Mod, indices: tuple[int, ...]) -> Mod:
-    """The modifier of one element of an array of components: `each` keeps its value,
-    others are indexed."""
+def subscript(mod: Mod, indices: tuple[int, ...], level: int = 0) -> Mod:
+    """The modifier of one member of an array of components: values are indexed, but
+    for those below an `each`. `level` counts from the array."""
     if not mod:
         return mod
     binding = mod.binding
-    if binding is not None and not binding.each:
-        binding = Binding(
-            binding.expression,
-            binding.scope,
-            binding.span,
-            binding.each,
-            binding.final,
-            binding.subscripts + indices,
-            binding.default,
-        )
+    if binding is not None and _is_split(binding.each_height, level):
+        binding = replace(binding, subscripts=binding.subscripts + indices, typed=None)
     redeclaration = mod.redeclaration
-    if redeclaration is not None and not redeclaration.each:
-        redeclaration = Redeclaration(
-            redeclaration.element,
-            redeclaration.scope,
-            redeclaration.each,
-            redeclaration.final,
-            redeclaration.subscripts + indices,
-        )
-    subs = {name: subscript(sub, indices) for name, sub in mod.subs.items()}
+    if redeclaration is not None and _is_split(redeclaration.each_height, level):
+        redeclaration = replace(redeclaration, subscripts=redeclaration.subscripts + indices)
+    subs = {name: subscript(sub, indices, level + 1) for name, sub in mod.subs.items()}
     return Mod(binding, subs, redeclaration, mod.final, mod.span, mod.broken)
+
+
+def _is_split(each_height: int | None, level: int) -> bool:
+    return each_height is None or each_height >= level

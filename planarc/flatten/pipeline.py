@@ -20,15 +20,14 @@ from dataclasses import replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import NOWHERE
 from planarc.flatten import annotation
-from planarc.flatten.balance import assigned_count, check_balance, is_unknown
-from planarc.flatten.bindings import attributes_of
+from planarc.flatten.balance import check_balance
 from planarc.flatten.connection_sets import Connected, connect_all
-from planarc.flatten.equations import count_equations, scalar_count
 from planarc.flatten.gather import Gathered, gather, variable_of
 from planarc.flatten.inherit import layout_of
 from planarc.flatten.instantiate import check_modifier, instantiate_model
 from planarc.flatten.library import Library, split_name
 from planarc.flatten.lookup import member, static_instance, suggestion
+from planarc.flatten.parameters import check_parameters
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Leaf, Part, Scope, Session
 from planarc.ir import flat, syntax
@@ -81,7 +80,7 @@ def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Each message once, in the order of the source; those without a place last."""
     seen: dict[tuple[object, ...], Diagnostic] = {}
     for d in diagnostics:
-        seen.setdefault((d.code, d.message, d.span), d)
+        seen.setdefault((d.code, d.span) if d.span else (d.code, d.message), d)
     first_seen: dict[str, int] = {}
     for d in seen.values():
         if d.span is not None:
@@ -143,8 +142,17 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     equations = [*found.equations, *connected.equations]
     experiment = annotation.experiment_of(root, session)
     if not session.errors:
-        _check_parameters(pairs, session)
-        _check_counts(found, variables, equations, session)
+        check_parameters(pairs, session)
+        problem = check_balance(
+            found.instances,
+            variables,
+            equations,
+            found.algorithms,
+            found.connections,
+            session.leaves,
+        )
+        if problem is not None:
+            session.errors.append(problem)
     return _model(root, found, connected, variables, equations, experiment)
 
 
@@ -185,59 +193,3 @@ def _model(
         definition.comment,
         definition.name_span,
     )
-
-
-# Checks --------------------------------------------------------------------------------------
-
-
-def _check_parameters(pairs: list[tuple[Leaf, flat.Variable | None]], session: Session) -> None:
-    """Parameters without a value: their start value is used, with a warning (4.4.4)."""
-    for leaf, variable in pairs:
-        if variable is None or variable.binding is not None:
-            continue
-        if variable.variability is flat.Variability.CONSTANT:
-            session.errors.append(
-                Diagnostic("F286", f"the constant `{leaf.name}` has no value", leaf.span)
-            )
-        elif variable.variability is flat.Variability.PARAMETER and not _free(variable):
-            start = attributes_of(leaf).start
-            used = "its start value is used" if start is not None else "0 is used"
-            if leaf.type.base is not flat.Base.REAL and start is None:
-                used = "a default is used"
-            session.warn(
-                "F286",
-                f"the parameter `{leaf.name}` has no value: {used}",
-                leaf.span,
-                f"write a value, `{leaf.element.name} = ...`",
-            )
-
-
-def _free(variable: flat.Variable) -> bool:
-    """`fixed=false`: found by the initial equations."""
-    fixed = variable.attributes.fixed
-    return isinstance(fixed, flat.Literal) and fixed.value is False
-
-
-def _check_counts(
-    found: Gathered,
-    variables: list[flat.Variable],
-    equations: list[flat.Equation],
-    session: Session,
-) -> None:
-    leaves = session.leaves
-    unknowns = sum(scalar_count(v.type) for v in variables if is_unknown(v, leaves[v.name]))
-    known = count_equations(tuple(equations)) + assigned_count(found.algorithms, leaves)
-    if unknowns == known:
-        return
-    session.errors += check_balance(
-        found.instances, variables, equations, found.algorithms, found.connections, leaves
-    )
-    if not session.errors:
-        kind = "many" if known > unknowns else "few"
-        session.errors.append(
-            Diagnostic(
-                "F320",
-                f"the model has too {kind} equations: {known} for {unknowns} unknowns",
-                found.instances[0].cls.span,
-            )
-        )

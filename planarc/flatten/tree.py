@@ -45,12 +45,17 @@ class Binding:
     expression: syntax.Expression
     scope: Scope
     span: Span
-    each: bool = False
+    #: how many levels above this modifier `each` stands (0: on itself), None: nowhere
+    each_height: int | None = None
     final: bool = False
     subscripts: tuple[int, ...] = ()
     #: written as a declaration's own `= value` in the class that declares the variable
     default: bool = False
     typed: flat.Expression | None = None
+
+    @property
+    def each(self) -> bool:
+        return self.each_height == 0
 
     @property
     def depth(self) -> int:
@@ -65,9 +70,8 @@ class Redeclaration:
 
     element: syntax.Component | syntax.ClassDef
     scope: Scope
-    each: bool = False
+    each_height: int | None = None
     final: bool = False
-    #: modifications of the constraining class, which a redeclaration keeps
     subscripts: tuple[int, ...] = ()
 
 

@@ -1,0 +1,264 @@
+"""The checker of the flat model: what every FlatModel promises to `lower`.
+
+In:   FlatModel
+Out:  nothing, or BrokenPromise, which is a bug of `flatten` and never the user's fault
+
+Checked: names are declared once, every reference is declared and its subscripts fit,
+the sides of equations have one type, calls have all arguments of their function,
+bindings fit their variables, conditions are Boolean.
+"""
+
+from __future__ import annotations
+
+from planarc.ir import flat
+
+
+class BrokenPromise(AssertionError):
+    """The flat model breaks one of its invariants."""
+
+
+class _Checker:
+    def __init__(self, model: flat.FlatModel) -> None:
+        self.types = {v.name: v.type for v in model.variables}
+        self.functions = {f.name: f for f in model.functions}
+        self.where = ""
+        if len(self.types) != len(model.variables):
+            raise BrokenPromise("a variable is declared twice")
+        if len(self.functions) != len(model.functions):
+            raise BrokenPromise("a function is declared twice")
+
+    def fail(self, what: str) -> None:
+        raise BrokenPromise(f"{what} in {self.where}" if self.where else what)
+
+    # Expressions ------------------------------------------------------------------------
+
+    def expression(self, root: flat.Expression) -> None:
+        stack: list[flat.Expression] = [root]
+        while stack:
+            node = stack.pop()
+            self.node(node)
+            stack.extend(children(node))
+
+    def node(self, node: flat.Expression) -> None:
+        match node:
+            case flat.Reference():
+                self.reference(node)
+            case flat.Call():
+                self.call(node)
+            case flat.Record():
+                if len(node.items) != len(node.type.fields):
+                    self.fail(f"the record {node.type.name} lacks fields")
+            case flat.Array():
+                if node.type.dims[:1] != (len(node.items),):
+                    self.fail("an array has another length than its type")
+            case flat.If():
+                for condition, _ in node.branches:
+                    self.boolean(condition)
+            case flat.Literal():
+                self.literal(node)
+
+    def literal(self, node: flat.Literal) -> None:
+        wanted: dict[flat.Base, tuple[type, ...]] = {
+            flat.Base.REAL: (float, int),
+            flat.Base.INTEGER: (int,),
+            flat.Base.BOOLEAN: (bool,),
+            flat.Base.STRING: (str,),
+            flat.Base.ENUMERATION: (int,),
+        }
+        if not isinstance(node.value, wanted[node.type.base]):
+            self.fail(f"the literal {node.value!r} is no {node.type.base.value}")
+
+    def reference(self, node: flat.Reference) -> None:
+        type_ = self.types.get(node.name)
+        if type_ is None:
+            self.fail(f"`{node.name}` is not declared")
+            return
+        if len(node.subscripts) > len(type_.dims):
+            self.fail(f"`{node.name}` has too many subscripts")
+        for subscript, size in zip(node.subscripts, type_.dims, strict=False):
+            if isinstance(subscript, flat.Literal) and size is not None:
+                inside = 1 <= int(subscript.value) <= size
+                if not inside:
+                    self.fail(f"a subscript of `{node.name}` is out of range")
+
+    def call(self, node: flat.Call) -> None:
+        local = self.types.get(node.function)
+        if local is not None and local.base is flat.Base.FUNCTION:
+            return
+        function = self.functions.get(node.function)
+        if function is None:
+            self.fail(f"the function `{node.function}` is not declared")
+        elif len(function.inputs) != len(node.arguments):
+            self.fail(f"the call of `{node.function}` is not complete")
+
+    def boolean(self, condition: flat.Expression) -> None:
+        if condition.type.base is not flat.Base.BOOLEAN:
+            self.fail("a condition is not Boolean")
+
+    # Equations and statements ----------------------------------------------------------------
+
+    def equations(self, equations: tuple[flat.Equation, ...]) -> None:
+        for equation in equations:
+            self.where = f"an equation of `{equation.component}`"
+            self.equation(equation)
+
+    def equation(self, equation: flat.Equation) -> None:
+        match equation:
+            case flat.Equality(left=left, right=right):
+                self.expression(right)
+                if isinstance(left, flat.Targets):
+                    for item in left.items:
+                        if item is not None:
+                            self.expression(item)
+                    return
+                self.expression(left)
+                if not same_shape(left.type, right.type):
+                    self.fail(f"an equation of {left.type} and {right.type}")
+            case flat.IfEquation(branches=branches, otherwise=otherwise):
+                for condition, body in branches:
+                    self.boolean(condition)
+                    self.expression(condition)
+                    self.equations(body)
+                self.equations(otherwise)
+            case flat.WhenEquation(branches=branches):
+                for condition, body in branches:
+                    self.boolean(condition)
+                    self.expression(condition)
+                    self.equations(body)
+            case flat.Assert(condition=condition, message=message):
+                self.boolean(condition)
+                self.expression(condition)
+                self.expression(message)
+            case flat.Terminate(message=message):
+                self.expression(message)
+            case flat.Reinit(variable=variable, value=value):
+                self.expression(variable)
+                self.expression(value)
+
+    def statements(self, statements: tuple[flat.Statement, ...]) -> None:
+        for statement in statements:
+            self.statement(statement)
+
+    def statement(self, statement: flat.Statement) -> None:
+        match statement:
+            case flat.Assignment(target=target, value=value):
+                self.target(target)
+                self.expression(value)
+            case flat.TupleAssignment(targets=targets, value=call):
+                for each in targets:
+                    if each is not None:
+                        self.target(each)
+                self.expression(call)
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                for condition, body in branches:
+                    self.boolean(condition)
+                    self.expression(condition)
+                    self.statements(body)
+                self.statements(otherwise)
+            case flat.WhenStatement(branches=branches):
+                for condition, body in branches:
+                    self.expression(condition)
+                    self.statements(body)
+            case flat.ForStatement(iterator=iterator, range=range_, body=body):
+                self.expression(range_)
+                hidden = self.types.get(iterator)
+                self.types[iterator] = range_.type.element()
+                self.statements(body)
+                self.types.pop(iterator)
+                if hidden is not None:
+                    self.types[iterator] = hidden
+            case flat.WhileStatement(condition=condition, body=body):
+                self.boolean(condition)
+                self.expression(condition)
+                self.statements(body)
+            case flat.Assert() | flat.Terminate() | flat.Reinit():
+                self.equation(statement)
+
+    def target(self, target: flat.Reference) -> None:
+        """A variable; inside a function also a field, `r.x`."""
+        if target.name not in self.types and target.name.split(".")[0] not in self.types:
+            self.fail(f"the target `{target.name}` is not declared")
+        for subscript in target.subscripts:
+            self.expression(subscript)
+
+    # Declarations -------------------------------------------------------------------------------
+
+    def variable(self, variable: flat.Variable) -> None:
+        self.where = f"the declaration of `{variable.name}`"
+        a = variable.attributes
+        for value in (a.start, a.fixed, a.min, a.max, a.nominal):
+            if value is not None:
+                self.expression(value)
+                if value.type.dims not in ((), variable.type.dims):
+                    self.fail("an attribute has other dimensions than its variable")
+        if variable.binding is not None:
+            self.expression(variable.binding)
+            if not same_shape(variable.type, variable.binding.type):
+                self.fail("the binding has another type")
+
+    def function(self, function: flat.Function) -> None:
+        own = (*function.inputs, *function.outputs, *function.locals)
+        outer = self.types
+        self.types = {v.name: v.type for v in own}
+        for variable in own:
+            self.variable(variable)
+        self.where = f"the function `{function.name}`"
+        self.statements(function.body)
+        self.types = outer
+
+
+def children(node: flat.Expression) -> tuple[flat.Expression, ...]:
+    """The direct parts; those of a comprehension are left out, they see its iterators."""
+    match node:
+        case flat.Reference(subscripts=subscripts):
+            return subscripts
+        case flat.Unary(operand=operand):
+            return (operand,)
+        case flat.Binary(left=left, right=right):
+            return (left, right)
+        case flat.If(branches=branches, otherwise=otherwise):
+            return (*(e for b in branches for e in b), otherwise)
+        case flat.Array(items=items) | flat.Record(items=items):
+            return items
+        case flat.Range(start=start, step=step, stop=stop):
+            return (start, stop) if step is None else (start, step, stop)
+        case flat.Index(base=base, subscripts=subscripts):
+            return (base, *subscripts)
+        case flat.Field(base=base):
+            return (base,)
+        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
+            return arguments
+        case flat.PartialCall(bound=bound):
+            return tuple(e for _, e in bound)
+    return ()
+
+
+def same_shape(left: flat.Type, right: flat.Type) -> bool:
+    """Equal but for Integer and Real, and for sizes known only when run."""
+    numeric = (flat.Base.REAL, flat.Base.INTEGER)
+    bases = left.base is right.base or (left.base in numeric and right.base in numeric)
+    return (
+        bases
+        and len(left.dims) == len(right.dims)
+        and all(
+            a is None or b is None or a == b for a, b in zip(left.dims, right.dims, strict=True)
+        )
+    )
+
+
+def check_model(model: flat.FlatModel) -> None:
+    """Raise BrokenPromise when the model breaks an invariant."""
+    checker = _Checker(model)
+    for variable in model.variables:
+        checker.variable(variable)
+    checker.equations(model.equations)
+    checker.equations(model.initial_equations)
+    for algorithm in (*model.algorithms, *model.initial_algorithms):
+        checker.where = f"an algorithm of `{algorithm.component}`"
+        checker.statements(algorithm.statements)
+    for function in model.functions:
+        checker.function(function)
+    checker.where = "a visual"
+    for visual in model.visuals:
+        for _, value in visual.attributes:
+            checker.expression(value)
