@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
-from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from hashlib import blake2b
@@ -73,10 +71,10 @@ def store(kind: str, key: str, data: bytes) -> None:
     target = root / kind / key
     try:
         target.parent.mkdir(mode=0o700, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".new-", dir=target.parent)
-        written = Path(name)
+        written = target.with_name(f".new-{os.urandom(8).hex()}")
+        written.touch(mode=0o600, exist_ok=False)
         try:
-            with os.fdopen(handle, "wb") as file:
+            with written.open("wb") as file:
                 file.write(_checksum(data))
                 file.write(data)
             written.replace(target)
@@ -126,14 +124,20 @@ def _private_folder(named: str | None) -> Path | None:
 
 
 @cache
-def _versions() -> Iterable[str]:
+def _versions() -> tuple[str, ...]:
     """What every entry depends on: planarc, by the state of its files, and Python."""
     package = Path(__file__).resolve().parent.parent
     stamp = blake2b(digest_size=16)
-    for path in sorted(package.rglob("*.py")):
-        state = path.stat()
-        place = path.relative_to(package).as_posix()
-        stamp.update(f"{place} {state.st_size} {state.st_mtime_ns}\n".encode())
+    folders = [os.fspath(package)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in sorted(entries, key=lambda entry: entry.name):
+                if entry.is_dir():
+                    folders.append(entry.path)
+                elif entry.name.endswith(".py"):
+                    state = entry.stat()
+                    line = f"{entry.name} {state.st_size} {state.st_mtime_ns}\n"
+                    stamp.update(line.encode("utf-8", "surrogateescape"))
     return (stamp.hexdigest(), sys.version, sys.platform)
 
 
