@@ -24,6 +24,7 @@ from planarc.ir.expr import Expr, Exprs, symbol_text, text
 from planarc.ir.flat import StateSelect
 from planarc.structure.alias import Elimination
 from planarc.structure.numbers import ParameterNumbers
+from planarc.structure.places import owner_span
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +63,10 @@ def merge_attributes(
         if target.is_symbol and target.name in kept:
             sets.setdefault(target, []).append(_Member(variable, sign, place))
         elif variable.fixed:
-            wrong.extend(_check_constant(variable, target, sign, table, numbers))
+            wrong.extend(_check_constant(dae, variable, target, sign, numbers))
     merged = {}
     for symbol, members in sets.items():
-        wrong.extend(_check_fixed(members, table, numbers))
+        wrong.extend(_check_fixed(dae, members, numbers))
         merged[symbol] = _merge(symbol, members, table)
     if wrong:
         raise PlanarcError(wrong)
@@ -107,36 +108,40 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
 
 
 def _check_fixed(
-    members: list[_Member], table: Exprs, numbers: ParameterNumbers
+    dae: Dae, members: list[_Member], numbers: ParameterNumbers
 ) -> Iterable[Diagnostic]:
+    table = dae.table
     fixed = [m for m in members if m.variable.fixed]
     for other in fixed[1:]:
         first = fixed[0]
         a, b = first.start(table) or table.zero, other.start(table) or table.zero
         if numbers.differ(a, b):
             sign = "-" if first.sign != other.sign else ""
+            place = Related(
+                f"`{first.variable.name}` is held here", owner_span(dae, first.variable.name)
+            )
             yield Diagnostic(
                 "S304",
                 f"`{first.variable.name}` and `{other.variable.name}` are held at starts that "
                 f"disagree: `{first.variable.name} = {sign}{other.variable.name}`, but "
                 f"{_held(first.variable)} and {_held(other.variable)}",
-                other.variable.span,
+                owner_span(dae, other.variable.name),
                 hint="remove `fixed=true` from one of them",
-                related=(Related(f"`{first.variable.name}` is held here", first.variable.span),),
+                related=(place,),
             )
 
 
 def _check_constant(
-    variable: Variable, target: Expr, sign: int, table: Exprs, numbers: ParameterNumbers
+    dae: Dae, variable: Variable, target: Expr, sign: int, numbers: ParameterNumbers
 ) -> Iterable[Diagnostic]:
-    start = variable.start or table.zero
-    value = target if sign > 0 else table.neg(target)
+    start = variable.start or dae.table.zero
+    value = target if sign > 0 else dae.table.neg(target)
     if numbers.differ(start, value):
         yield Diagnostic(
             "S305",
             f"`{variable.name}` is held at {_held(variable)}, but the equations make it "
             f"{text(value)}",
-            variable.span,
+            owner_span(dae, variable.name),
             hint="remove `fixed=true`, or give it the value that the equations say",
         )
 

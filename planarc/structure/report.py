@@ -20,6 +20,7 @@ from planarc.ir.expr import text
 from planarc.structure.alias import Elimination
 from planarc.structure.graph import Rows
 from planarc.structure.matching import find_singular_parts, match_equations
+from planarc.structure.places import owner_span
 
 _SHOWN = 8  # names and equations listed in one message
 
@@ -51,11 +52,18 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
                     f"{_text(equation)} determines nothing: with the other equations it comes "
                     f"to {shown}{_inside(equation)}",
                     _span(equation),
-                    hint="remove it, or free a variable that the other equations hold",
+                    hint=_contradiction_hint(equation),
+                    related=_declared(dae, equation.component),
                 )
             )
     if wrong:
         raise PlanarcError(wrong)
+
+
+def _contradiction_hint(equation: Equation) -> str:
+    if equation.generated:
+        return "put a joint between the parts that it connects: they are held already"
+    return "remove it, or free a variable that the other equations hold"
 
 
 def _over(
@@ -77,7 +85,6 @@ def _under(
     dae: Dae, elimination: Elimination, equations: Sequence[int], variables: Sequence[int]
 ) -> Diagnostic:
     names = [elimination.kept[v] for v in variables]
-    spans = {v.name: v.span for v in dae.variables}
     chosen = [dae.equations[elimination.live[e].index] for e in equations]
     missing = len(variables) - len(equations)
     redundant = [dae.equations[i] for i in elimination.vanished]
@@ -93,27 +100,34 @@ def _under(
         Related(f"{_text(e)} says nothing new: it follows from other equations", _span(e))
         for e in redundant[:_SHOWN]
     )
-    return Diagnostic(
-        "S303", head, spans[names[0]], hint=_hint(dae, names, redundant), related=related
-    )
+    forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
+    place = _span(redundant[-1]) if redundant and forces else owner_span(dae, names[0])
+    return Diagnostic("S303", head, place, hint=_hint(dae, names, redundant), related=related)
 
 
 def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
     """What in a planar mechanism leaves such an unknown open."""
-    classes = {p.name: p.class_name.rsplit(".", 1)[-1] for p in dae.parts}
+    classes = {p.name: p.class_name for p in dae.parts}
     owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
-    masses = [o for o in owners if classes.get(o) == "PointMass"]
+    masses = [o for o in owners if classes.get(o, "").endswith(".PointMass")]
     if masses:
         return f"set `fixAngle=true` in `{masses[0]}`, or connect it to a part that turns with it"
     if redundant and any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names):
-        parts = sorted({e.component for e in redundant if e.component})
-        if parts:
-            listed = ", ".join(f"`{p}`" for p in parts)
-            return f"the constraints of {listed} repeat others: replace one by a freer joint"
+        holders = dict.fromkeys(n.rsplit(".", 2)[0] for n in names)
+        joints = [f"`{h}`" for h in holders if ".Joints." in classes.get(h, "")]
+        if len(joints) > 1:
+            listed = f"{', '.join(joints[:-1])} and {joints[-1]}"
+            return f"{listed} hold the same motion twice: replace one of them by a freer joint"
         return "a constraint repeats others: replace one of the joints in the loop by a freer one"
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"
+
+
+def _declared(dae: Dae, component: str) -> tuple[Related, ...]:
+    """The place in the user's model that an equation of a library belongs to."""
+    span = owner_span(dae, f"{component}.x") if component else None
+    return (Related(f"`{component}` is declared here", span),) if span else ()
 
 
 def _listed(equations: Sequence[Equation]) -> tuple[Related, ...]:
