@@ -88,7 +88,7 @@ def run(arguments: Sequence[str]) -> int:
         return _fail((_bug(error),), Exit.BUG, as_json)
 
 
-_INTERRUPTED = Diagnostic("C130", "interrupted; there was nothing to save yet")
+_INTERRUPTED = Diagnostic("C130", "interrupted")
 
 
 def _fail(diagnostics: tuple[Diagnostic, ...], code: Exit, as_json: bool) -> int:

@@ -85,12 +85,6 @@ def check_writable(path: Path, option: str) -> None:
         raise _refusal("C123", f"cannot write `{path}`: permission denied", f"change `{option}`")
 
 
-def cannot_write(path: Path, error: OSError) -> UsageError:
-    """The system refused to write after all (a full disk, for example)."""
-    reason = (error.strerror or str(error)).lower()
-    return _refusal("C123", f"cannot write `{path}`: {reason}", "choose another file or folder")
-
-
 def _refusal(code: str, message: str, hint: str) -> UsageError:
     return UsageError(Diagnostic(code, message, hint=hint))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
-from planarc.cli.files import Destinations, cannot_write, destinations
+from planarc.cli.files import Destinations, destinations
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, sort_settings
@@ -104,7 +104,9 @@ class Run:
 
     def _write(self, result: Result, places: Destinations) -> None:
         if places.output is not None:
-            write_result(places.output, result)
+            from planarc.view.table import write_table
+
+            write_table(places.output, result)
             self.outcome = replace(self.outcome, output=str(places.output))
         if places.report is not None:
             write_page(places.report, result)
@@ -128,16 +130,6 @@ class Run:
         if rows:
             console.say_rows(rows)
         console.complain(self.outcome.diagnostics)
-
-
-def write_result(path: Path, result: Result) -> None:
-    """The result as a table, by the ending of its name."""
-    from planarc.view.table import write_table
-
-    try:
-        write_table(path, result)
-    except OSError as error:
-        raise cannot_write(path, error) from None
 
 
 def write_page(path: Path, result: Result) -> None:

@@ -69,5 +69,5 @@ def _below(classes: Library, names: Sequence[str]) -> tuple[Entry, ...]:
 def _line(entry: Entry) -> str:
     definition = entry.definition
     kind = f"partial {definition.kind.value}" if definition.partial else definition.kind.value
-    comment = f'  "{definition.comment}"' if definition.comment else ""
+    comment = f' "{definition.comment}"' if definition.comment else ""
     return console.plain(f"{kind} {entry.full_name}{comment}")
