@@ -60,8 +60,10 @@ class Run:
             self.outcome = replace(self.outcome, diagnostics=known)
             self._tell(())
             return exit_code(error)
-        rows = summary(result, self._seconds(), remembered, self._written())
-        self._tell(rows)
+        if len(result.time):
+            self._tell(summary(result, self._seconds(), remembered, self._written()))
+        else:
+            self._tell(())
         return _exit_of(result)
 
     def _simulate(self) -> tuple[Result, bool]:

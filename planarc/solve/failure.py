@@ -31,7 +31,7 @@ def stopped(
     if block < 0:
         block = kernel.failed_block
     ydot = [math.nan] * len(y)
-    flag = kernel.rhs(t, y, ydot)
+    flag = kernel.rhs(t, y, ydot) or kernel.outputs(t, y)
     bad = trouble.first_not_finite(program, kernel) if flag != 0 or not _finite(ydot) else None
     if bad is not None:
         return _not_finite(bad, t)
