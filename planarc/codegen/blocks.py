@@ -3,15 +3,15 @@
 In:   a `Block`, and the `Lister` of the section that it stands in
 Out:  the statements before the block, and its `BlockCode`
 
-Example, tears (x), r = x*x - a*b:
+Example, tears (x), r = x*x - a*b:          tears (x), y = a*x, r = y - b, linear:
 
-    before      $t1 := a*b
-    body        $t2 := x^2 - $t1
-    jacobian    (0, 0, 2*x)
+    before      $t1 := a*b                  before      residual at x = 0: $t1 := -b
+    body        $t2 := x^2 - $t1            body        y := a*x, once x is known
+    jacobian    (0, 0, 2*x)                 jacobian    (0, 0, a)
 
 Needs:     the section's Lister has seen the block's formulas (`formulas`).
-Promises:  parts that do not depend on the block's unknowns are computed before it;
-           a linear block's whole Jacobian is.
+Promises:  parts that do not depend on the block's unknowns are computed before it; a
+           linear block is solved from its residuals at zero and its matrix alone.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from planarc.codegen import jacobian as forward
+from planarc.codegen.affine import Steps, at_zero
+from planarc.codegen.factoring import Factoring
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
@@ -34,12 +36,15 @@ class Derived:
     first: int  # candidate index of the first tear, -1 in the top level
     unrolled: forward.Unrolled | None
     tangent: forward.Tangent | None
+    zero: Steps  # inner unknowns of a linear block at zero
+    residuals: tuple[Expr, ...]  # of a linear block at zero
 
     @property
     def formulas(self) -> list[Expr]:
         """Everything that the section will have to write, in order."""
         found = [a.value for a in self.block.inner]
-        found.extend(r.value for r in self.block.residuals)
+        found.extend(value for _, value in self.zero)
+        found.extend(self.residuals)
         found.extend(value for _, value in self.steps)
         found.extend(value for _, _, value in self.entries)
         return found
@@ -56,16 +61,30 @@ class Derived:
         return self.unrolled.entries if self.unrolled is not None else ()
 
 
-def derive_block(table: Exprs, block: Block, height: int, first: int) -> Derived:
+def derive_block(
+    table: Exprs, block: Block, height: int, first: int, factoring: Factoring
+) -> Derived:
     """Choose the form of the Jacobian by its size, and write it."""
-    if not block.residuals:
-        return Derived(block, height, first, None, None)
+    if not (block.linear and block.residuals):  # else the matrix may not use them
+        _learn(factoring, block)
     inner = tuple((a.target, a.value) for a in block.inner)
     residuals = tuple(r.value for r in block.residuals)
     slopes = forward.local_slopes(table, block.tears, inner, residuals)
+    unrolled = tangent = None
     if forward.count_entries(block.tears, slopes) > forward.LARGEST_UNROLLED:
-        return Derived(block, height, first, None, forward.tangent(table, block.tears, slopes))
-    return Derived(block, height, first, forward.unroll(table, block.tears, slopes), None)
+        tangent = forward.tangent(table, block.tears, slopes)
+    else:
+        unrolled = forward.unroll(table, block.tears, slopes, factoring)
+    zero: Steps = ()
+    if block.linear and block.residuals:
+        zero, residuals = at_zero(table, block)
+        _learn(factoring, block)
+    return Derived(block, height, first, unrolled, tangent, zero, residuals)
+
+
+def _learn(factoring: Factoring, block: Block) -> None:
+    for a in block.inner:
+        factoring.learn(a.target, a.value)
 
 
 class BlockWriter:
@@ -78,59 +97,94 @@ class BlockWriter:
 
     def write(self, out: list[Statement], lister: Lister, derived: Derived) -> None:
         """Append the block, and what is computed before it, to a section."""
+        before: list[Let] = []
+        if derived.block.linear and derived.block.residuals:
+            code = self._linear(before, lister, derived)
+        else:
+            code = self._nonlinear(before, lister, derived)
+        out.extend(before)
+        out.append(Solve(len(self.blocks)))
+        self.blocks.append(code)
+
+    def _linear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
+        for symbol, value in derived.zero:
+            lister.name(before, symbol, value)
+        residuals = self._residuals(before, lister, derived)
+        for symbol, value in derived.steps:
+            lister.name(before, symbol, value)
+        jacobian = tuple((i, j, lister.value(before, v)) for i, j, v in derived.entries)
+        tangent = _tangent(lister, derived)
+        body: list[Let] = []
+        for a in derived.block.inner:
+            lister.let(body, a.target, a.value, a.equation)
+        return _code(derived, body, len(body), residuals, [], jacobian, tangent)
+
+    def _nonlinear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         block = derived.block
         steps: list[tuple[Expr, Expr]] = []
         if block.residuals:
-            before: list[Let] = []
             varying = set(block.tears) | {a.target for a in block.inner}
             for symbol, value in derived.steps:
                 if varying.isdisjoint(symbols(value)):
-                    if not lister.knows(value, symbol):  # from an earlier block
-                        lister.let(before, symbol, value)
+                    lister.name(before, symbol, value)
                 else:
                     varying.add(symbol)
                     steps.append((symbol, value))
             lister.hold(before, invariants(derived.formulas, varying))
-            out.extend(before)
         body: list[Let] = []
         for a in block.inner:
             lister.let(body, a.target, a.value, a.equation)
         inner = len(body)
         mark = lister.mark()
-        residuals = self._residuals(body, lister, block)
-        jacobian_body: list[Let] = []
+        residuals = self._residuals(body, lister, derived)
+        matrix: list[Let] = []
         for symbol, value in steps:
-            lister.let(jacobian_body, symbol, value)
-        jacobian = tuple((i, j, lister.value(jacobian_body, v)) for i, j, v in derived.entries)
-        tangent = _tangent(derived)
+            lister.name(matrix, symbol, value)
+        jacobian = tuple((i, j, lister.value(matrix, v)) for i, j, v in derived.entries)
+        tangent = _tangent(lister, derived)
         lister.forget(mark)
-        out.append(Solve(len(self.blocks)))
-        self.blocks.append(
-            BlockCode(
-                height=derived.height,
-                tears=block.tears,
-                body=tuple(body),
-                residuals=residuals,
-                jacobian_body=tuple(jacobian_body),
-                jacobian=jacobian,
-                linear=block.linear,
-                equations=tuple(r.equation for r in block.residuals),
-                first=derived.first,
-                inner=inner,
-                tangent=tangent,
-            )
-        )
+        return _code(derived, body, inner, residuals, matrix, jacobian, tangent)
 
-    def _residuals(self, body: list[Let], lister: Lister, block: Block) -> tuple[Expr, ...]:
+    def _residuals(self, out: list[Let], lister: Lister, derived: Derived) -> tuple[Expr, ...]:
         names = []
-        for r in block.residuals:
+        for r, value in zip(derived.block.residuals, derived.residuals, strict=True):
             names.append(self._temporaries.new())
-            body.append(Let(names[-1], lister.value(body, r.value), r.equation))
+            out.append(Let(names[-1], lister.value(out, value), r.equation))
         return tuple(names)
 
 
-def _tangent(derived: Derived) -> Tangent | None:
+def _tangent(lister: Lister, derived: Derived) -> Tangent | None:
     if derived.tangent is None:
         return None
-    steps = tuple(Let(symbol, value) for symbol, value in derived.tangent.steps)
-    return Tangent(derived.tangent.seeds, steps, derived.tangent.entries)
+    mark = lister.mark()
+    body: list[Let] = []
+    for symbol, value in derived.tangent.steps:
+        lister.let(body, symbol, value)
+    entries = tuple(lister.value(body, e) for e in derived.tangent.entries)
+    lister.forget(mark)
+    return Tangent(derived.tangent.seeds, tuple(body), entries)
+
+
+def _code(
+    derived: Derived,
+    body: list[Let],
+    inner: int,
+    residuals: tuple[Expr, ...],
+    matrix: list[Let],
+    jacobian: tuple[tuple[int, int, Expr], ...],
+    tangent: Tangent | None,
+) -> BlockCode:
+    block = derived.block
+    return BlockCode(
+        height=derived.height,
+        tears=block.tears,
+        body=tuple(body),
+        residuals=residuals,
+        jacobian_body=tuple(matrix),
+        jacobian=jacobian,
+        linear=block.linear,
+        equations=tuple(r.equation for r in block.residuals),
+        first=derived.first,
+        inner=inner,
+        tangent=tangent,
+    )

@@ -19,10 +19,11 @@ Reference: forward accumulation; A. Griewank and A. Walther, Evaluating Derivati
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from planarc.ir.calculus import Differentiator, partial
-from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, Op, symbols
 
 #: Above so many entries (tangents of inner assignments and residuals) a block is not unrolled.
 LARGEST_UNROLLED = 400
@@ -91,14 +92,19 @@ def count_entries(tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> int:
     return total
 
 
-def unroll(table: Exprs, tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> Unrolled:
+def unroll(
+    table: Exprs,
+    tears: tuple[Expr, ...],
+    formulas: tuple[Local, ...],
+    shorten: Callable[[Expr], Expr],
+) -> Unrolled:
     """Every entry by itself."""
     tangents: dict[Expr, dict[int, Expr]] = {s: {i: table.one} for i, s in enumerate(tears)}
     steps: list[tuple[Expr, Expr]] = []
     entries: list[tuple[int, int, Expr]] = []
     row = 0
     for f in formulas:
-        columns = _columns(table, f, tangents)
+        columns = {j: shorten(e) for j, e in _columns(table, f, tangents).items()}
         if f.target is None:
             entries.extend((row, j, value) for j, value in sorted(columns.items()))
             row += 1
@@ -151,8 +157,3 @@ def tangent(table: Exprs, tears: tuple[Expr, ...], formulas: tuple[Local, ...]) 
             tangents[f.target] = _held(table, steps, f.target, "", value)
     named = tuple((symbol, slope) for slope, symbol in slopes.items())
     return Tangent(named, seeds, tuple(steps), tuple(entries))
-
-
-def is_affine(slopes: tuple[Local, ...], varying: set[Expr]) -> bool:
-    """Whether no slope depends on a varying symbol."""
-    return not any(e in varying for f in slopes for _, k in f.slopes for e in postorder((k,)))

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 from planarc.codegen.aliases import Aliases
 from planarc.codegen.blocks import BlockWriter, Derived, derive_block
+from planarc.codegen.factoring import Factoring, shorten_levels
 from planarc.codegen.layout import Layout
 from planarc.codegen.reach import Reach, defined, is_constant, needed_steps, split_steps, values
 from planarc.codegen.statements import Lister, Temporaries, is_trivial
@@ -61,6 +62,7 @@ class _Writer:
         self._blocks = BlockWriter(self._table, self._temporaries)
         self._layout = Layout()
         self._parts: dict[Expr, Expr] = {}  # formulas of parameters alone -> their symbols
+        self._short = shorten_levels(self._table, sorted.levels)
         self._first = {c.symbol: i for i, c in enumerate(sorted.candidates)}
 
     def write(self) -> Sections:
@@ -116,29 +118,31 @@ class _Writer:
         """The split of the steps; blocks that zero functions need go with the levels."""
         wanted = [self._table.der(c.symbol) for c in self._sorted.candidates]
         names = [p.name for p in self._dae.parameters]
-        reach = split_steps(self._sorted.levels, names, wanted)
+        reach = split_steps(self._short, names, wanted)
         needed = needed_steps(reach.rest, symbols(*zeros))
         blocks = [s for s in needed if isinstance(s, Block)]
         if not blocks:
             return reach
         wanted += [symbol for block in blocks for symbol in block.tears]
-        return split_steps(self._sorted.levels, names, wanted)
+        return split_steps(self._short, names, wanted)
 
     def _derive(
         self, reach: Reach
     ) -> tuple[list[list[Derived | Assignment]], list[Derived | Assignment]]:
-        kept_heights = [level.height for level in self._sorted.levels]
+        factoring = Factoring(self._table)
+        heights = [level.height for level in self._sorted.levels]
         levels = [
-            [self._derived(s, height) for s in steps]
-            for steps, height in zip(reach.levels, kept_heights, strict=True)
+            [self._derived(s, height, factoring) for s in steps]
+            for steps, height in zip(reach.levels, heights, strict=True)
         ]
-        return levels, [self._derived(s, 0) for s in reach.rest]
+        return levels, [self._derived(s, 0, factoring) for s in reach.rest]
 
-    def _derived(self, step: Step, height: int) -> Derived | Assignment:
+    def _derived(self, step: Step, height: int, factoring: Factoring) -> Derived | Assignment:
         if isinstance(step, Assignment):
+            factoring.learn(step.target, step.value)
             return step
         first = self._first[step.tears[0]] if height and step.tears else -1
-        return derive_block(self._table, step, height, first)
+        return derive_block(self._table, step, height, first, factoring)
 
     def _home_aliases(
         self, names: set[str]

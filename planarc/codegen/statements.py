@@ -101,9 +101,12 @@ class Lister:
             written = self.value(out, value)
         out.append(Let(target, written, equation))
 
-    def knows(self, value: Expr, symbol: Expr) -> bool:
-        """Whether the symbol holds the value already."""
-        return self._known.get(value) is symbol
+    def name(self, out: list[Let], symbol: Expr, value: Expr) -> None:
+        """As `let`, but a value that is known or trivial only gets the symbol as a name."""
+        if is_trivial(self._known.get(value, value)):
+            self._remember(symbol, self.value(out, value))
+        else:
+            self.let(out, symbol, value)
 
     def hold(self, out: list[Let], values: Sequence[Expr]) -> None:
         """Compute values into temporaries, even those that are used once."""

@@ -8,7 +8,8 @@ block in the top level all tears. They start
     in the top      at their last accepted values
 
 so that the result depends on time, states and the accepted point alone. A linear
-block takes one Newton step. Others take steps until the last one, relative to
+block needs no start: its residuals at zero and its matrix give its unknowns at once.
+Others take steps until the last one, relative to
 max(1, |x|), is below `QUADRATIC` (the next would be its square).
 A step that does not lessen the residuals is halved, `HALVINGS` times at most.
 The solve fails (and a smaller step of the integrator may help) when the matrix is

@@ -62,7 +62,8 @@ class BlockCode:
     with the indices `first .. first + len(tears)` and `free` of them are states.
 
     The first `inner` statements of `body` give every unknown of the block; the others
-    only the residuals. A large block has no `jacobian` but a `tangent`: run
+    only the residuals. A `linear` block has no others: its residuals where all tears
+    are zero, and its constant Jacobian, are known before it. A large block has no `jacobian` but a `tangent`: run
     `jacobian_body` once, then the tangent for each column j with seed j = 1, all
     other seeds 0.
     """

@@ -82,13 +82,17 @@ def _list(
 
 def _block(program: Program, name: str, s: Solve, known: set[Expr]) -> Iterator[str]:
     code = program.blocks[s.block]
+    inside = set(known)
+    if code.linear:  # residuals at zero and matrix are known before
+        yield from _matrix(program, name, code, inside)
     known.update(code.tears)
     for let in code.body[: code.inner]:
         yield from _let(program, name, let, known)
-    inside = set(known)
+    inside |= known
     for let in (*code.body[code.inner :], *code.jacobian_body):
         yield from _let(program, name, let, inside)
-    yield from _matrix(program, name, code, inside)
+    if not code.linear:
+        yield from _matrix(program, name, code, inside)
 
 
 def _matrix(program: Program, name: str, code: BlockCode, inside: set[Expr]) -> Iterator[str]:

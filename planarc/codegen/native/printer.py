@@ -8,8 +8,8 @@ Out:  one module with the functions
 
 and the constant `pc_blocks`: how many blocks, then each block's record
 (`planarc.ir.frame`). A function reads and writes the workspace, gives 0 or the flag
-of a block that failed, and solves blocks with `pc_start` and `pc_step`, which are the
-same for all models (`runtime`).
+of a block that failed, and solves blocks with `pc_start`, `pc_step` and `pc_linear`,
+which are the same for all models (`runtime`).
 
 Example, a block of one tear, compare with the NumPy text:
 
@@ -40,6 +40,7 @@ from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
 declare i32 @pc_step(ptr, ptr)
+declare i32 @pc_linear(ptr, ptr)
 """
 
 
@@ -137,10 +138,41 @@ class _Section:
             for let in code.body:
                 self._let(let)
             return
+        if code.linear:
+            self._solve_linear(statement.block, code)
+        else:
+            self._solve_nonlinear(statement.block, code)
+
+    def _solve_linear(self, block: int, code: BlockCode) -> None:
+        c = self._code
+        self._work(block, code)
+        behind, failed = c.label(), c.label()
+        flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
+        c.branch(flag < 0, failed, behind)
+        c.begin(failed)
+        self._give_failure(flag)
+        c.begin(behind)
+        self._read_tears(code)
+        for let in code.body:
+            self._let(let)
+
+    def _give_failure(self, flag: Value) -> None:
+        c = self._code
+        not_finite = flag.equals(NOT_FINITE)
+        c.give(c.select(not_finite, c.constant(-1, FLAG), c.constant(1, FLAG)))
+
+    def _read_tears(self, code: BlockCode) -> None:
+        """Take the tears from the workspace."""
+        for tear in code.tears:
+            slot = self._slot(tear)
+            assert slot is not None
+            self._values[tear] = self._w.load(REAL, slot)
+
+    def _solve_nonlinear(self, block: int, code: BlockCode) -> None:
         c = self._code
         again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
         before = c.label()
-        record = self._record(statement.block)
+        record = self._record(block)
         c.line(
             f"call void @pc_start(ptr {self._frame.text}, double {self._time.text},"
             f" ptr {record.text})"
@@ -152,23 +184,19 @@ class _Section:
         finished, step = c.register(), c.label()
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
-        for tear in code.tears:
-            slot = self._slot(tear)
-            assert slot is not None
-            self._values[tear] = self._w.load(REAL, slot)
+        self._read_tears(code)
         for let in code.body[: code.inner]:
             self._let(let)
         c.line(f"br i1 {done}, label %{behind}, label %{work}")
         c.begin(work)
-        self._work(statement.block, code)
+        self._work(block, code)
         flag = c.call(FLAG, "pc_step", self._frame, record)
         c.branch(flag < 0, failed, step)
         c.begin(step)
         c.line(f"{finished} = icmp eq i32 {flag.text}, 1")
         c.jump(again)
         c.begin(failed)
-        not_finite = flag.equals(NOT_FINITE)
-        c.give(c.select(not_finite, c.constant(-1, FLAG), c.constant(1, FLAG)))
+        self._give_failure(flag)
         c.begin(behind)
 
     def _record(self, block: int) -> Value:

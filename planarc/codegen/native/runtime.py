@@ -5,6 +5,7 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
 
     pc_start(frame, t, record)       the tears' first values into w
     pc_step(frame, record) -> flag   better tears from residuals and Jacobian
+    pc_linear(frame, record) -> flag tears of a linear block, from its residuals at zero
     pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate
     pc_cv_rhs, pc_cv_roots           the first two as CVODE calls them
 """
@@ -33,7 +34,7 @@ declare i32 @pc_zeros(ptr, double, ptr)
 def runtime_text() -> str:
     """The whole module."""
     functions = (
-        _start(), _step(), _solve(), _states(), _rhs(), _outputs(), _roots(), _accept(),
+        _start(), _step(), _linear(), _solve(), _states(), _rhs(), _outputs(), _roots(), _accept(),
         _evaluate(), _cv_rhs(), _cv_roots(),
     )  # fmt: skip
     return _DECLARED + "\n".join(functions)
@@ -56,7 +57,6 @@ class _Block:
         self.n = record.load(INT, Record.TEARS)
         self.m = record.load(INT, Record.RESIDUALS)
         self.below = record.load(INT, Record.BELOW).equals(1)
-        self.linear = record.load(INT, Record.LINEAR).equals(1)
         self.total = record.load(INT, Record.TOTAL)
         self.first = record.load(INT, Record.ACCEPTED)
         self.solved = self.numbers.at(record.load(INT, Record.SOLVED))
@@ -119,8 +119,7 @@ def _step() -> str:
         return c.select(b.below, b.solved.load(INT, k), k)
 
     count = b.state.load(REAL, COUNT)
-    nonlinear = ~b.linear
-    with c.when(nonlinear & (count > 0.0)):
+    with c.when(count > 0.0):
         _halve_if_worse(c, b, position)
     with c.loop(b.m) as i, c.loop(b.m) as k:
         b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
@@ -142,8 +141,6 @@ def _step() -> str:
         place.store(moved)
         relative = c.absolute(d) / c.largest(c.absolute(moved), c.constant(1.0, REAL))
         size.set(c.largest(size.get(), relative))
-    with c.when(b.linear, leaves=True):
-        c.give(DONE)
     with c.when(~(size.get() < 1e300), leaves=True):
         _fail(c, b)
     b.state.store(count + 1.0, COUNT)
@@ -155,6 +152,43 @@ def _step() -> str:
     with c.when(count + 1.0 >= limit, leaves=True):
         _fail(c, b)
     c.give(MORE)
+    return c.text()
+
+
+def _linear() -> str:
+    """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
+    c = Code("pc_linear", FLAG, [(POINTER, "frame"), (POINTER, "record")])
+    frame, record = c.arguments
+    b = _Block(frame, record)
+    right = b.matrix.at(b.m * b.m)
+    given = c.variable(0, INT)
+    with c.when(b.below):
+        given.set(b.numbers.load(INT, Number.EVALUATING))
+        with c.when(given.get().equals(0)), c.loop(b.m) as k:
+            b.x(b.solved.load(INT, k)).store(0.0)
+        with c.loop(b.m) as i:
+            total = c.variable(b.residuals.load(REAL, i))
+            row = b.jacobian.at(i * b.n)
+            with c.loop(b.n) as j:
+                total.set(total.get() + row.load(REAL, j) * b.x(j).load(REAL))
+            b.residuals.store(total.get(), i)
+    with c.when(given.get().equals(1), leaves=True):
+        c.give(DONE)
+
+    def position(k: Value) -> Value:
+        return c.select(b.below, b.solved.load(INT, k), k)
+
+    with c.loop(b.m) as i:
+        right.store(b.residuals.load(REAL, i), i)
+        with c.loop(b.m) as k:
+            b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
+    flag = c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m)
+    with c.when(flag < 0, leaves=True):
+        b.numbers.store(b.index, Number.FAILED)
+        c.give(flag)
+    with c.loop(b.m) as k:
+        b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
+    c.give(DONE)
     return c.text()
 
 

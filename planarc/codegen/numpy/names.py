@@ -14,7 +14,7 @@ from planarc.ir.expr import Expr, Op, text
 
 #: Names that the generated text itself uses; see `planarc.solve.kernels.numpy_support`.
 _TAKEN = """
-    t w block blocks tears range columns seeds column
+    t w block blocks tears range columns seeds column by_columns
     sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan
     abs min max sign floor ceil div mod rem safe safe_div
     parameters levels rest initial roots discrete

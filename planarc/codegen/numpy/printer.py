@@ -5,20 +5,23 @@ Out:  one module of six functions over the workspace `w` (a list of floats):
 
     parameters(t, w, blocks)   levels(...)   rest(...)   initial(...)   roots(...)   discrete(...)
 
-Example, the velocity of a slider in a loop (block 1, one residual):
+Example, position and velocity of a slider in a loop:
 
-    block = blocks[1]
+    block = blocks[0]
     tears = block.start(t)
     while True:
-        der_rev_phi, der_slide_s = tears
+        rev_phi, slide_s = tears
         if block.done:
             break
-        tears = block.step((p3*der_rev_phi - der_slide_s,), ((p3, -1.0),))
+        tears = block.step((L*sin(rev_phi) - slide_s,), ((L*cos(rev_phi), -1.0),))
+    t1 = 0.0
+    der_rev_phi, der_slide_s = blocks[1].solve((t1,), ((L*cos(rev_phi), -1.0),))
 
 `blocks[k]` holds the numbers of Newton's method (`solve.kernels.numpy_block`): `start`
 gives the tears, `step` takes residuals and Jacobian and gives better tears, and after
-the last step the unknowns are computed once more. The comment of a line names the
-unknown and the equation (`e12`) that it came from.
+the last step the unknowns are computed once more. A linear block is solved at once,
+from its residuals where all tears are zero. The comment of a line names the unknown
+and the equation (`e12`) that it came from.
 
 Promises:  only names made by `names.Names` and numbers; no text of the user is code.
 """
@@ -85,10 +88,15 @@ def _evaluated_always(program: Program) -> set[Expr]:
     lets = [let for s in (*lists, program.roots, program.discrete) for let in _lets(program, s)]
     wanted = [*program.initial_residuals, *(r.zero for r in program.relations)]
     for code in program.blocks:
-        wanted += [*code.residuals, *(value for _, _, value in code.jacobian)]
-        if code.tangent is not None:
-            wanted += code.tangent.entries
+        wanted += _taken(code)
     return evaluated_always(lets, wanted)
+
+
+def _taken(code: BlockCode) -> list[Expr]:
+    """The values that solving a block takes."""
+    entries = [value for _, _, value in code.jacobian]
+    columns = code.tangent.entries if code.tangent is not None else ()
+    return [*code.residuals, *entries, *columns]
 
 
 class _Section:
@@ -121,6 +129,9 @@ class _Section:
         """Every stored value that the function reads and does not compute, by slot."""
         statements = [s for _, part in self._parts for s in part]
         roots = [let.value for let in _lets(self._program, statements)] + list(results)
+        for s in statements:
+            if isinstance(s, Solve):
+                roots += _taken(self._program.blocks[s.block])
         read = {
             self._slots[text(e)]: e
             for e in postorder(roots)
@@ -160,7 +171,10 @@ class _Section:
         careful = is_hidden(target) and target not in self._always
         right = formula(let.value, self._leaf, careful=careful)
         if is_truth(let.value) and text(target) in self._slots:
-            right = f"1.0 if {right} else 0.0"
+            if let.value.is_const:
+                right = "1.0" if let.value.data else "0.0"
+            else:
+                right = f"1.0 if {right} else 0.0"
         self._defined[target] = None
         line = f"{indent}{self._names(target)} = {right}"
         if is_hidden(target) and let.equation is None:
@@ -173,23 +187,36 @@ class _Section:
         self._defined.update((tear, None) for tear in code.tears)
         if not code.residuals:
             return [*self._states(statement, code), *(self._let(s, "    ") for s in code.body)]
-        tears = ", ".join(self._names(tear) for tear in code.tears)
-        inner, outer = code.body[: code.inner], code.body[code.inner :]
         kind = "linear" if code.linear else "nonlinear"
         equations = ", ".join(f"e{e}" for e in code.equations)
+        head = f"    # block {statement.block}, {kind}: {_count(code)}; residuals {equations}"
+        write = self._linear if code.linear else self._nonlinear
+        return [head, *write(f"blocks[{statement.block}]", code)]
+
+    def _linear(self, block: str, code: BlockCode) -> list[str]:
+        return [
+            *self._matrix(code, "    ", f"{self._tears(code)} = {block}.solve"),
+            *(self._let(s, "    ") for s in code.body),
+        ]
+
+    def _nonlinear(self, block: str, code: BlockCode) -> list[str]:
+        inner, outer = code.body[: code.inner], code.body[code.inner :]
         indent = " " * 8
         return [
-            f"    # block {statement.block}, {kind}: {_count(code)}; residuals {equations}",
-            f"    block = blocks[{statement.block}]",
+            f"    block = {block}",
             "    tears = block.start(t)",
             "    while True:",
-            f"{indent}{tears}{',' if len(code.tears) == 1 else ''} = tears",
+            f"{indent}{self._tears(code)} = tears",
             *(self._let(s, indent) for s in inner),
             f"{indent}if block.done:",
             f"{indent}    break",
             *(self._let(s, indent) for s in (*outer, *code.jacobian_body)),
-            *self._step(code, indent),
+            *self._matrix(code, indent, "tears = block.step"),
         ]
+
+    def _tears(self, code: BlockCode) -> str:
+        names = ", ".join(self._names(tear) for tear in code.tears)
+        return names + "," if len(code.tears) == 1 else names
 
     def _states(self, statement: Solve, code: BlockCode) -> list[str]:
         names = ", ".join(comment(text(tear)) for tear in code.tears)
@@ -198,19 +225,16 @@ class _Section:
             lines.append(f"    {self._names(tear)} = w[{self._slots[text(tear)]}]")
         return lines
 
-    def _step(self, code: BlockCode, indent: str) -> list[str]:
+    def _matrix(self, code: BlockCode, indent: str, call: str) -> list[str]:
+        """The call that takes residuals and Jacobian."""
         residuals = _tuple(self._names(r) for r in code.residuals)
         if code.tangent is not None:
-            return [
-                *self._columns(code, indent),
-                f"{indent}tears = block.step_columns({residuals}, columns)",
-            ]
+            columns = self._columns(code, indent)
+            return [*columns, f"{indent}{call}({residuals}, by_columns(columns))"]
         rows: list[list[str]] = [["0.0"] * len(code.tears) for _ in code.residuals]
         for i, j, value in code.jacobian:
             rows[i][j] = formula(value, self._leaf)
-        lines = [f"{indent}tears = block.step("]
-        lines.append(f"{indent}    {residuals},")
-        lines.append(f"{indent}    (")
+        lines = [f"{indent}{call}(", f"{indent}    {residuals},", f"{indent}    ("]
         lines += [f"{indent}        {_tuple(row)}," for row in rows]
         return [*lines, f"{indent}    ),", f"{indent})"]
 

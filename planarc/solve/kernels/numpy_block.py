@@ -5,7 +5,9 @@ The rule is `planarc.ir.newton`; the native back end follows the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableSequence, Sequence
+from operator import mul
 
 from planarc.ir.newton import (
     FAR,
@@ -39,13 +41,14 @@ class Block:
         self.matrix: Rows = ()
         self._w = w
         self._below = code.height > 0
-        self._linear = code.linear
         self.slots = [program.slots[str(tear)] for tear in code.tears]
-        self._size = len(code.residuals)
-        self._solved = list(range(self._size))  # positions of the unknowns among the tears
+        self._most = STEPS_BELOW if self._below else STEPS_TOP
+        self._solved = list(range(len(code.residuals)))  # positions of the unknowns among the tears
         self._accepted = [0.0] * len(self.slots)
         self._velocity = [0.0] * len(self.slots)
         self._acceleration = [0.0] * len(self.slots)
+        self._sizes: Sequence[float] = ()  # of the rows, before the last step
+        self._size_of_residuals = 0.0
         self._time = 0.0
         first = code.first
         slots = program.candidates[first : first + len(self.slots)] if self._below else ()
@@ -84,80 +87,95 @@ class Block:
             half = 0.5 * h * h
             for i in self._solved:
                 x[i] = self._accepted[i] + h * self._velocity[i] + half * self._acceleration[i]
-            self._origin = list(x)
+            self._origin = x.copy()
+        return x
+
+    def solve(self, residuals: Sequence[float], matrix: Rows) -> Sequence[float]:
+        """The tears of a linear block, from its residuals at zero and its matrix."""
+        self.matrix = matrix
+        if not self._below:
+            change = solve_linear(matrix, residuals)
+            return [-d for d in self._checked(change, residuals, matrix)]
+        x = [self._w[s] for s in self.slots]
+        solved = self._solved
+        if not self.evaluating:
+            for i in solved:
+                x[i] = 0.0
+        residuals = [r + sum(map(mul, row, x)) for r, row in zip(residuals, matrix, strict=True)]
+        if self.evaluating:
+            self.residuals = residuals
+            return x
+        part = [[row[j] for j in solved] for row in matrix]
+        change = self._checked(solve_linear(part, residuals), residuals, part)
+        for i, d in zip(solved, change, strict=True):
+            x[i] = -d
         return x
 
     def step(self, residuals: Sequence[float], matrix: Rows) -> Sequence[float]:
+        """Better tears of a nonlinear block; `done` when they are the last ones."""
         self.residuals = residuals
         self.matrix = matrix
+        solved = self._solved
         if self._below:
             if self.evaluating:
                 self.done = True
                 return self._x
-            solved = self._solved
             matrix = [[row[j] for j in solved] for row in matrix]
-        else:
-            solved = range(self._size)  # type: ignore[assignment]
-        if not self._linear and self._count and self._worse(residuals):
-            return self._halve(solved)
-        change = solve_linear(matrix, residuals)
-        if change is None:
-            raise UnsolvedError(self.index)
-        return self._move(solved, change)
-
-    def step_columns(self, residuals: Sequence[float], columns: Rows) -> Sequence[float]:
-        """As `step`, with the matrix given by columns."""
-        return self.step(residuals, list(zip(*columns, strict=True)))
-
-    def _move(self, solved: Sequence[int], change: Sequence[float]) -> Sequence[float]:
+        if self._count and not _norm(residuals, self._sizes) <= self._size_of_residuals:
+            return self._halve()
+        change = self._checked(solve_linear(matrix, residuals), residuals, matrix)
         x = self._x
-        if self._linear:
-            for i, d in zip(solved, change, strict=True):
-                x[i] -= d
-            self.done = True
-            return x
-        self._before = list(x)
-        self._change = list(change)
+        self._before = x.copy()
+        self._change = change
         self._factor = 1.0
         self._count += 1
         size = 0.0
         for i, d in zip(solved, change, strict=True):
-            x[i] -= d
-            size = max(size, abs(d) / max(1.0, abs(x[i])))
-        if not size < 1e300:  # nan or far out
-            raise UnsolvedError(self.index)
-        self._sizes = _row_sizes(self.matrix)
-        self._norm = _norm(self.residuals, self._sizes)
+            x[i] = moved = x[i] - d
+            relative = abs(d) / abs(moved) if abs(moved) > 1.0 else abs(d)
+            if not relative <= size:
+                size = relative
         if size < QUADRATIC:
-            self._finish(solved)
-        elif self._count >= (STEPS_BELOW if self._below else STEPS_TOP):
+            self._finish()
+            return x
+        if not size < 1e300 or self._count >= self._most:  # nan, far out, too many
             raise UnsolvedError(self.index)
+        self._sizes = [max(map(abs, row)) for row in matrix]
+        self._size_of_residuals = _norm(residuals, self._sizes)
         return x
 
-    def _finish(self, solved: Sequence[int]) -> None:
+    def _checked(
+        self, change: Sequence[float] | None, residuals: Sequence[float], matrix: Rows
+    ) -> Sequence[float]:
+        if change is not None:
+            return change
+        if not math.isfinite(sum(residuals) + sum(map(sum, matrix))):
+            raise ArithmeticError("a number is not finite")
+        raise UnsolvedError(self.index)
+
+    def _finish(self) -> None:
+        """Converged; below the top only when not far from where it started."""
         self.done = True
         if self._below:
-            for i in solved:
-                moved = abs(self._x[i] - self._origin[i])
-                if moved > FAR * max(1.0, abs(self._origin[i])):
+            for i in self._solved:
+                origin = self._origin[i]
+                if abs(self._x[i] - origin) > FAR * max(1.0, abs(origin)):
                     raise UnsolvedError(self.index)
 
-    def _worse(self, residuals: Sequence[float]) -> bool:
-        """Whether the last step made the residuals larger, measured as before it."""
-        return not _norm(residuals, self._sizes) <= self._norm
-
-    def _halve(self, solved: Sequence[int]) -> Sequence[float]:
+    def _halve(self) -> Sequence[float]:
         self._factor *= 0.5
         if self._factor < 0.5**HALVINGS:
             raise UnsolvedError(self.index)
-        for i, d in zip(solved, self._change, strict=True):
+        for i, d in zip(self._solved, self._change, strict=True):
             self._x[i] = self._before[i] - self._factor * d
         return self._x
 
 
-def _row_sizes(matrix: Rows) -> list[float]:
-    return [max(map(abs, row)) or 1.0 for row in matrix]
+def by_columns(columns: Rows) -> Rows:
+    """A matrix that is given by its columns."""
+    return list(zip(*columns, strict=True))
 
 
 def _norm(residuals: Sequence[float], sizes: Sequence[float]) -> float:
+    """The largest residual, each relative to the size of its row."""
     return max(abs(r) / s for r, s in zip(residuals, sizes, strict=True))

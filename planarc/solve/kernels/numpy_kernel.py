@@ -11,7 +11,7 @@ from typing import Any
 
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
-from planarc.solve.kernels.numpy_block import Block, UnsolvedError
+from planarc.solve.kernels.numpy_block import Block, UnsolvedError, by_columns
 from planarc.solve.kernels.numpy_support import NAMESPACE
 
 _FILE = "<planarc numpy>"
@@ -34,7 +34,7 @@ class NumpyKernel:
         self.failed_equation = -1
         self._blocks = [Block(i, b, program, self.w) for i, b in enumerate(program.blocks)]
         self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
-        self._functions: dict[str, Callable[..., Any]] = dict(NAMESPACE)
+        self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, "by_columns": by_columns}
         exec(_compiled(source), self._functions)
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []
@@ -191,7 +191,7 @@ def _floats(values: Sequence[float]) -> list[float]:
     if isinstance(values, list):
         return values
     tolist = getattr(values, "tolist", None)
-    return list(map(float, values)) if tolist is None else tolist()  # type: ignore[no-any-return]
+    return list(map(float, values)) if tolist is None else tolist()
 
 
 def _first_states(program: Program) -> list[int]:

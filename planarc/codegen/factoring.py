@@ -1,0 +1,177 @@
+"""Takes sums that a variable already holds from that variable.
+
+In:   formulas in the order of evaluation
+Out:  the same formulas, shorter
+
+Differentiating a formula by time repeats its parts. With
+
+    x = L*cos(phi),  y = L*sin(phi) + h*cos(phi)
+
+known, what index reduction wrote for their derivatives becomes
+
+    -L*sin(phi)*w - h*cos(phi)*w                  ->  -w*y
+    -w^2*(...) as four products                   ->  -w^2*x - z*y
+
+as one would write it by hand. A sum counts as known up to a constant factor, also
+when it is only a part of a longer sum, or when all its terms carry a common factor.
+
+Needs:     a variable is learnt when the formulas that follow may use it.
+Promises:  equal values but for rounding; no formula gets longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TypeAlias
+
+from planarc.ir.expr import Expr, Exprs, Op
+from planarc.ir.sorted import Assignment, Block, Level, Residual, Step
+
+Factor: TypeAlias = tuple[Expr, int]  # base and exponent
+Monomial: TypeAlias = frozenset[Factor]
+Sum: TypeAlias = dict[Monomial, float]
+
+#: Longer sums are left alone, so that the time stays linear in the model.
+LONGEST = 24
+#: At most so many known sums are compared for one part of a sum.
+MOST = 12
+
+
+def shorten_levels(table: Exprs, levels: Iterable[Level]) -> tuple[Level, ...]:
+    """All formulas of the levels, each by what stands before it."""
+    factoring = Factoring(table)
+    return tuple(
+        Level(level.height, tuple(_shortened(s, factoring) for s in level.steps))
+        for level in levels
+    )
+
+
+def _shortened(step: Step, factoring: Factoring) -> Step:
+    if isinstance(step, Assignment):
+        value = factoring(step.value)
+        factoring.learn(step.target, step.value)
+        return Assignment(step.target, value, step.equation)
+    inner = []
+    for a in step.inner:
+        inner.append(Assignment(a.target, factoring(a.value), a.equation))
+        factoring.learn(a.target, a.value)
+    residuals = tuple(Residual(factoring(r.value), r.equation) for r in step.residuals)
+    return Block(step.tears, tuple(inner), residuals, step.linear)
+
+
+class Factoring:
+    """The sums that variables hold, and shortening by them."""
+
+    def __init__(self, table: Exprs) -> None:
+        self._table = table
+        self._known: dict[Monomial, list[tuple[Expr, Sum]]] = {}  # by their first products
+
+    def learn(self, symbol: Expr, value: Expr) -> None:
+        """From here on the symbol holds the value."""
+        if value.op is Op.ADD and len(value.args) <= LONGEST:
+            terms = _sum(value)
+            if len(terms) > 1 and frozenset() not in terms:
+                self._known.setdefault(next(iter(terms)), []).append((symbol, terms))
+
+    def __call__(self, root: Expr) -> Expr:
+        """The formula with known sums taken from their variables."""
+        done: dict[Expr, Expr] = {}
+        stack = [root]
+        while stack:
+            e = stack[-1]
+            if e in done:
+                stack.pop()
+                continue
+            waiting = [a for a in e.args if a not in done]
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            e_new = self._table.rebuild(e, tuple(done[a] for a in e.args)) if e.args else e
+            done[e] = self._shorten(e_new)
+        return done[root]
+
+    def _shorten(self, e: Expr) -> Expr:
+        if e.op is not Op.ADD or len(e.args) > LONGEST or not self._known:
+            return e
+        terms = _sum(e)
+        changed = False
+        while (found := self._find(terms)) is not None:
+            used, monomial, scale = found
+            for u in used:
+                del terms[u]
+            terms[monomial] = terms.get(monomial, 0.0) + scale
+            changed = True
+        return self._written(terms) if changed else e
+
+    def _find(self, terms: Sum) -> tuple[list[Monomial], Monomial, float] | None:
+        """A known sum in the terms: the terms it stands for, and what replaces them."""
+        for factor, group in _groups(terms):
+            for first in group:
+                for symbol, known in self._known.get(first, ())[:MOST]:
+                    scale = group[first] / known[first]
+                    if scale and all(group.get(m) == scale * c for m, c in known.items()):
+                        used = [m | factor for m in known]
+                        return used, _times(symbol, factor), scale
+        return None
+
+    def _written(self, terms: Sum) -> Expr:
+        t = self._table
+        return t.add(
+            *(
+                t.mul(
+                    t.const(c),
+                    *(b if n == 1 else t.pow(b, t.const(n)) for b, n in sorted(m, key=_place)),
+                )
+                for m, c in terms.items()
+            )
+        )
+
+
+def _place(factor: Factor) -> int:
+    return factor[0].id
+
+
+def _times(symbol: Expr, factor: Monomial) -> Monomial:
+    """symbol*factor, for a factor of at most one base."""
+    for base, n in factor:
+        if base is symbol:
+            return frozenset(((base, n + 1),))
+    return factor | {(symbol, 1)}
+
+
+def _groups(terms: Sum) -> Iterator[tuple[Monomial, Sum]]:
+    """The terms, then for each factor that several of them share those terms without it."""
+    yield frozenset(), terms
+    sharing: dict[Factor, list[Monomial]] = {}
+    for m in terms:
+        for factor in sorted(m, key=_place):
+            sharing.setdefault(factor, []).append(m)
+    for factor, monomials in sharing.items():
+        if len(monomials) > 1:
+            common = frozenset((factor,))
+            yield common, {m - common: terms[m] for m in monomials}
+
+
+def _sum(e: Expr) -> Sum:
+    """A sum as products with their numbers."""
+    found: Sum = {}
+    for term in e.args if e.op is Op.ADD else (e,):
+        scale = 1.0
+        if term.op is Op.NEG:
+            scale, term = -1.0, term.args[0]
+        factors: dict[Expr, int] = {}
+        for f in term.args if term.op is Op.MUL else (term,):
+            if f.op is Op.CONST:
+                scale *= f.data
+            elif f.op is Op.POW and _whole(f.args[1]):
+                factors[f.args[0]] = factors.get(f.args[0], 0) + int(f.args[1].data)
+            else:
+                factors[f] = factors.get(f, 0) + 1
+        monomial = frozenset(factors.items())
+        found[monomial] = found.get(monomial, 0.0) + scale
+    return found
+
+
+def _whole(exponent: Expr) -> bool:
+    return exponent.is_const and exponent.data > 0 and float(exponent.data).is_integer()
