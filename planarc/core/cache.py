@@ -126,7 +126,17 @@ def _private_folder(named: str | None) -> Path | None:
 @cache
 def _versions() -> tuple[str, ...]:
     """What every entry depends on: planarc, by the state of its files, and Python."""
-    package = Path(__file__).resolve().parent.parent
+    try:
+        planarc = _state_of(Path(__file__).resolve().parent.parent)
+    except OSError:  # not installed as files
+        from importlib.metadata import version
+
+        planarc = version("planarc")
+    return (planarc, sys.version, sys.platform)
+
+
+def _state_of(package: Path) -> str:
+    """Changes with any module below a folder."""
     stamp = blake2b(digest_size=16)
     folders = [os.fspath(package)]
     while folders:
@@ -138,7 +148,7 @@ def _versions() -> tuple[str, ...]:
                     state = entry.stat()
                     line = f"{entry.name} {state.st_size} {state.st_mtime_ns}\n"
                     stamp.update(line.encode("utf-8", "surrogateescape"))
-    return (stamp.hexdigest(), sys.version, sys.platform)
+    return stamp.hexdigest()
 
 
 def _checksum(data: bytes) -> bytes:

@@ -9,57 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 from planarc.core.diagnostic import Diagnostic, Related
-from planarc.core.source import Span
-from planarc.parse.automaton import Automaton, Stack
-from planarc.parse.lexer import Terminals, Token
-
-
-class Trouble(NamedTuple):
-    """A token that does not fit."""
-
-    automaton: Automaton
-    terminals: Terminals
-    stack: Stack  # before that token
-    tokens: list[Token]
-    at: int
-    begin: int  # first token of the statement, equation or declaration
-
-    @property
-    def token(self) -> Token:
-        return self.tokens[self.at]
-
-    @property
-    def previous(self) -> Token | None:
-        return self.tokens[self.at - 1] if self.at else None
-
-    @property
-    def on_new_line(self) -> bool:
-        """Whether a line ends between the last token that fits and this one."""
-        if not self.at:
-            return False
-        between = self.token.span._replace(start=self.tokens[self.at - 1].span.end)
-        return "\n" in between.source.text[between.start : self.token.span.start]
-
-    @property
-    def accepted(self) -> tuple[str, ...]:
-        return self.automaton.accepts(self.stack)
-
-
-class Repair(NamedTuple):
-    """What mends a trouble, and the place where reading goes on."""
-
-    inserted: tuple[str, ...]
-    dropped: int
-    stack: Stack
-    at: int
-    back_to: int | None = None  # the first token before the trouble that is left out too
-
+from planarc.parse.expected import expected
+from planarc.parse.trouble import (
+    BLOCKS,
+    Repair,
+    Trouble,
+    shown,
+)
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
-_BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}
 _BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}
 
 #: What a rule is called when it has ended.
@@ -98,7 +58,7 @@ def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
         if diagnostic is not None:
             break
     else:
-        diagnostic = _expected(trouble)
+        diagnostic = expected(trouble)
     hint = diagnostic.hint or _misspelt_hint(trouble)
     return replace(diagnostic, hint=hint)
 
@@ -118,10 +78,10 @@ def _operators_in_a_row(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Relations and powers have no associativity (3.2)."""
     token = trouble.token
-    if token.type == "POWER" and "POWER" in _open_symbols(trouble):
+    if token.type == "POWER" and "POWER" in trouble.open_symbols:
         hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
         return Diagnostic("P101", f"`{token.text}` cannot be chained", token.span, hint=hint)
-    if token.type == "RELATION" and "RELATION" in _open_symbols(trouble):
+    if token.type == "RELATION" and "RELATION" in trouble.open_symbols:
         hint = "compare two at a time: `a < b and b < c`"
         return Diagnostic("P101", "comparisons cannot be chained", token.span, hint=hint)
     return None
@@ -177,7 +137,7 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     pair = (token.type, *repair.inserted)
     if pair == ("ASSIGN", "EQUAL"):
         in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
-        what = "an equation" if in_equation or _inside(trouble, "EQUATION") else "a value"
+        what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
         message = f"{what} is written with `=`; `:=` assigns, in algorithms only"
         return Diagnostic("P111", message, token.span, hint="write `=`")
     if pair == ("EQUAL", "ASSIGN"):
@@ -210,22 +170,22 @@ def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token, previous = trouble.token, trouble.previous
     if not repair:
         return None
-    opened = _opened(trouble)
+    opened = trouble.opened
     related = (Related(f"`{opened.text}` begins here", opened.span),) if opened else ()
     if previous and previous.type == "END" and repair.dropped == 1 and repair.inserted:
-        word = _BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
+        word = BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
         message = f"expected `end {word}`, not `end {token.text}`"
         return Diagnostic("P102", message, token.span, related=related)
-    blocks = [kind for kind in repair.inserted if kind in _BLOCKS]
+    blocks = [kind for kind in repair.inserted if kind in BLOCKS]
     if "END" in repair.inserted and blocks:
         found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
-        message = f"missing `end {_BLOCKS[blocks[0]]};` before `{found}`"
+        message = f"missing `end {BLOCKS[blocks[0]]};` before `{found}`"
         return Diagnostic("P112", message, token.span, hint=_else_if_hint(trouble), related=related)
     return None
 
 
 def _else_if_hint(trouble: Trouble) -> str | None:
-    opened = _opened_index(trouble)
+    opened = trouble.opened_index
     since = trouble.tokens[opened : trouble.at] if opened is not None else ()
     if any(a.type == "ELSE" and b.type == "IF" for a, b in pairwise(since)):
         return "write `elseif` for `else if`, or end both"
@@ -236,14 +196,14 @@ def _first_word(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.at != trouble.begin or len(repair.inserted) != 1:
         return None
     word, first = repair.inserted[0].lower(), trouble.tokens[trouble.begin]
-    return Diagnostic("P101", f"expected `{word}` before {_shown(first)}", first.span)
+    return Diagnostic("P101", f"expected `{word}` before {shown(first)}", first.span)
 
 
 def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token, previous = trouble.token, trouble.previous
     if not repair or repair.inserted or not previous or previous.type != "END":
         return None
-    if token.type not in _BLOCKS:
+    if token.type not in BLOCKS:
         return None
     span = previous.span.to(token.span)
     return Diagnostic("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
@@ -275,14 +235,14 @@ def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if trouble.token.type != "$END":
         return None
-    after = _after(trouble)
-    bracket = _open_bracket(trouble)
+    after = trouble.after
+    bracket = trouble.open_bracket
     if bracket is not None:
         message = f"this `{bracket.text}` is never closed"
         return Diagnostic("P103", message, bracket.span)
     if repair and repair.inserted == ("SEMICOLON",):
         return None
-    opened = _opened(trouble)
+    opened = trouble.opened
     if opened is None:
         return None
     related = (Related(f"`{opened.text}` begins here", opened.span),)
@@ -299,22 +259,22 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         finished = trouble.automaton.finished(trouble.stack, "SEMICOLON")
         ended = next((_ENDED[name] for name in reversed(finished) if name in _ENDED), None)
         where = ended or (f"`{previous.text}`" if previous else "this")
-        return Diagnostic("P101", f"expected `;` after {where}", _after(trouble))
+        return Diagnostic("P101", f"expected `;` after {where}", trouble.after)
     if kind in _BRACKETS:
-        opened = _open_bracket(trouble)
+        opened = trouble.open_bracket
         related = (Related(f"`{opened.text}` opens here", opened.span),) if opened else ()
-        message = f"expected `{_BRACKETS[kind][1]}` before {_shown(token)}"
-        return Diagnostic("P103", message, _after(trouble), related=related)
+        message = f"expected `{_BRACKETS[kind][1]}` before {shown(token)}"
+        return Diagnostic("P103", message, trouble.after, related=related)
     if kind == "IDENT":
         return None
     if kind == "TIMES" and previous:
-        message = f"expected an operator between `{previous.text}` and {_shown(token)}"
+        message = f"expected an operator between `{previous.text}` and {shown(token)}"
         return Diagnostic("P101", message, token.span, hint="write `*` for a product")
     if kind == "ELSE":
         message = "an `if` expression needs an `else` part"
-        return Diagnostic("P101", message, _after(trouble))
-    message = f"expected `{_text_of(trouble, kind)}` before {_shown(token)}"
-    return Diagnostic("P101", message, _after(trouble))
+        return Diagnostic("P101", message, trouble.after)
+    message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
+    return Diagnostic("P101", message, trouble.after)
 
 
 def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -322,16 +282,16 @@ def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.dropped != 1 or repair.inserted not in (("THEN",), ("LOOP",)):
         return None
     token, word = trouble.token, repair.inserted[0].lower()
-    return Diagnostic("P101", f"expected `{word}`, not {_shown(token)}", token.span)
+    return Diagnostic("P101", f"expected `{word}`, not {shown(token)}", token.span)
 
 
 def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    opened, previous = _opened(trouble), trouble.previous
+    opened, previous = trouble.opened, trouble.previous
     if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
         return None
     message = f"expected `{opened.text}` after `end`"
     related = (Related(f"`{opened.text}` begins here", opened.span),)
-    return Diagnostic("P102", message, _after(trouble), related=related)
+    return Diagnostic("P102", message, trouble.after, related=related)
 
 
 def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -362,114 +322,3 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _instead,
     _superfluous,
 )
-
-
-# What was expected, from what the automaton would accept --------------------------------------
-
-
-def _expected(trouble: Trouble) -> Diagnostic:
-    token = trouble.token
-    accepted = frozenset(trouble.accepted)
-    what = _in_words(trouble, accepted)
-    hint = None
-    if token.type == "WHILE":
-        hint = "`while` loops stand in algorithms only"
-    if token.text in trouble.terminals.keywords and what == "a name":
-        hint = f"`{token.text}` is a reserved word: choose another name"
-    if token.type in ("INTEGER", "REAL") and what == "a name":
-        hint = "a name begins with a letter"
-    return Diagnostic("P101", f"expected {what}, not {_shown(token)}", _here(trouble), hint=hint)
-
-
-def _in_words(trouble: Trouble, accepted: frozenset[str]) -> str:
-    if {"IDENT", "INTEGER"} <= accepted:
-        return "an equation" if "CONNECT" in accepted else "an expression"
-    if {"MODEL", "PARAMETER", "END"} <= accepted:
-        return "a declaration or `end`"
-    if {"PARAMETER", "IDENT"} <= accepted:
-        return "a declaration"
-    if "MODEL" in accepted:
-        return "a class, such as `model Name ... end Name;`"
-    if {"IDENT", "WHILE"} <= accepted:
-        return "a statement"
-    if "IDENT" in accepted:
-        return "a name"
-    if accepted == {"$END"}:
-        return "the end of the text"
-    texts = [f"`{_text_of(trouble, kind)}`" for kind in sorted(accepted - {"ANNOTATION", "STRING"})]
-    likely = [text for text in texts if text in _CLOSING]
-    shown = (likely or texts)[:4]
-    return (
-        " or ".join(filter(None, [", ".join(shown[:-1]), shown[-1]])) if shown else "something else"
-    )
-
-
-#: What may end an expression: worth naming before all operators that could go on.
-_CLOSING = frozenset(
-    ("`;`", "`)`", "`]`", "`}`", "`,`", "`=`", "`:=`", "`then`", "`else`", "`loop`", "`end`")
-)
-
-
-def _text_of(trouble: Trouble, kind: str) -> str:
-    names = {"PLUS": "+", "SIGN": "-", "TIMES": "*", "RELATION": "<", "POWER": "^"}
-    texts = {name: text for text, name in trouble.terminals.fixed.items()}
-    return names.get(kind) or texts.get(kind) or kind.lower()
-
-
-def _shown(token: Token) -> str:
-    if token.type == "$END":
-        return "the end of the text"
-    text = token.text if len(token.text) <= 30 else f"{token.text[:27]}..."
-    return "an annotation" if token.type == "ANNOTATION" else f"`{text}`".replace("\n", " ")
-
-
-# Places -----------------------------------------------------------------------------------------
-
-
-def _after(trouble: Trouble) -> Span:
-    """The character after the last token that fits."""
-    previous = trouble.previous
-    if previous is None:
-        return trouble.token.span
-    return previous.span._replace(start=previous.span.end, end=previous.span.end + 1)
-
-
-def _here(trouble: Trouble) -> Span:
-    return _after(trouble) if trouble.token.type == "$END" else trouble.token.span
-
-
-def _opened_index(trouble: Trouble) -> int | None:
-    """The token, a word or a name, that the next `end` would close."""
-    for before, item in reversed(tuple(pairwise(trouble.stack))):
-        named = item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
-        if named or item.symbol in _BLOCKS:
-            return item.first
-    return None
-
-
-def _opened(trouble: Trouble) -> Token | None:
-    index = _opened_index(trouble)
-    return None if index is None else trouble.tokens[index]
-
-
-def _open_bracket(trouble: Trouble) -> Token | None:
-    for item in reversed(trouble.stack):
-        if item.symbol in ("LPAR", "LSQB", "LBRACE"):
-            return trouble.tokens[item.first]
-    return None
-
-
-def _open_symbols(trouble: Trouble) -> set[str]:
-    """The symbols since the last bracket, comma or boundary."""
-    symbols: set[str] = set()
-    for item in reversed(trouble.stack):
-        if item.symbol in ("LPAR", "LSQB", "LBRACE", "COMMA", "SEMICOLON", "EQUAL", "ASSIGN"):
-            break
-        if item.symbol in ("AND", "OR", "PLUS", "SIGN", "TIMES", "EACH_TIMES") and not symbols:
-            break
-        symbols.add(item.symbol)
-    return symbols
-
-
-def _inside(trouble: Trouble, symbol: str) -> bool:
-    return any(item.symbol == symbol for item in trouble.stack)

@@ -21,12 +21,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Source, Span
+from planarc.parse.unreadable import never_closed, skip_illegal
 
 #: Characters of a name.
 MAX_NAME = 1000
@@ -40,31 +41,14 @@ _SECTIONS = frozenset({"EQUATION", "ALGORITHM"})
 
 _AFTER_STRING = frozenset({*_CLOSING, "SEMICOLON", "COMMA", "PLUS", "ANNOTATION", "RELATION"})
 
-_ESCAPED = r"\\."
-_STRING = rf'"(?:[^"\\]|{_ESCAPED})*"'
-_QUOTED = rf"'(?:[^'\\\n]|{_ESCAPED})+'"
+_STRING = r'"(?:[^"\\]++|\\.)*+"'
+_QUOTED = r"'(?:[^'\\\n]|\\.)+'"
+_BLANK = re.compile(r"(?:\s+|//[^\n]*|/\*.*?\*/)*", re.DOTALL)
 _BODY = re.compile(
     rf"""[^()"'/]+|{_STRING}|{_QUOTED}|//[^\n]*|/\*.*?\*/|/(?!\*)|(?P<open>\()|(?P<close>\))""",
     re.DOTALL,
 )
 _AFTER_END = re.compile(r"\s+(?!(?:then|else|elseif|loop|and|or)\b|for\b(?!\s*;))[A-Za-z_]")
-
-#: Characters that other languages or word processors have, and what is meant.
-_HINTS = {
-    "!": "write `<>` for not equal, `not` for the opposite",
-    "&": "write `and`",
-    "|": "write `or`",
-    "%": "write `mod(a, b)` for a remainder, `//` for a comment",
-    "#": "write `//` for a comment",
-    "~": "write `not`",
-    "\N{MINUS SIGN}": "write `-`",
-    "\N{EN DASH}": "write `-`",
-    "\N{MULTIPLICATION SIGN}": "write `*`",
-    "\N{DOT OPERATOR}": "write `*`",
-    "\N{MIDDLE DOT}": "write `*`",
-    "\N{LEFT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
-    "\N{RIGHT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
-}
 
 
 class Token(NamedTuple):
@@ -122,10 +106,10 @@ def scan(
                 break
             opening = _string_left_open(tokens) if text[at] == '"' else None
             if opening is not None:
-                errors.append(_never_closed("string", tokens[opening].span))
+                errors.append(never_closed("string", tokens[opening].span))
                 del tokens[opening:]
                 break
-            at = _skip_illegal(source, at, stop, errors)
+            at = skip_illegal(source, at, stop, errors)
             if len(errors) >= MAX_ERRORS:
                 break
             continue
@@ -136,7 +120,7 @@ def scan(
         span = Span(source, begin, at)
         if kind in _SPECIAL:
             if kind == "_OPEN_COMMENT":
-                errors.append(_never_closed("comment", span))
+                errors.append(never_closed("comment", span))
                 break
             if kind == "ANNOTATION":
                 span = _annotation_body(source, span, stop, errors)
@@ -177,9 +161,8 @@ def _follow_brackets(kind: str, open_brackets: list[str], text: str, at: int) ->
 def _annotation_body(source: Source, word: Span, stop: int, errors: list[Diagnostic]) -> Span:
     """The parenthesised text after `annotation`; strings and comments may hold parentheses."""
     text = source.text
-    begin = word.end
-    while begin < stop and text[begin].isspace():
-        begin += 1
+    blank = _BLANK.match(text, word.end, stop)
+    begin = blank.end() if blank else word.end
     depth = 0
     at = begin
     while at < stop:
@@ -206,13 +189,6 @@ def _annotation_body(source: Source, word: Span, stop: int, errors: list[Diagnos
     return Span(source, word.start, stop)
 
 
-def _never_closed(what: str, span: Span) -> Diagnostic:
-    opening = span._replace(end=min(span.end, span.start + 2))
-    if what != "comment":
-        opening = span._replace(end=span.start + 1)
-    return Diagnostic("P103", f"this {what} is never closed", opening)
-
-
 def _string_left_open(tokens: list[Token]) -> int | None:
     """Where a last quote has no partner: the string over several lines that took another's.
 
@@ -222,46 +198,3 @@ def _string_left_open(tokens: list[Token]) -> int | None:
         if token.type == "STRING" and following.type not in _AFTER_STRING and "\n" in token.text:
             return index
     return None
-
-
-def _skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
-    """Report what no token starts with; the place where reading goes on."""
-    text = source.text
-    character = text[at]
-    if character == '"':
-        errors.append(_never_closed("string", Span(source, at, at + 1)))
-        line_end = text.find("\n", at, stop)
-        return stop if line_end < 0 else line_end
-    if character == "'":
-        hint = "write `der(x)` for a derivative" if at and text[at - 1].isalnum() else None
-        quote = _never_closed("quoted name", Span(source, at, at + 1))
-        errors.append(replace(quote, hint=hint))
-        return at + 1
-    return _report_character(source, at, stop, errors)
-
-
-def _report_character(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
-    text = source.text
-    character = text[at]
-    begin, end = at, at + 1
-    hint = _HINTS.get(character)
-    if character.isalpha():
-        begin, end = _word_around(text, at, stop)
-        hint = "put names with other letters than a to z in single quotes"
-        message = f"`{text[begin:end][:40]}` is no name: it holds `{character}`"
-    else:
-        while end < stop and text[end] == character:
-            end += 1
-        shown = character if character.isprintable() else f"U+{ord(character):04X}"
-        message = f"the character `{shown}` has no meaning here"
-    errors.append(Diagnostic("P104", message, Span(source, begin, end), hint=hint))
-    return end
-
-
-def _word_around(text: str, at: int, stop: int) -> tuple[int, int]:
-    begin = end = at
-    while begin > 0 and (text[begin - 1].isalnum() or text[begin - 1] == "_"):
-        begin -= 1
-    while end < stop and (text[end].isalnum() or text[end] == "_"):
-        end += 1
-    return begin, end

@@ -9,7 +9,7 @@ import pytest
 from planarc.core.source import Source
 from planarc.ir import syntax
 from planarc.ir.syntaxtext import definition_text
-from planarc.parse.parser import parse_text
+from planarc.parse.parser import parse_annotation, parse_text
 
 ELEMENTS = """
 import A.B
@@ -213,6 +213,24 @@ def test_the_class_annotation_may_stand_anywhere(
     annotation = parse(text).classes[0].annotation
     assert annotation is not None
     assert annotation.span.text == "(a = 1)"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "()",
+        '(a = ")", b = "\\")")',
+        "(a = 1 /* ) */, b // )\n = 2)",
+        "('a)' = ((1) + (2))/3)",
+    ],
+)
+def test_the_body_of_an_annotation_is_found_without_reading_it(
+    body: str, parse: Callable[[str], syntax.StoredDefinition]
+) -> None:
+    annotation = parse(f"model M annotation /* ( */ {body}; end M;").classes[0].annotation
+    assert annotation is not None
+    assert annotation.span.text == body
+    assert len(parse_annotation(annotation)) == body.count(" = ")
 
 
 def test_what_a_declaration_says(parse: Callable[[str], syntax.StoredDefinition]) -> None:

@@ -1,0 +1,75 @@
+"""What no token begins with: said in words, and where reading goes on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import Source, Span
+
+#: Characters that other languages or word processors have, and what is meant.
+_HINTS = {
+    "!": "write `<>` for not equal, `not` for the opposite",
+    "&": "write `and`",
+    "|": "write `or`",
+    "%": "write `mod(a, b)` for a remainder, `//` for a comment",
+    "#": "write `//` for a comment",
+    "~": "write `not`",
+    "\N{MINUS SIGN}": "write `-`",
+    "\N{EN DASH}": "write `-`",
+    "\N{MULTIPLICATION SIGN}": "write `*`",
+    "\N{DOT OPERATOR}": "write `*`",
+    "\N{MIDDLE DOT}": "write `*`",
+    "\N{LEFT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
+    "\N{RIGHT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
+}
+
+
+def never_closed(what: str, span: Span) -> Diagnostic:
+    opening = span._replace(end=min(span.end, span.start + 2))
+    if what != "comment":
+        opening = span._replace(end=span.start + 1)
+    return Diagnostic("P103", f"this {what} is never closed", opening)
+
+
+def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
+    """Report what no token starts with; the place where reading goes on."""
+    text = source.text
+    character = text[at]
+    if character == '"':
+        errors.append(never_closed("string", Span(source, at, at + 1)))
+        line_end = text.find("\n", at, stop)
+        return stop if line_end < 0 else line_end
+    if character == "'":
+        hint = "write `der(x)` for a derivative" if at and text[at - 1].isalnum() else None
+        quote = never_closed("quoted name", Span(source, at, at + 1))
+        errors.append(replace(quote, hint=hint))
+        return at + 1
+    return _report_character(source, at, stop, errors)
+
+
+def _report_character(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
+    text = source.text
+    character = text[at]
+    begin, end = at, at + 1
+    hint = _HINTS.get(character)
+    if character.isalpha():
+        begin, end = _word_around(text, at, stop)
+        hint = "put names with other letters than a to z in single quotes"
+        message = f"`{text[begin:end][:40]}` is no name: it holds `{character}`"
+    else:
+        while end < stop and text[end] == character:
+            end += 1
+        shown = character if character.isprintable() else f"U+{ord(character):04X}"
+        message = f"the character `{shown}` has no meaning here"
+    errors.append(Diagnostic("P104", message, Span(source, begin, end), hint=hint))
+    return end
+
+
+def _word_around(text: str, at: int, stop: int) -> tuple[int, int]:
+    begin = end = at
+    while begin > 0 and (text[begin - 1].isalnum() or text[begin - 1] == "_"):
+        begin -= 1
+    while end < stop and (text[end].isalnum() or text[end] == "_"):
+        end += 1
+    return begin, end
