@@ -9,7 +9,8 @@ Out:  Elimination   the variables and equations that remain, and what the others
     x = p*sin(q)    2*x = 3             constant while running (parameters only)
 
 Equations may become such when others have been put in (0 = f1 + f2 and f2 = 0), so
-equations wait in a queue and come back when one of their variables has vanished.
+equations wait in a queue and come back when one of their variables has vanished. Those
+that name a derivative come last, so that the derivative of a constant is told as such.
 
 Example: the hinge that turns a rod in the ground.
 
@@ -34,6 +35,8 @@ from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder
 from planarc.ir.sorted import Alias
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.signs import Signs
+
+_SHORT = 6  # unknowns of an equation that is looked at whenever one of them vanishes
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,24 +130,49 @@ class _Search:
             for p in dae.parameters
             if p.value.is_const and not p.settable
         }
-        inline = Substitution(self.table, self.numbers)
-        self.residuals = [self.table.sub(inline(e.left), inline(e.right)) for e in dae.equations]
+        self.equations = dae.equations
+        self.residuals: dict[int, Expr] = {}
+        self.derivatives: deque[int] = deque()  # equations that may name a derivative
+        self.long: deque[int] = deque()  # equations of many unknowns: looked at seldom
+        self.size: dict[int, int] = {}  # unknowns when last looked at
         self.spent: set[int] = set()  # equations that made an alias
         self.reason: dict[str, int] = {}  # which equation eliminated a name
         self.uses: dict[str, list[int]] = {name: [] for name in self.key}
 
     def run(self) -> None:
-        for i, residual in enumerate(self.residuals):
-            for name in {s.name: None for s in self.contents.ordered(residual)}:
+        self.queued = [True] * len(self.equations)
+        # Most equations are plain connections: they need no residual.
+        self.queue = deque(i for i in range(len(self.equations)) if not self._try_names(i))
+        inline = Substitution(self.table, self.numbers)
+        for i in self.queue:
+            e = self.equations[i]
+            self.residuals[i] = self.table.sub(inline(e.left), inline(e.right))
+            self._refresh(i)
+            for name in {s.name: None for s in self.contents.ordered(self.residuals[i])}:
                 self.uses[name].append(i)
-        self.queue = deque(range(len(self.residuals)))
-        self.queued = [True] * len(self.residuals)
-        while self.queue:
-            i = self.queue.popleft()
+        while source := self.queue or self.derivatives or self.long:
+            late = source is not self.queue
+            i = source.popleft()
             self.queued[i] = False
             if i not in self.spent:
                 self._refresh(i)
-                self._classify(i)
+                self._classify(i, late)
+
+    def _try_names(self, i: int) -> bool:
+        """Two names that are equal or opposite, as they are written."""
+        e = self.equations[i]
+        sign = 1
+        sides = []
+        for side in (e.left, e.right):
+            if side.op is Op.NEG:
+                side, sign = side.args[0], -sign
+            if side.op is not Op.SYMBOL or side.order or side.name not in self.key:
+                return False
+            found = self.forest.resolve(side)
+            if found.op is Op.NEG:
+                found, sign = found.args[0], -sign
+            sides.append(found)
+        return self._join(i, sides[0], sides[1], sign)
 
     def _refresh(self, i: int) -> None:
         """Put in what has become known of the variables of an equation."""
@@ -157,12 +185,18 @@ class _Search:
         if changed:
             self.residuals[i] = Substitution(self.table, changed)(residual)
 
-    def _classify(self, i: int) -> None:
+    def _classify(self, i: int, late: bool) -> None:
+        """Derivatives wait until no constant is left to be found: der(constant) is zero."""
         unknowns = self.contents.ordered(self.residuals[i])
+        self.size[i] = len(unknowns)
         if len(unknowns) == 1:
             self._try_constant(i, unknowns[0])
         elif len(unknowns) == 2:
-            self._try_pair(i, *unknowns)
+            if late or not any(s.order for s in unknowns):
+                a, b = unknowns
+                self._join(i, a, b, self._pair_sign(self.residuals[i], a, b))
+            else:
+                self.derivatives.append(i)
 
     def _try_constant(self, i: int, symbol: Expr) -> None:
         residual = self.residuals[i]
@@ -185,17 +219,16 @@ class _Search:
             for e in postorder((value,))
         )
 
-    def _try_pair(self, i: int, a: Expr, b: Expr) -> None:
-        sign = self._pair_sign(self.residuals[i], a, b)
-        if not sign or a.name == b.name:
-            return
-        if a.order and b.order:
-            return
+    def _join(self, i: int, a: Expr, b: Expr, sign: int) -> bool:
+        """Make one of a = sign*b stand for the other, if that can be."""
+        if not sign or a.name == b.name or (a.order and b.order):
+            return False
         if a.order or (not b.order and self.key[a.name] < self.key[b.name]):
             a, b = b, a
         self.forest.join(a.name, sign, b.name, b.order)
         self.uses[b.name].extend(self.uses[a.name])
         self._spend(i, a.name)
+        return True
 
     def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
         """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
@@ -220,7 +253,7 @@ class _Search:
         for j in self.uses[name]:
             if not self.queued[j] and j not in self.spent:
                 self.queued[j] = True
-                self.queue.append(j)
+                (self.queue if self.size.get(j, 0) <= _SHORT else self.long).append(j)
 
     def substitution(self) -> Substitution:
         mapping = dict(self.numbers)

@@ -74,6 +74,11 @@ def merge_attributes(
 
 
 def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
+    if len(members) == 1 and members[0].sign > 0:
+        v = members[0].variable
+        return Attributes(
+            v.name, v.state_select, v.start, v.start_written, v.fixed, v.nominal, v.span
+        )
     by_start = sorted(
         members,
         key=lambda m: (
