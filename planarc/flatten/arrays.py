@@ -142,7 +142,7 @@ def _linspace(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     for i in range(n):
         part = operators.binary("*", step, real(i / (n - 1), span), span)
         items.append(operators.binary("+", first, part, span))
-    items[0], items[-1] = operators.binary("*", first, real(1, span), span), last
+    items[0], items[-1] = first, last
     return array(items, flat.REAL, span)
 
 

@@ -16,6 +16,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.flatten.conform import counted
 from planarc.flatten.connect import Connection, match_leaves
 from planarc.flatten.connection_sets import DisjointSets
 from planarc.flatten.equations import count_equations, scalar_count
@@ -119,7 +120,7 @@ def check_balance(
     root = instances[0]
     return Diagnostic(
         "F320",
-        f"`{root.cls.name}` has too {kind} equations: {known} for {unknowns} unknowns",
+        f"`{root.cls.name}` has too {kind} equations: {known} for {counted(unknowns, 'unknown')}",
         root.cls.span,
         related=tuple(related),
     )
@@ -132,11 +133,9 @@ def _off(instance: Instance, count: Count) -> Related | None:
     if not difference or instance.is_connector or instance.is_record:
         return None
     what = f"the component `{name}` (a `{instance.cls.name}`)" if name else "the model itself"
-    number = abs(difference)
-    noun = "equation" if number == 1 else "equations"
     few = "too many" if difference > 0 else "too few"
     span = instance.element.definition.span if instance.element else instance.cls.span
-    return Related(f"{what} has {number} {noun} {few}", span)
+    return Related(f"{what} has {counted(abs(difference), 'equation')} {few}", span)
 
 
 MAX_NAMED = 5

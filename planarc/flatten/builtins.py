@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import arrays
-from planarc.flatten.conform import NUMERIC, type_text, unify
+from planarc.flatten.conform import NUMERIC, counted, expect, type_text, unify
 from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.select import MAPPED, array, opened
+from planarc.flatten.select import MAPPED, array, boolean, integer, opened
 from planarc.ir import flat
 
 Arguments = list[flat.Expression]
@@ -37,11 +37,16 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
     """A call of a built-in with complete positional arguments."""
     rule = RULES[name]
     if not rule.least <= len(arguments) <= rule.most:
-        wanted = str(rule.least) if rule.least == rule.most else f"{rule.least} to {rule.most}"
-        if rule.most >= MANY:
-            wanted = f"at least {rule.least}"
-        raise error("F290", f"`{name}` takes {wanted} arguments, not {len(arguments)}", span)
+        raise error("F290", f"`{name}` takes {_wanted(rule)}, not {len(arguments)}", span)
     return rule.make(name, arguments, span, env)
+
+
+def _wanted(rule: Rule) -> str:
+    if rule.most >= MANY:
+        return f"at least {counted(rule.least, 'argument')}"
+    if rule.least == rule.most:
+        return counted(rule.least, "argument")
+    return f"{rule.least} to {rule.most} arguments"
 
 
 MANY = 1000
@@ -173,8 +178,42 @@ def _to_integer(name: str, arguments: Arguments, span: Span, env: Env) -> flat.E
     return mapped(name, flat.INTEGER, arguments, span)
 
 
+def to_string(
+    value: flat.Expression, options: dict[str, flat.Expression], span: Span
+) -> flat.Expression:
+    """`String(value)`, `String(value, format)`, or with significant digits, minimum
+    length and left justification, all three in this order (3.7.1)."""
+    if value.type.dims or value.type.base is flat.Base.RECORD:
+        raise wrong_argument("String", value)
+    for option, wanted in STRING_OPTIONS.items():
+        if option in options:
+            expect(wanted, options[option], f"`{option}` of `String`")
+    if "format" in options:
+        return flat.Builtin(flat.STRING, span, "String", (value, options["format"]))
+    if not options:
+        return flat.Builtin(flat.STRING, span, "String", (value,))
+    digits = options.get("significantDigits", integer(6, span))
+    length = options.get("minimumLength", integer(0, span))
+    left = options.get("leftJustified", boolean(True, span))
+    return flat.Builtin(flat.STRING, span, "String", (value, digits, length, left))
+
+
+STRING_OPTIONS = {
+    "significantDigits": flat.INTEGER,
+    "minimumLength": flat.INTEGER,
+    "leftJustified": flat.BOOLEAN,
+    "format": flat.STRING,
+}
+
+
 def _to_string(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return flat.Builtin(flat.STRING, span, name, tuple(arguments))
+    value, *rest = arguments
+    if len(rest) == 1 and rest[0].type.base is flat.Base.STRING:
+        return to_string(value, {"format": rest[0]}, span)
+    names = ["significantDigits", "minimumLength", "leftJustified"]
+    if value.type.base is not flat.Base.REAL:
+        names = names[1:]
+    return to_string(value, dict(zip(names, rest, strict=False)), span)
 
 
 def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
@@ -229,9 +268,7 @@ RULES: dict[str, Rule] = {
     "terminal": Rule(0, 0, _flag),
     "sample": Rule(1, 2, _sample),
     "Integer": Rule(1, 1, _to_integer),
-    "String": Rule(
-        1, 5, _to_string, ("", "significantDigits", "minimumLength", "leftJustified", "format")
-    ),
+    "String": Rule(1, 4, _to_string),
     "size": Rule(1, 2, _size),
     **{
         name: Rule(least, most, _build)

@@ -24,7 +24,7 @@ from planarc.flatten import (
     lookup,
     references,
 )
-from planarc.flatten.conform import base_conforms, dims_conform, expect, mismatch
+from planarc.flatten.conform import base_conforms, counted, dims_conform, expect, mismatch
 from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.select import array, opened
@@ -107,16 +107,30 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
         if name not in _REDUCTIONS:
             raise error("F290", f"`{name}` does not take an iterator", node.span)
         return comprehension.type_comprehension(first, name, env)
+    if name == "String" and node.named:
+        return _string(node, env)
     arguments = [expressions.type_expression(a, env) for a in _positional(node, name)]
     return builtins.apply_builtin(name, arguments, node.span, env)
+
+
+def _string(node: syntax.Call, env: Env) -> flat.Expression:
+    if len(node.arguments) != 1:
+        raise error("F290", "`String` takes one value and options by name", node.span)
+    options = {}
+    for named in node.named:
+        if named.name not in builtins.STRING_OPTIONS:
+            hint = lookup.suggestion(named.name, builtins.STRING_OPTIONS)
+            message = f"`String` has no argument `{named.name}`"
+            raise error("F290", message, named.span, hint=hint)
+        options[named.name] = expressions.type_expression(named.value, env)
+    value = expressions.type_expression(node.arguments[0], env)
+    return builtins.to_string(value, options, node.span)
 
 
 def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
     """Arguments in order; the few named ones of built-ins are put in place."""
     if not node.named:
         return list(node.arguments)
-    if name == "String":
-        return [*node.arguments, *(a.value for a in node.named)]
     places = builtins.RULES[name].names
     filled = list(node.arguments)
     for argument in sorted(
@@ -168,7 +182,8 @@ def _given(
     if len(node.arguments) > len(open_inputs):
         raise error(
             "F290",
-            f"`{node.function}` takes {len(open_inputs)} arguments, not {len(node.arguments)}",
+            f"`{node.function}` takes {counted(len(open_inputs), 'argument')}, "
+            f"not {len(node.arguments)}",
             node.span,
         )
     given = {}
@@ -191,7 +206,7 @@ def _given(
 
 def _argument(argument: syntax.Expression, variable: flat.Variable, env: Env) -> flat.Expression:
     if variable.type.base is flat.Base.FUNCTION:
-        return function_value(argument, env)
+        return function_value(argument, variable.type, env)
     return expressions.type_expression(argument, env)
 
 
@@ -293,26 +308,31 @@ def result_types(call: flat.Call, env: Env) -> list[flat.Type]:
 # Functions as values ---------------------------------------------------------------------------
 
 
-def function_value(argument: syntax.Expression, env: Env) -> flat.Expression:
+def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> flat.Expression:
     """A function given to a function: its name, or `function f(a=1)`."""
     if isinstance(argument, syntax.PartialApplication):
-        return type_partial(argument, env)
+        return _partial_call(argument.function, argument.named, argument.span, formal, env)
     if not isinstance(argument, syntax.Ref):
         raise error("F292", "this input needs a function", argument.span)
     if argument.parts[0].name in env.locals:
         value = env.locals[argument.parts[0].name]
         expect(flat.Type(flat.Base.FUNCTION), value, f"`{argument}`")
         return value
-    return _partial_call(argument, (), argument.span, env)
+    return _partial_call(argument, (), argument.span, formal, env)
 
 
 def type_partial(node: syntax.PartialApplication, env: Env) -> flat.Expression:
-    return _partial_call(node.function, node.named, node.span, env)
+    raise error("F292", "a function can be given only to an input that is a function", node.span)
 
 
 def _partial_call(
-    ref: syntax.Ref, named: tuple[syntax.NamedArgument, ...], span: Span, env: Env
+    ref: syntax.Ref,
+    named: tuple[syntax.NamedArgument, ...],
+    span: Span,
+    formal: flat.Type,
+    env: Env,
 ) -> flat.Expression:
+    """The function with all its inputs bound but for those of the formal input."""
     info = functions.function_of(function_class(ref, env), env.session, span)
     by_name = {v.name: v for v in info.signature.inputs}
     bound: dict[str, flat.Expression] = {}
@@ -329,10 +349,42 @@ def _partial_call(
                 hint=lookup.suggestion(argument.name, by_name),
             )
         bound[argument.name] = _argument(argument.value, by_name[argument.name], env)
+    _bind_defaults(info, formal, bound, span, env)
     for leaf in info.signature.captures:
         bound[leaf.name] = references.leaf_value(leaf, span, env)
     type_ = flat.Type(flat.Base.FUNCTION, name=info.signature.name)
     return flat.PartialCall(type_, span, info.signature.name, tuple(bound.items()))
+
+
+def _bind_defaults(
+    info: functions.FunctionInfo,
+    formal: flat.Type,
+    bound: dict[str, flat.Expression],
+    span: Span,
+    env: Env,
+) -> None:
+    """Inputs that the formal input does not have get their defaults (12.4.2)."""
+    wanted = env.session.formals[formal.name]
+    rest = [v for v in info.signature.inputs if v.name not in bound]
+    for variable, other in zip(rest, wanted.inputs, strict=False):
+        if not base_conforms(variable.type, other.type):
+            raise mismatch(other.type, variable.type, f"the input `{variable.name}`", span)
+    if len(rest) < len(wanted.inputs):
+        raise error(
+            "F292",
+            f"`{info.name}` has {counted(len(rest), 'open input')}, "
+            f"but `{wanted.name}` has {len(wanted.inputs)}",
+            span,
+        )
+    for variable in rest[len(wanted.inputs) :]:
+        default = info.signature.defaults.get(variable.name)
+        if default is None:
+            raise error("F290", f"`{info.name}` needs a value for `{variable.name}`", span)
+        expression, scope = default
+        locals_ = {**info.signature.constants, **bound}
+        bound[variable.name] = expressions.type_expression(
+            expression, Env(scope, locals_, env.function)
+        )
 
 
 def _call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> flat.Expression:

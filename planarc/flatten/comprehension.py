@@ -42,9 +42,9 @@ def iteration_values(
     typed = iteration_range(iterator, env, uses)
     if env.function is not None and not isinstance(typed, flat.Array):
         value = evaluate.try_value(typed, env.session)
-    elif variability_of(typed, env.session) > flat.Variability.PARAMETER:
-        if isinstance(typed, flat.Array):
-            return list(typed.items)
+    elif isinstance(typed, flat.Array) and _changes(typed, env):
+        return list(typed.items)
+    elif env.in_algorithm and _changes(typed, env):
         return None
     else:
         value = evaluate.structural_value(
@@ -57,6 +57,10 @@ def iteration_values(
         raise error("F252", f"a loop over {len(value):,} values is too long", iterator.span)
     element = typed.type.element()
     return [to_expression(v, element, iterator.span) for v in value]
+
+
+def _changes(typed: flat.Expression, env: Env) -> bool:
+    return variability_of(typed, env.session) > flat.Variability.PARAMETER
 
 
 def iteration_range(

@@ -37,6 +37,11 @@ def expressions_in(equations: Iterable[flat.Equation]) -> Iterator[flat.Expressi
             case flat.Reinit(variable=variable, value=value):
                 yield variable
                 yield value
+            case flat.Assert(condition=condition, message=message):
+                yield condition
+                yield message
+            case flat.Terminate(message=message):
+                yield message
 
 
 def names_in(equations: Iterable[flat.Equation]) -> set[str]:

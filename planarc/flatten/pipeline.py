@@ -28,6 +28,7 @@ from planarc.flatten.instantiate import check_modifier, instantiate_model
 from planarc.flatten.library import Library, split_name
 from planarc.flatten.lookup import member, static_instance, suggestion
 from planarc.flatten.parameters import check_parameters
+from planarc.flatten.reachable import called_functions
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Leaf, Part, Scope, Session
 from planarc.ir import flat, syntax
@@ -185,7 +186,7 @@ def _model(
         tuple(found.initial_equations),
         tuple(found.algorithms),
         tuple(found.initial_algorithms),
-        tuple(root.session.functions.values()),
+        called_functions(root.session, variables, equations, found),
         tuple(found.visuals),
         parts,
         tuple(connected.physical),

@@ -18,7 +18,7 @@ from typing import TypeAlias
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten import bindings, evaluate, expressions, instantiate, lookup, redeclare
-from planarc.flatten.conform import type_text
+from planarc.flatten.conform import counted, type_text
 from planarc.flatten.environment import Env
 from planarc.flatten.select import array, integer, subscripted
 from planarc.flatten.tree import Absent, Class, Element, Family, Instance, Leaf, Node
@@ -170,7 +170,7 @@ def select(
     if len(subscripts) > len(node.dims):
         raise error(
             "F218",
-            f"`{node.name}` has {len(node.dims)} dimensions, not {len(subscripts)}",
+            f"`{node.name}` has {counted(len(node.dims), 'dimension')}, not {len(subscripts)}",
             ref.span,
         )
     chosen = [_chosen(node, k, s, env) for k, s in enumerate(subscripts)]
@@ -225,7 +225,9 @@ def with_subscripts(
     dims = value.type.dims
     name = f"`{value.name}`" if isinstance(value, flat.Reference) else "this value"
     if len(subscripts) > len(dims):
-        raise error("F218", f"{name} has {len(dims)} dimensions, not {len(subscripts)}", span)
+        raise error(
+            "F218", f"{name} has {counted(len(dims), 'dimension')}, not {len(subscripts)}", span
+        )
     typed: list[flat.Expression] = []
     for k, subscript in enumerate(subscripts):
         if isinstance(subscript, syntax.Colon):
@@ -251,6 +253,8 @@ def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
     folded = evaluate.fold_index(index, env)
     if base is flat.Base.BOOLEAN and isinstance(folded, flat.Literal):
         return integer(int(folded.value) + 1, index.span)
+    if base is flat.Base.ENUMERATION and isinstance(folded, flat.Literal):
+        return integer(int(folded.value), index.span)
     return folded
 
 

@@ -17,6 +17,7 @@ from typing import Any
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import (
+    bindings,
     calls,
     comprehension,
     evaluate,
@@ -24,9 +25,10 @@ from planarc.flatten import (
     references,
     special,
 )
-from planarc.flatten.conform import conforms, expect_scalar, mismatch, type_text
+from planarc.flatten.conform import conforms, counted, expect_scalar, mismatch, type_text
 from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree import Leaf
 from planarc.ir import flat, syntax
 
 Statements = tuple[flat.Statement, ...]
@@ -87,10 +89,18 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
         return _field_target(target, ref)
     if isinstance(target, flat.Reference):
         leaf = env.session.leaves.get(target.name)
-        if leaf is not None and leaf.variability <= flat.Variability.PARAMETER:
+        if leaf is not None and _is_fixed(leaf):
             kind = leaf.variability.name.lower()
             raise error("F301", f"the {kind} `{target.name}` cannot be assigned", ref.span)
     return target
+
+
+def _is_fixed(leaf: Leaf) -> bool:
+    """A parameter, but for one that an initial algorithm finds (`fixed=false`)."""
+    if leaf.variability is flat.Variability.PARAMETER:
+        fixed = bindings.attributes_of(leaf).fixed
+        return not (isinstance(fixed, flat.Literal) and fixed.value is False)
+    return leaf.variability is flat.Variability.CONSTANT
 
 
 def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
@@ -133,7 +143,9 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
 
 def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:
     if targets > results:
-        raise error("F302", f"`{call.function}` has {results} results, not {targets}", span)
+        raise error(
+            "F302", f"`{call.function}` has {counted(results, 'result')}, not {targets}", span
+        )
 
 
 def _call(node: syntax.CallStatement, env: Env, component: str) -> Statements:

@@ -84,6 +84,8 @@ def _text(e: flat.Expression) -> tuple[str, int]:
             return ":".join([_within(x, 5) for x in ends]), 0
         case flat.Index(base=base, subscripts=subscripts):
             return f"({print_expression(base)})" + _subscripts(subscripts), _ATOM
+        case flat.Field(base=flat.Reference() as base, name=name):
+            return f"{print_expression(base)}.{quoted(name)}", _ATOM
         case flat.Field(base=base, name=name):
             return f"({print_expression(base)}).{name}", _ATOM
         case flat.Record(type=type_, items=items):
@@ -92,6 +94,16 @@ def _text(e: flat.Expression) -> tuple[str, int]:
             return "time", _ATOM
         case flat.Builtin(function="Enumeration", arguments=arguments):
             return f"{quoted(e.type.name)}({_list(arguments)})", _ATOM
+        case flat.Builtin(function="String", arguments=(value, digits, length, left)):
+            shown = [print_expression(value)]
+            if value.type.base is flat.Base.REAL:
+                shown.append(f"significantDigits = {print_expression(digits)}")
+            shown.append(f"minimumLength = {print_expression(length)}")
+            shown.append(f"leftJustified = {print_expression(left)}")
+            return f"String({', '.join(shown)})", _ATOM
+        case flat.Builtin(function="String", arguments=(value, format_)):
+            text = f"String({print_expression(value)}, format = {print_expression(format_)})"
+            return text, _ATOM
         case flat.Builtin(function=function, arguments=arguments):
             return f"{function}({_list(arguments)})", _ATOM
         case flat.Call(function=function, arguments=arguments):
@@ -289,29 +301,31 @@ def _special(equation: flat.Equation | flat.Statement) -> str:
     raise TypeError(f"not an equation: {equation!r}")
 
 
-def statement_lines(statement: flat.Statement, indent: int = 2) -> list[str]:
-    """The lines of a statement."""
+def statement_lines(
+    statement: flat.Statement, indent: int = 2, records: frozenset[str] = frozenset()
+) -> list[str]:
+    """The lines of a statement; `records` are local variables whose fields are assigned."""
     pad = " " * indent
     match statement:
         case flat.Assignment(target=target, value=value):
-            return [f"{pad}{print_expression(target)} := {print_expression(value)};"]
+            return [f"{pad}{_target(target, records)} := {print_expression(value)};"]
         case flat.TupleAssignment(targets=targets, value=call):
-            shown = ["" if t is None else print_expression(t) for t in targets]
+            shown = ["" if t is None else _target(t, records) for t in targets]
             start = f"({', '.join(shown)}) := " if shown else ""
             return [f"{pad}{start}{print_expression(call)};"]
         case flat.IfStatement(branches=branches, otherwise=otherwise):
-            lines = _statement_branches("if", branches, indent)
+            lines = _statement_branches("if", branches, indent, records)
             if otherwise:
-                lines += [f"{pad}else", *_body(otherwise, indent)]
+                lines += [f"{pad}else", *_body(otherwise, indent, records)]
             return [*lines, f"{pad}end if;"]
         case flat.WhenStatement(branches=branches):
-            return [*_statement_branches("when", branches, indent), f"{pad}end when;"]
+            return [*_statement_branches("when", branches, indent, records), f"{pad}end when;"]
         case flat.ForStatement(iterator=iterator, range=range_, body=body):
             head = f"{pad}for {quoted(iterator)} in {print_expression(range_)} loop"
-            return [head, *_body(body, indent), f"{pad}end for;"]
+            return [head, *_body(body, indent, records), f"{pad}end for;"]
         case flat.WhileStatement(condition=condition, body=body):
             head = f"{pad}while {print_expression(condition)} loop"
-            return [head, *_body(body, indent), f"{pad}end while;"]
+            return [head, *_body(body, indent, records), f"{pad}end while;"]
         case flat.Break():
             return [f"{pad}break;"]
         case flat.Return():
@@ -319,20 +333,30 @@ def statement_lines(statement: flat.Statement, indent: int = 2) -> list[str]:
     return [pad + _special(statement)]
 
 
-def _body(statements: tuple[flat.Statement, ...], indent: int) -> list[str]:
-    return [x for s in statements for x in statement_lines(s, indent + 2)]
+def _target(target: flat.Reference, records: frozenset[str]) -> str:
+    first, *fields = target.name.split(".")
+    if fields and first in records:
+        return ".".join(map(quoted, (first, *fields))) + _subscripts(target.subscripts)
+    return print_expression(target)
+
+
+def _body(
+    statements: tuple[flat.Statement, ...], indent: int, records: frozenset[str] = frozenset()
+) -> list[str]:
+    return [x for s in statements for x in statement_lines(s, indent + 2, records)]
 
 
 def _statement_branches(
     word: str,
     branches: tuple[tuple[flat.Expression, tuple[flat.Statement, ...]], ...],
     indent: int,
+    records: frozenset[str],
 ) -> list[str]:
     lines = []
     for index, (condition, body) in enumerate(branches):
         start = word if index == 0 else f"else{word}"
         lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
-        lines += _body(body, indent)
+        lines += _body(body, indent, records)
     return lines
 
 
@@ -354,7 +378,9 @@ def print_function(function: flat.Function) -> str:
         result = quoted(function.outputs[0].name)
         lines.append(f'external "builtin" {result} = {function.external}({arguments});')
     else:
-        lines += ["algorithm", *_body(function.body, 0)]
+        own = (*function.outputs, *function.locals)
+        records = frozenset(v.name for v in own if v.type.base is flat.Base.RECORD)
+        lines += ["algorithm", *_body(function.body, 0, records)]
     if function.derivatives:
         shown = ", ".join(f"derivative(order = {o}) = {quoted(n)}" for n, o in function.derivatives)
         lines.append(f"  annotation({shown});")
