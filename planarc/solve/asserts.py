@@ -155,7 +155,7 @@ def _operation(e: Expr) -> Callable[..., Any]:
             "mod": lambda x, y: x - np.floor(x / y) * y,
             "rem": lambda x, y: x - np.trunc(x / y) * y,
         }
-        return known.get(e.data) or getattr(np, e.data)  # type: ignore[no-any-return]
+        return known.get(e.data) or getattr(np, e.data)
     operations: Mapping[Op, Callable[..., Any]] = {
         Op.ADD: lambda *terms: sum(terms[1:], terms[0]),
         Op.MUL: _product,

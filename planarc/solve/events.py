@@ -83,6 +83,37 @@ class Events:
                     wrong[i] = truth
         return wrong
 
+    def rises(self, t: float, y: Sequence[float]) -> list[float] | None:
+        """How far each zero function moves within a short time from here, to first order."""
+        now = [0.0] * len(self._g)
+        ydot = [0.0] * len(y)
+        if self.kernel.rhs(t, y, ydot) != 0 or self.kernel.roots(t, y, now) != 0:
+            return None
+        later = [a + self._ahead * d for a, d in zip(y, ydot, strict=True)]
+        ahead = list(now)
+        if self.kernel.roots(t + self._ahead, later, ahead) != 0:
+            return None
+        return [b - a for a, b in zip(now, ahead, strict=True)]
+
+    def real(self, directions: Sequence[int], rises: Sequence[float] | None) -> dict[int, bool]:
+        """The crossings among those that an integrator reports, with the truth that follows.
+
+        A function that rises where it was seen to fall has not crossed: the integrator saw
+        the errors of its own first steps.
+        """
+        found = {i: d < 0 for i, d in enumerate(directions) if d}
+        if rises is None:
+            return found
+        return {
+            i: truth
+            for i, truth in found.items()
+            if directions[i] * rises[i] >= -4 * NOISE * self._largest[i]
+        }
+
+    def amplitude(self, i: int, rise: float, since: float) -> float:
+        """The height of a bounce that took the time `since`, as a part of the largest seen."""
+        return abs(rise) / self._ahead * since / 4 / max(self._largest[i], 1e-300)
+
     def _roots(self, t: float, y: Sequence[float]) -> int:
         flag = self.kernel.roots(t, y, self._g)
         self._largest = [max(a, abs(b)) for a, b in zip(self._largest, self._g, strict=True)]
@@ -211,8 +242,7 @@ class Events:
         turned: set[int],
     ) -> bool:
         """Relations at zero take their truth right after this instant; true if one changed."""
-        w, kernel, relations = self.kernel.w, self.kernel, self.program.relations
-        now = list(self._g)
+        w, relations, now = self.kernel.w, self.program.relations, self._g
         near = [
             i
             for i in range(len(relations))
@@ -220,24 +250,18 @@ class Events:
         ]
         if not near:
             return False
-        ydot = [0.0] * len(y)
-        ahead = self._ahead
-        if kernel.rhs(t, y, ydot) != 0:
-            return False
-        later = [a + ahead * d for a, d in zip(y, ydot, strict=True)]
-        if kernel.roots(t + ahead, later, self._g) != 0:
+        rises = self.rises(t, y)
+        if rises is None:
             return False
         changed = False
         for i in near:
-            rise = self._g[i] - now[i]
-            if abs(rise) > 1e-15 * max(1.0, self._largest[i]) * 1e-3 + 4 * abs(now[i]) * ahead:
-                truth = rise < 0
+            if abs(rises[i]) > 1e-4 * NOISE * self._largest[i]:
+                truth = rises[i] < 0
                 if truth != (w[relations[i].slot] != 0):
                     w[relations[i].slot] = float(truth)
                     held[i], changed = truth, True
                     bound.setdefault(i, NOISE * max(1.0, self._largest[i]))
                     turned.add(i)
-        self._g[:] = now
         return changed
 
     # When-clauses

@@ -113,7 +113,7 @@ def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
             break
         if len(z) == 0:
             return Root(z, r, _vanish(r, jacobian))
-        step = np.linalg.lstsq(jacobian, -r, rcond=RANK)[0]
+        step: Vector = np.linalg.lstsq(jacobian, -r, rcond=RANK)[0].astype(np.float64)
         longest = float(np.max(np.abs(step)))
         if longest > LONGEST:
             step *= LONGEST / longest

@@ -44,8 +44,8 @@ class Recorder:
         self.time = np.empty(len(grid) + 16)
         self.data = np.empty((len(grid) + 16, len(self.slots)))
 
-    def reserve(self, rows: int) -> None:
-        """Room for so many rows more."""
+    def reserve(self, rows: int) -> bool:
+        """Makes room for so many rows more; true if the arrays are new ones."""
         import numpy as np
 
         need = self.count + rows
@@ -55,6 +55,8 @@ class Recorder:
             time[: self.count] = self.time[: self.count]
             data[: self.count] = self.data[: self.count]
             self.time, self.data = time, data
+            return True
+        return False
 
     def take(self, t: float) -> None:
         """A row from the workspace's present values."""

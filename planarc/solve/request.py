@@ -100,9 +100,9 @@ def _grid(
         raise _usage("R403", f"the interval must be a time above 0 s, not {interval:g}")
     _limit_rows((stop - start) / interval)
     count = int((stop - start) / interval + 1e-9)
-    times = start + interval * np.arange(count + 1)
+    times: NDArray[np.float64] = start + interval * np.arange(count + 1, dtype=np.float64)
     if stop - times[-1] > 1e-9 * interval:
-        return np.append(times, stop)
+        return np.concatenate([times, np.array([stop])])
     times[-1] = stop
     return times
 

@@ -16,9 +16,10 @@ A run that cannot go on does not raise: it returns what it has, and says in
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Severity, error
@@ -43,10 +44,10 @@ Progress = Callable[[float], None]
 
 #: Longest time without coming back to Python, seconds of real time.
 PATIENCE = 0.1
-#: Steps between two looks at the choice of states.
-WATCH_STEPS = 48
 #: So many events within this part of the run are called chattering.
 CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
+#: So many switches in a row smaller than the tolerance resolves are called chattering too.
+TINY_COUNT = 8
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
 
@@ -120,7 +121,10 @@ class Run:
         self.states: list[StateChoice] = []
         self.held: tuple[Held, ...] = ()
         self.records: list[EventRecord] = []
+        self.ydot = [0.0] * program.state_count
         self.recent: list[tuple[float, tuple[str, ...]]] = []
+        self.last_switch: dict[int, float] = {}  # of each relation
+        self.tiny: dict[int, int] = {}  # switches in a row too small to be resolved
 
     def close(self) -> None:
         self.integrator.close()
@@ -134,7 +138,7 @@ class Run:
         for _ in range(START_ROUNDS):
             start = solve_start(self.program, self.kernel, t)
             self.kernel.accept(t)
-            self._choose_states(t)
+            self._choose_states(t, start.held)
             y = self._state_values()
             if not self.events.present or not self.events.settle_start(t, y):
                 break
@@ -161,8 +165,8 @@ class Run:
         self._check_asserts(True)
         self._restart(t, y)
 
-    def _choose_states(self, t: float) -> None:
-        self.selection = self.selector.choose()
+    def _choose_states(self, t: float, held: Sequence[Held]) -> None:
+        self.selection = self.selector.choose([i for i, h in enumerate(held) if h.held])
         self.kernel.select(self.selection)
         names = tuple(self.program.candidates[i].display for i in self.selection)
         self.states[:] = [StateChoice(t, names)]
@@ -197,10 +201,11 @@ class Run:
     def go(self, progress: Progress | None) -> None:
         steps = 2
         stop = self.request.stop
+
         while self.ended is None and self.integrator.t < stop:
             limit = min(self.schedule.next(self.integrator.t), stop)
             began = time.perf_counter()
-            march = self.integrator.march(limit, self.recorder, steps)
+            march = self.integrator.march(limit, self.recorder, self.selector.watch, steps)
             steps = self._budget(steps, time.perf_counter() - began)
             if progress is not None:
                 progress(self.integrator.t)
@@ -221,13 +226,13 @@ class Run:
         """Steps for the next march: soon back after a restart, then ever later."""
         if seconds > PATIENCE:
             return max(1, steps // 2)
-        most = WATCH_STEPS if self.selector.open or self.program.relations else 1 << 16
+        most = 64 if self.program.relations else 1 << 16
         return min(2 * steps, most) if seconds < PATIENCE / 2 else steps
 
     def _happens(self, march: March) -> bool:
         """Treats the event at the time reached, if there is one."""
         t, stop = self.integrator.t, self.request.stop
-        crossing = {i: d < 0 for i, d in enumerate(march.directions) if d}
+        crossing = self._crossings(march)
         known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
         if same(known, t):
             t = known
@@ -235,12 +240,33 @@ class Run:
         fired = self.schedule.firing(t)
         if not crossing and march.outcome is Outcome.BUDGET:
             crossing = self.events.missed(t, self.integrator.y)
+            for i in crossing:
+                self.tiny[i] = self.tiny.get(i, 0) + 1
         if crossing or fired:
             self._event(t, crossing, fired)
+            return True
+        if march.outcome is Outcome.ROOT:
+            self._restart(t, self.integrator.y, self.integrator.last_step())
             return True
         if march.outcome is Outcome.LIMIT and t >= stop:
             self._row(t, self.integrator.y)
         return False
+
+    def _crossings(self, march: March) -> dict[int, bool]:
+        """Relations that switch here, and the truth that each takes."""
+        if march.outcome is not Outcome.ROOT:
+            return {}
+        t, y = self.integrator.t, self.integrator.y
+        rises = self.events.rises(t, y)
+        crossing = self.events.real(march.directions, rises)
+        if rises is None:
+            return crossing
+        for i in crossing:
+            since = t - self.last_switch.get(i, -math.inf)
+            tiny = self.events.amplitude(i, rises[i], since) < self.request.tolerance
+            self.tiny[i] = self.tiny.get(i, 0) + 1 if tiny else 0
+            self.last_switch[i] = t
+        return crossing
 
     def _event(self, t: float, crossing: dict[int, bool], fired: list[int]) -> None:
         y = self.integrator.y
@@ -254,6 +280,7 @@ class Run:
         if self._row(t, done.y):
             self.recorder.pass_by(t)
             self._guard_chatter(t, causes if not fired else ())
+            self._guard_tiny(t, crossing)
             self._restart(t, done.y)
             changed, _ = self.selector.check(urgent=True)
             if changed:
@@ -277,6 +304,13 @@ class Run:
                 often = Counter(c for _, found in self.recent for c in found)
                 self.ended = failure.chattering(self.program, t, often.most_common(3))
 
+    def _guard_tiny(self, t: float, crossing: Iterable[int]) -> None:
+        """Ends a run in which a relation switches by less than the integrator resolves."""
+        piled = [i for i in crossing if self.tiny.get(i, 0) >= TINY_COUNT]
+        if piled and self.ended is None:
+            texts = [(self.program.relations[i].text, 1) for i in piled]
+            self.ended = failure.chattering(self.program, t, texts)
+
     def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
         self.ended = self.ended or ended
         self.warnings.extend(warnings)
@@ -297,7 +331,7 @@ class Run:
         if not self.selector.open:
             return
         t, y = self.integrator.t, self.integrator.y
-        if self.kernel.outputs(t, y) != 0:
+        if self.kernel.rhs(t, y, self.ydot) != 0:
             return
         changed, lost = self.selector.check()
         if lost is not None:

@@ -22,7 +22,7 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
     if where is None and system.kernel.failed_block >= 0:
         return _block_failed(system, system.kernel.failed_block)
     message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
-    related = ()
+    related: tuple[Related, ...] = ()
     if where is not None:
         message += f": `{where.text}` gives no finite number"
         related = (Related(f"in {where.component or 'the model'}", where.span),)

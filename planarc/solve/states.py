@@ -16,7 +16,11 @@ number serves for both: exchange when |x| > WORST, at which point the opposite e
 is WORST^2 away (hysteresis), and keep the choice where all are equally bad (a point
 at which the mechanism itself is singular).
 
-Example: a crank-slider with the slider's s as its state. At a dead centre
+A look at X costs as much as ten steps of the integrator. So the next look is put off
+until a coordinate has moved far enough: the margin 1/(1 + x) of the largest x changes
+with the angles of the mechanism, at most about as fast as they do.
+
+Example: a crank-slider with the slider's s as its state. Towards a dead centre
 d(crank.phi)/ds grows without bound; when it passes WORST, crank.phi takes over.
 
 Reference: M. Gu, S. C. Eisenstat, SIAM J. Sci. Comput. 17(4), 1996, 848-869
@@ -25,29 +29,26 @@ Reference: M. Gu, S. C. Eisenstat, SIAM J. Sci. Comput. 17(4), 1996, 848-869
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.program import BlockCode, Kernel, Program
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Matrix = NDArray[np.float64]
+from planarc.solve.pivoting import choose_columns, largest, sensitivities
+from planarc.solve.solvers.integrator import Watch
 
 #: The greatest sensitivity of a determined candidate to a state that is accepted.
-WORST = 20.0
+WORST = 5.0
 #: With a state that must stay one, the run goes on until this.
-LOST = 1000.0
-#: A pivot of a better class may be smaller by this.
-GIVE_WAY = 0.05
-#: Checks to let pass after an exchange, unless the integrator fails.
-REST = 3
+LOST = 25.0
+#: The rate at which the margin is taken to change with the coordinates, at least.
+RATE = 0.35
+#: Part of the margin to use up before the next look.
+CAUTION = 0.75
+_MUST_STAY = 4 * StateSelect.ALWAYS
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +60,10 @@ class Lost:
 
 
 class Selector:
-    """Chooses states and watches over the choice."""
+    """Chooses states and watches over the choice. `watch` says when to look again."""
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
-        self._forced = _forced(program)
-        slots = {c.slot: i for i, c in enumerate(program.candidates)}
-        self._derivative = {
-            i: slots[c.derivative]
-            for i, c in enumerate(program.candidates)
-            if c.derivative in slots
-        }
-        self._scale: dict[int, Matrix] = {}
-        self._rest = 0
         self._leader = _leaders(program)
         #: Blocks with a choice to make of their own.
         self.open = [
@@ -79,14 +71,26 @@ class Selector:
             for i, b in enumerate(program.blocks)
             if b.height > 0 and b.residuals and b.free > 0 and i not in self._leader
         ]
+        self._class = _classes(program, ())
+        self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
+        self.watch = Watch([c for i in self.open for c in self._slots(i)])
+        self._margin, self._rate = 1.0, RATE
 
-    def choose(self) -> list[int]:
-        """At the workspace's values, without regard to an earlier choice. Raises R423."""
+    def choose(self, held: Collection[int]) -> list[int]:
+        """At the workspace's values, without regard to an earlier choice. Raises R423.
+
+        Of equal candidates those become states that are held at the start.
+        """
+        self._class = _classes(self._program, held)
         for i, block in enumerate(self._program.blocks):
             if block.height > 0 and i not in self._leader:
                 self._determined[i] = self._pivot(i, block) if block.residuals else []
         return self.selection()
+
+    def _slots(self, i: int) -> list[int]:
+        block, candidates = self._program.blocks[i], self._program.candidates
+        return [c.slot for c in candidates[block.first : block.first + len(block.tears)]]
 
     def selection(self) -> list[int]:
         chosen: list[int] = []
@@ -106,71 +110,62 @@ class Selector:
     def check(self, urgent: bool = False) -> tuple[bool, Lost | None]:
         """Whether the choice was changed, and a state that cannot go on being one.
 
-        At an accepted point. `urgent`: the integrator failed, so nothing is put off.
+        At an accepted point. `urgent`: the integrator failed, so a choice that is only
+        somewhat better is taken.
         """
-        if self._rest > 0 and not urgent:
-            self._rest -= 1
-            return False, None
-        changed, lost = False, None
+        changed, lost, worst = False, None, 0.0
         for i in self.open:
-            exchanged, trouble = self._exchange(i, WORST / 4 if urgent else WORST)
+            exchanged, trouble, size = self._exchange(i, 2.0 if urgent else WORST)
             changed |= exchanged
             lost = lost or trouble
-        if changed:
-            self._rest = REST
+            worst = max(worst, size)
+        self._plan(worst)
         return changed, lost
+
+    def _plan(self, worst: float) -> None:
+        """When to look again, from the margin and how fast it was seen to change."""
+        w = self._kernel.w
+        values = [float(w[slot]) for slot in self.watch.slots.tolist()]
+        way = max(
+            (abs(a - b) for a, b in zip(values, self.watch.reference.tolist(), strict=True)),
+            default=0.0,
+        )
+        margin = 1 / (1 + worst)
+        if way > 1e-3:
+            self._rate = max(RATE, 0.8 * self._rate, 1.5 * abs(self._margin - margin) / way)
+        self._margin = margin
+        room = max(margin - 1 / (1 + WORST), 0.02)
+        self.watch.begin(values, CAUTION * room / self._rate)
 
     # One block
 
-    def _jacobian(self, i: int) -> Matrix:
+    def _jacobian(self, i: int) -> list[list[float]]:
         """Scaled so that a unit of every candidate moves the constraints alike.
 
         The measure is the largest seen, lest a column that vanishes be blown up.
         """
-        import numpy as np
-
-        g = np.array(self._kernel.jacobian(i), dtype=float)
-        size = np.sqrt((g * g).sum(axis=0))
+        given = self._kernel.jacobian(i)
+        g: list[list[float]] = (
+            given.tolist() if hasattr(given, "tolist") else [list(row) for row in given]
+        )
+        sizes = [math.sqrt(sum(x * x for x in column)) for column in zip(*g, strict=True)]
         known = self._scale.get(i)
-        scale = size if known is None else np.maximum(known, size)
-        self._scale[i] = scale
-        return g / np.where(scale > 0, scale, 1.0)  # type: ignore[no-any-return]
-
-    def _class(self, block: BlockCode, j: int) -> int:
-        """Low: should be determined. High: should be a state."""
-        program = self._program
-        family = [block.first + j]
-        while (child := self._derivative.get(family[-1])) is not None:
-            family.append(child)
-        if any(c in self._forced for c in family):
-            return 2 * StateSelect.ALWAYS
-        return max(2 * program.candidates[c].select + program.candidates[c].fixed for c in family)
+        if known is not None:
+            sizes = [max(a, b) for a, b in zip(known, sizes, strict=True)]
+        self._scale[i] = sizes
+        return [[x / s if s > 0 else x for x, s in zip(row, sizes, strict=True)] for row in g]
 
     def _must_stay(self, block: BlockCode, j: int) -> bool:
-        return self._class(block, j) == 2 * StateSelect.ALWAYS
+        return self._class[block.first + j] == _MUST_STAY
 
     def _pivot(self, i: int, block: BlockCode) -> list[int]:
-        import numpy as np
+        classes = self._class[block.first : block.first + len(block.tears)]
+        chosen = choose_columns(self._jacobian(i), classes, _MUST_STAY)
+        if chosen is None:
+            raise self._too_many(block)
+        return chosen
 
-        a = self._jacobian(i)
-        m, n = a.shape
-        classes = np.array([self._class(block, j) for j in range(n)])
-        top = 2 * StateSelect.ALWAYS
-        rows, left, out = list(range(m)), list(range(n)), []
-        for _ in range(m):
-            r, j = _best_pivot(a, rows, left, classes, top)
-            if classes[j] == top:
-                raise self._too_many(block)
-            if a[r, j] != 0.0:
-                for k in rows:
-                    if k != r:
-                        a[k] -= a[k, j] / a[r, j] * a[r]
-            rows.remove(r)
-            left.remove(j)
-            out.append(j)
-        return sorted(out)
-
-    def _too_many(self, block: BlockCode) -> Exception:
+    def _too_many(self, block: BlockCode) -> PlanarcError:
         forced = [
             self._program.candidates[block.first + j]
             for j in range(len(block.tears))
@@ -179,49 +174,58 @@ class Selector:
         names = " and ".join(f"`{c.display}`" for c in forced)
         return error(
             "R423",
-            f"{names} cannot all be states: constraints tie them together"
-            if len(forced) > 1
-            else f"{names} cannot be a state here: the other coordinates determine it",
+            f"{names} cannot all be states: constraints tie them together",
             forced[0].span if forced else None,
-            hint="take `stateSelect = StateSelect.always` or a `reinit` away from one of them, "
-            "or start in another position",
+            hint="take `stateSelect = StateSelect.always` or a `reinit` away from one of them",
         )
 
-    def _exchange(self, i: int, worst: float) -> tuple[bool, Lost | None]:
-        import numpy as np
-
+    def _exchange(self, i: int, worst: float) -> tuple[bool, Lost | None, float]:
+        """Whether candidates were exchanged, a state that is lost, the largest sensitivity."""
         block = self._program.blocks[i]
         g = self._jacobian(i)
-        if not np.all(np.isfinite(g)):
-            return False, None
-        out = list(self._determined[i])
-        changed = False
-        for _ in range(g.shape[1]):
-            free = [j for j in range(g.shape[1]) if j not in out]
-            try:
-                x = np.abs(np.linalg.solve(g[:, out], g[:, free]))
-            except np.linalg.LinAlgError:
-                return self._replace(i, block, changed)
-            movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
-            a, b = _largest(x[:, movable]) if movable else (0, -1)
-            if b < 0 or x[a, movable[b]] <= worst:
+        if not all(map(math.isfinite, (x for row in g for x in row))):
+            return False, None, math.inf
+        n = len(block.tears)
+        out, changed, size = list(self._determined[i]), False, 0.0
+        free: list[int] = []
+        x: list[list[float]] | None = []
+        for _ in range(n):
+            free = [j for j in range(n) if j not in out]
+            x = sensitivities(g, out, free)
+            if x is None:  # exactly singular: begin anew
+                again = self._pivot(i, block)
+                changed, out = changed or again != out, again
                 break
-            out[a] = free[movable[b]]
+            movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
+            size, r, c = largest(x, movable)
+            if size <= worst:
+                break
+            out[r] = free[c]
             changed = True
         self._determined[i] = sorted(out)
         stuck = [k for k, j in enumerate(free) if self._must_stay(block, j)]
-        if stuck:
-            a, b = _largest(x[:, stuck])
-            if x[a, stuck[b]] > LOST:
-                return changed, Lost(block.first + free[stuck[b]], block.first + out[a])
-        return changed, None
+        if stuck and x is not None:
+            stuck_size, r, c = largest(x, stuck)
+            size = max(size, stuck_size)
+            if stuck_size > LOST:
+                return changed, Lost(block.first + free[c], block.first + out[r]), size
+        return changed, None, size
 
-    def _replace(self, i: int, block: BlockCode, changed: bool) -> tuple[bool, Lost | None]:
-        """The present choice is exactly singular: take the best one, if it is not as bad."""
-        before = self._determined[i]
-        after = self._pivot(i, block)
-        self._determined[i] = after
-        return changed or after != before, None
+
+def _classes(program: Program, held: Collection[int]) -> list[int]:
+    """Of each candidate: low ones should be determined, high ones should be states.
+
+    A coordinate and its derivatives are states together, so the highest of them counts.
+    """
+    slots = {c.slot: i for i, c in enumerate(program.candidates)}
+    forced = _forced(program)
+    classes = [0] * len(program.candidates)
+    for i, c in reversed(list(enumerate(program.candidates))):
+        classes[i] = _MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed + (i in held)
+        derivative = slots.get(c.derivative)
+        if derivative is not None:
+            classes[i] = max(classes[i], classes[derivative])
+    return classes
 
 
 def _leaders(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
@@ -252,37 +256,9 @@ def _leaders(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
     return found
 
 
-def _best_pivot(
-    a: Matrix, rows: Sequence[int], left: Sequence[int], classes: Matrix, top: int
-) -> tuple[int, int]:
-    """Row and column of the largest entry in the lowest class that need not give way."""
-    import numpy as np
-
-    columns = np.array(left)
-    size = np.abs(a[np.ix_(rows, left)]).max(axis=0)
-    allowed = classes[columns] < top
-    best = float(size[allowed].max()) if np.any(allowed) else -1.0
-    if best < 0:
-        return rows[0], int(columns[0])
-    good = allowed & (size >= GIVE_WAY * best) & (size > 0 if best > 0 else True)
-    lowest = classes[columns][good].min()
-    eligible = columns[good & (classes[columns] == lowest)]
-    # Equal but for rounding counts as equal, so that the order decides and not the machine.
-    entry = np.abs(a[np.ix_(rows, eligible)])
-    r, c = np.argwhere(entry >= entry.max() * (1 - 1e-9))[0]
-    return rows[int(r)], int(eligible[int(c)])
-
-
-def _largest(x: Matrix) -> tuple[int, int]:
-    import numpy as np
-
-    a, b = np.unravel_index(int(np.argmax(x)), x.shape)
-    return int(a), int(b)
-
-
 def _forced(program: Program) -> frozenset[int]:
     """Candidates that must be states: StateSelect.always, and those that reinit names."""
-    slots = {
+    named = {
         program.slots.get(repr(action.symbol))
         for when in program.whens
         for _, _, actions in when.branches
@@ -292,7 +268,7 @@ def _forced(program: Program) -> frozenset[int]:
     return frozenset(
         i
         for i, c in enumerate(program.candidates)
-        if c.select is StateSelect.ALWAYS or c.slot in slots
+        if c.select is StateSelect.ALWAYS or c.slot in named
     )
 
 

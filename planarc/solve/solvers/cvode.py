@@ -17,13 +17,14 @@ from collections.abc import Callable, Sequence
 
 from planarc.ir.program import Addresses, Kernel
 from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.driver import Driver, open_driver
+from planarc.solve.solvers.driver import Arguments, Driver, Where, open_driver
 from planarc.solve.solvers.integrator import (
     Cause,
     Counts,
     March,
     Outcome,
     Settings,
+    Watch,
     march_steps,
 )
 from planarc.solve.solvers.sundials import Unavailable, open_sundials
@@ -74,6 +75,7 @@ class Cvode:
         self._time = C.c_double()
         self._total = Counts()
         self._driver = self._native_driver()
+        self._arguments: Arguments | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if isinstance(getattr(kernel, "addresses", None), Addresses):
             self.name += " (native)"
@@ -104,7 +106,7 @@ class Cvode:
             return seen[address]
 
         def rhs(t: float, y: int, ydot: int, _: object) -> int:
-            return kernel.rhs(t, numbers(y), numbers(ydot))
+            return kernel.rhs(t, numbers(y), numbers(ydot))  # type: ignore[arg-type]
 
         def roots(t: float, y: int, g: object, _: object) -> int:
             return kernel.roots(t, numbers(y), g)  # type: ignore[arg-type]
@@ -193,14 +195,16 @@ class Cvode:
 
     # On the way
 
-    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         self._lib.CVodeSetStopTime(self._memory, limit)
         if self._driver is None:
-            return march_steps(self, self._kernel, limit, recorder, steps)
-        addresses: Addresses = self._kernel.addresses  # type: ignore[attr-defined]
-        flag, failed = self._driver.march(
-            self._memory.value or 0, self._vectors, addresses, limit, recorder, steps, self._time
-        )
+            return march_steps(self, self._kernel, limit, recorder, watch, steps)
+        if self._arguments is None:
+            memory = self._memory.value or 0
+            where = Where(memory, self._vectors[0], self._vectors[1], self._time)
+            addresses: Addresses = self._kernel.addresses  # type: ignore[attr-defined]
+            self._arguments = self._driver.prepare(where, addresses, recorder, watch)
+        flag, failed = self._driver.march(self._arguments, limit, recorder, watch, steps)
         return March(Outcome.FAILED, cause=Cause.BLOCK) if failed else self._meaning(flag)
 
     def step(self, limit: float) -> March:
@@ -226,7 +230,7 @@ class Cvode:
 
     def interpolate(self, t: float) -> Sequence[float]:
         self._lib.CVodeGetDky(self._memory, t, 0, self._vectors[1])
-        return self._dense
+        return self._dense  # type: ignore[return-value]
 
     # What it did
 

@@ -3,7 +3,7 @@
 A call from Python into a compiled function costs 1 us, as much as ten right-hand
 sides of a four-bar; a step with its accepted point and a row would need four of
 them. The function below is the same as `integrator.march_steps`, once for all
-programs: everything that differs is an address in `_Arguments`. It returns when
+programs: everything that differs is an address in `Arguments`. It returns when
 CVODE reports anything but an ordinary step, when the steps allowed are used up, or
 when the kernel could not solve its equations.
 """
@@ -11,17 +11,19 @@ when the kernel could not solve its equations.
 from __future__ import annotations
 
 import ctypes as C
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from planarc.ir.program import Addresses
 from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.integrator import Watch
 from planarc.solve.solvers.sundials import Sundials
 
 _P, _D, _L = C.c_void_p, C.c_double, C.c_int64
 
 
-class _Arguments(C.Structure):
+class Arguments(C.Structure):
     """What one call needs, as the structure that the code below reads."""
 
     _fields_ = (
@@ -50,13 +52,17 @@ class _Arguments(C.Structure):
         ("count", _L),
         ("steps", _L),
         ("failed", _L),
+        ("watched", _P),  # int32: slots
+        ("reference", _P),
+        ("watch_count", _L),
+        ("watch_limit", _D),
     )
 
 
 #: `next`, `count` and `failed` are written back through %next_at, %count_at, %failed_at.
 _IR = """
 step:
-  %done = phi i64 [ 0, %entry ], [ %done_now, %after_rows ]
+  %done = phi i64 [ 0, %entry ], [ %done_now, %watch ]
   %flag = call i32 %cvode(ptr %memory, double %limit, ptr %y, ptr %time, i32 2)
   %bad = icmp slt i32 %flag, 0
   br i1 %bad, label %finish, label %reached
@@ -134,7 +140,26 @@ after_rows:
   %done_now = add i64 %done, 1
   %budget = icmp slt i64 %done_now, %steps
   %again = and i1 %ordinary, %budget
-  br i1 %again, label %step, label %finish
+  br i1 %again, label %watch, label %finish
+
+watch:
+  %index = phi i64 [ 0, %after_rows ], [ %index_next, %watch_one ]
+  %watching = icmp slt i64 %index, %watch_count
+  br i1 %watching, label %watch_one, label %step
+
+watch_one:
+  %watched_at_one = getelementptr i32, ptr %watched, i64 %index
+  %watched32 = load i32, ptr %watched_at_one
+  %watched_slot = sext i32 %watched32 to i64
+  %present_at = getelementptr double, ptr %workspace, i64 %watched_slot
+  %present = load double, ptr %present_at
+  %past_at = getelementptr double, ptr %reference, i64 %index
+  %past = load double, ptr %past_at
+  %way = fsub double %present, %past
+  %length = call double @llvm.fabs.f64(double %way)
+  %far = fcmp ogt double %length, %watch_limit
+  %index_next = add i64 %index, 1
+  br i1 %far, label %finish, label %watch
 
 fail:
   store i64 1, ptr %failed_at
@@ -150,9 +175,10 @@ finish:
 def _module_text() -> str:
     """The function `march(arguments)`: all fields are loaded first, under their names."""
     kinds = {_P: "ptr", _D: "double", _L: "i64"}
-    fields = [(name, kinds[kind]) for name, kind in _Arguments._fields_]
+    fields = [(name, kinds[kind]) for name, kind in Arguments._fields_]
     lines = [
         f"%arguments = type {{ {', '.join(kind for _, kind in fields)} }}",
+        "declare double @llvm.fabs.f64(double)",
         "define i64 @march(ptr %a) {",
         "entry:",
     ]
@@ -162,56 +188,64 @@ def _module_text() -> str:
     return "\n".join([*lines, "  br label %step", _IR])
 
 
+@dataclass(frozen=True, slots=True)
+class Where:
+    """CVODE's memory, its vectors (states, and scratch), and where it writes the time."""
+
+    memory: int
+    y: int
+    dense: int
+    time: C.c_double
+
+
 class Driver:
     """The compiled march; holds the engine that owns its code."""
 
     def __init__(self, sundials: Sundials, engine: Any) -> None:
         self._engine = engine
         address = engine.get_function_address("march")
-        self._call = C.CFUNCTYPE(_L, C.POINTER(_Arguments))(address)
+        self._call = C.CFUNCTYPE(_L, C.POINTER(Arguments))(address)
         self._cvode = sundials.address("CVode")
         self._interpolate = sundials.address("CVodeGetDky")
         self._numbers = sundials.N_VGetArrayPointer
 
-    def march(
-        self,
-        memory: int,
-        vectors: list[int],
-        kernel: Addresses,
-        limit: float,
-        recorder: Recorder,
-        steps: int,
-        time: C.c_double,
-    ) -> tuple[int, bool]:
-        """CVODE's last flag, and whether the kernel failed. Rows go to the recorder."""
-        recorder.reserve(len(recorder.grid) - recorder.next + 2)
-        a = _Arguments(
-            memory=memory,
-            y=vectors[0],
-            y_numbers=self._numbers(vectors[0]),
-            dense=vectors[1],
-            dense_numbers=self._numbers(vectors[1]),
+    def prepare(
+        self, where: Where, kernel: Addresses, recorder: Recorder, watch: Watch
+    ) -> Arguments:
+        """What stays the same as long as the run and CVODE's memory do."""
+        return Arguments(
+            memory=where.memory,
+            y=where.y,
+            y_numbers=self._numbers(where.y),
+            dense=where.dense,
+            dense_numbers=self._numbers(where.dense),
             context=kernel.context,
             workspace=kernel.workspace,
             slots=recorder.slots.ctypes.data,
             grid=recorder.grid.ctypes.data,
-            rows=recorder.data.ctypes.data,
-            times=recorder.time.ctypes.data,
             cvode=self._cvode,
             interpolate=self._interpolate,
             rhs=kernel.cv_rhs,
             outputs=kernel.outputs,
             accept=kernel.accept,
-            time=C.addressof(time),
-            limit=limit,
+            time=C.addressof(where.time),
             near=recorder.near,
             columns=len(recorder.slots),
             grid_end=len(recorder.grid),
-            next=recorder.next,
-            count=recorder.count,
-            steps=steps,
-            failed=0,
+            watched=watch.slots.ctypes.data,
+            reference=watch.reference.ctypes.data,
+            watch_count=len(watch.slots),
         )
+
+    def march(
+        self, a: Arguments, limit: float, recorder: Recorder, watch: Watch, steps: int
+    ) -> tuple[int, bool]:
+        """CVODE's last flag, and whether the kernel failed. Rows go to the recorder."""
+        if recorder.reserve(len(recorder.grid) - recorder.next + 2) or not a.rows:
+            a.rows = recorder.data.ctypes.data
+            a.times = recorder.time.ctypes.data
+        a.limit, a.steps, a.watch_limit = limit, steps, watch.limit
+        a.next, a.count, a.failed = recorder.next, recorder.count, 0
         flag: int = self._call(C.byref(a))
         recorder.next, recorder.count = a.next, a.count
         return flag, bool(a.failed)

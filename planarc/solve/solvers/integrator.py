@@ -69,6 +69,25 @@ class Settings:
     relations: int  # number of zero functions
 
 
+class Watch:
+    """Lets a march end when a watched slot has moved by more than `limit`."""
+
+    def __init__(self, slots: Sequence[int]) -> None:
+        import numpy as np
+
+        self.slots = np.array(slots, dtype=np.int32)
+        self.reference = np.zeros(len(slots))
+        self.limit = 0.0
+
+    def begin(self, values: Sequence[float], limit: float) -> None:
+        self.reference[:] = values
+        self.limit = limit
+
+    def moved(self, w: Sequence[float]) -> bool:
+        pairs = zip(self.slots.tolist(), self.reference.tolist(), strict=True)
+        return any(abs(w[slot] - value) > self.limit for slot, value in pairs)
+
+
 class Integrator(Protocol):
     name: str
 
@@ -89,7 +108,7 @@ class Integrator(Protocol):
         """Go on from here. `absolute` are the absolute tolerances; `directions[i]` is the
         only way in which zero function i may cross; `step` the first step to try."""
 
-    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         """At `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
 
     def last_step(self) -> float: ...
@@ -117,7 +136,12 @@ class Stepper(Protocol):
 
 
 def march_steps(
-    stepper: Stepper, kernel: Kernel, limit: float, recorder: Recorder, steps: int
+    stepper: Stepper,
+    kernel: Kernel,
+    limit: float,
+    recorder: Recorder,
+    watch: Watch,
+    steps: int,
 ) -> March:
     """The march of an integrator that comes back to Python after every step."""
     for _ in range(steps):
@@ -130,10 +154,13 @@ def march_steps(
             if kernel.outputs(t, stepper.y) != 0:
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             kernel.accept(t)
+            moved = watch.moved(kernel.w)
         if not take_rows(stepper, kernel, recorder, t if ordinary else t - recorder.near):
             return March(Outcome.FAILED, cause=Cause.BLOCK)
         if not ordinary:
             return march
+        if moved:
+            break
     return March(Outcome.BUDGET)
 
 

@@ -18,6 +18,7 @@ from planarc.solve.solvers.integrator import (
     March,
     Outcome,
     Settings,
+    Watch,
     march_steps,
 )
 from planarc.solve.solvers.locate import crossed, locate
@@ -111,8 +112,8 @@ class ScipyIntegrator:
             first_step=first,
         )
 
-    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
-        return march_steps(self, self._kernel, limit, recorder, steps)
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
+        return march_steps(self, self._kernel, limit, recorder, watch, steps)
 
     def step(self, limit: float) -> March:
         shorter = 0

@@ -17,6 +17,7 @@ from planarc.solve.solvers.integrator import (
     March,
     Outcome,
     Settings,
+    Watch,
     march_steps,
 )
 from planarc.solve.solvers.locate import crossed, locate
@@ -54,8 +55,8 @@ class Stateless:
         self._g = [0.0] * self._settings.relations
         self._kernel.roots(t, (), self._g)
 
-    def march(self, limit: float, recorder: Recorder, steps: int) -> March:
-        return march_steps(self, self._kernel, limit, recorder, steps)
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
+        return march_steps(self, self._kernel, limit, recorder, watch, steps)
 
     def step(self, limit: float) -> March:
         begin, self._step = self._t, min(2 * self._step, self._settings.span * _LONGEST)

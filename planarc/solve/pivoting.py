@@ -1,0 +1,104 @@
+"""Which unknowns of an underdetermined linear system to solve for, on plain numbers.
+
+In:   a matrix G of m rows and n > m columns, a class for each column
+Out:  m columns to solve for; how strongly they depend on the others
+
+Small matrices are treated as Python lists, since a call into NumPy costs as much as
+eliminating a few rows; large ones go to NumPy.
+
+Example: one row (3, -4), equal classes. Column 1 is solved for; the sensitivity to
+column 0 is 3/4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+Rows: TypeAlias = Sequence[Sequence[float]]
+
+#: A pivot of a better class may be smaller than the largest by this factor.
+GIVE_WAY = 0.2
+#: Up to this many rows Python is faster than NumPy.
+SMALL = 6
+
+
+def choose_columns(g: Rows, classes: Sequence[int], never: int) -> list[int] | None:
+    """Columns to solve for, by elimination with complete pivoting.
+
+    The lowest class comes first, and gives way only where its pivot would be much smaller.
+    Columns of the class `never` are not chosen: None where there are no others left.
+    """
+    a = [list(map(float, row)) for row in g]
+    rows, left, chosen = list(range(len(a))), list(range(len(classes))), []
+    while rows:
+        best = {j: max(abs(a[r][j]) for r in rows) for j in left if classes[j] < never}
+        if not best:
+            return None
+        enough = GIVE_WAY * max(best.values())
+        lowest = min(classes[j] for j, size in best.items() if size >= enough)
+        # Equal but for rounding counts as equal: the order decides, not the machine.
+        most = max(size for j, size in best.items() if classes[j] == lowest) * (1 - 1e-9)
+        column = next(j for j, size in best.items() if classes[j] == lowest and size >= most)
+        pivot = max(rows, key=lambda r: abs(a[r][column]))
+        rows.remove(pivot)
+        left.remove(column)
+        chosen.append(column)
+        _eliminate(a, rows, left, pivot, column)
+    return sorted(chosen)
+
+
+def _eliminate(
+    a: list[list[float]], rows: Sequence[int], left: Sequence[int], pivot: int, column: int
+) -> None:
+    p = a[pivot]
+    if p[column] == 0.0:
+        return
+    for r in rows:
+        factor = a[r][column] / p[column]
+        if factor:
+            for j in left:
+                a[r][j] -= factor * p[j]
+
+
+def sensitivities(g: Rows, solved: Sequence[int], free: Sequence[int]) -> list[list[float]] | None:
+    """|G_solved^-1 * G_free|, a row for each column solved for; None where singular."""
+    if len(solved) > SMALL:
+        return _large(g, solved, free)
+    m = len(solved)
+    a = [[row[j] for j in (*solved, *free)] for row in g]
+    width = len(a[0])
+    for k in range(m):
+        pivot = max(range(k, m), key=lambda r: abs(a[r][k]))
+        if a[pivot][k] == 0.0:
+            return None
+        a[k], a[pivot] = a[pivot], a[k]
+        p = a[k]
+        for r in range(m):
+            if r != k and a[r][k]:
+                factor = a[r][k] / p[k]
+                row = a[r]
+                for j in range(k, width):
+                    row[j] -= factor * p[j]
+    return [[abs(x / a[k][k]) for x in a[k][m:]] for k in range(m)]
+
+
+def _large(g: Rows, solved: Sequence[int], free: Sequence[int]) -> list[list[float]] | None:
+    import numpy as np
+
+    matrix = np.asarray(g, dtype=float)
+    try:
+        x = np.linalg.solve(matrix[:, list(solved)], matrix[:, list(free)])
+    except np.linalg.LinAlgError:
+        return None
+    return np.abs(x).tolist()  # type: ignore[no-any-return]
+
+
+def largest(x: Rows, columns: Sequence[int]) -> tuple[float, int, int]:
+    """The largest entry in some columns, with its row and column; -1 where there is none."""
+    best = (-1.0, -1, -1)
+    for r, row in enumerate(x):
+        for c in columns:
+            if row[c] > best[0]:
+                best = row[c], r, c
+    return best
