@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten import (
     annotation,
@@ -436,20 +436,28 @@ def _external(instance: Instance, signature: Signature) -> str | None:
 def function_body(
     instance: Instance, names: dict[str, flat.Expression], builder: FunctionBuilder
 ) -> tuple[flat.Statement, ...]:
-    """The statements of a function's algorithm section."""
-    found: list[flat.Statement] = []
+    """The statements of a function's one algorithm section (12.2)."""
+    found: list[tuple[int, syntax.AlgorithmSection]] = []
     for index, part in enumerate(instance.layout.parts):
         body = part.definition.body
         if isinstance(body, syntax.ExtendsClass):
             body = body.composition
         if not isinstance(body, syntax.Composition):
             continue
-        env = Env(instance.scope(index), dict(names), builder, in_algorithm=True)
         for section in body.sections:
             if isinstance(section, syntax.EquationSection):
                 raise error("F298", "a function cannot have equations", section.span)
-            found += statements.type_statements(section.statements, env, "")
-    return tuple(found)
-
-
-from planarc.flatten.conform import expect  # noqa: E402
+            found.append((index, section))
+    if len(found) > 1:
+        raise error(
+            "F298",
+            f"the function `{instance.cls.name}` has more than one algorithm section",
+            found[0][1].span,
+            related=[Related("the other one", found[1][1].span)],
+            hint="extend a partial function, which has none",
+        )
+    if not found:
+        return ()
+    index, section = found[0]
+    env = Env(instance.scope(index), dict(names), builder, in_algorithm=True)
+    return statements.type_statements(section.statements, env, "")

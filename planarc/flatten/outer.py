@@ -55,7 +55,7 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     root = session.root
     cls = lookup.find_class(element.scope, definition.type)
     layout = inherit.layout_of(cls)
-    if root is None or element.name in root.layout.members or layout.builtin is not None:
+    if root is None or _is_taken(root, element.name) or layout.builtin is not None:
         raise _missing(element, definition)
     if cls.definition.partial:
         raise _missing(element, definition)
@@ -68,6 +68,12 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
         f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`",
     )
     return made
+
+
+def _is_taken(root: Instance, name: str) -> bool:
+    """The model has an element of that name already, other than an outer one."""
+    slot = root.layout.members.get(name)
+    return slot is not None and not slot[1].prefixes.outer
 
 
 def _missing(element: Element, definition: syntax.Component) -> Exception:
