@@ -15,7 +15,7 @@ Promises:  two `fixed` values that disagree, in an alias set or with a constant,
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.source import Span
@@ -71,6 +71,24 @@ def merge_attributes(
     if wrong:
         raise PlanarcError(wrong)
     return merged
+
+
+def hold_states(
+    dae: Dae, attributes: dict[Expr, Attributes], symbols: Iterable[Expr]
+) -> dict[Expr, Attributes]:
+    """The same, with StateSelect.always for `symbols`."""
+    held = dict(attributes)
+    for symbol in symbols:
+        known = held.get(symbol) or plain_attributes(dae, symbol)
+        held[symbol] = replace(known, select=StateSelect.ALWAYS)
+    return held
+
+
+def plain_attributes(dae: Dae, symbol: Expr) -> Attributes:
+    """Of a symbol that no variable of the model stands for."""
+    span = next(v.span for v in dae.variables if v.name == symbol.name)
+    shown = symbol_text(symbol.name, symbol.order)
+    return Attributes(shown, StateSelect.DEFAULT, None, False, False, None, span)
 
 
 def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:

@@ -12,7 +12,7 @@ from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
 from planarc.structure.algebra import Algebra, Memory
 from planarc.structure.alias import eliminate_aliases, orders_needed
-from planarc.structure.attributes import merge_attributes
+from planarc.structure.attributes import hold_states, merge_attributes
 from planarc.structure.discrete import sort_discrete
 from planarc.structure.expand import expand_equations
 from planarc.structure.initial import guess_tears, held_variables, initial_residuals
@@ -20,7 +20,7 @@ from planarc.structure.linear import Contents
 from planarc.structure.numbers import ParameterNumbers
 from planarc.structure.pantelides import reduce_index
 from planarc.structure.report import check_regular
-from planarc.structure.rewrite import expressions_of_rest, rewrite_rest
+from planarc.structure.rewrite import expressions_of_rest, reset_symbols, rewrite_rest
 from planarc.structure.signs import Signs
 from planarc.structure.states import (
     check_always,
@@ -48,7 +48,10 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
         for e in elimination.live
     ]
     check_regular(dae, elimination, [[v for v, _ in row] for row in signature])
+    rest = rewrite_rest(dae, elimination.rewrite)
+    reset = reset_symbols(rest)
     attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
+    attributes = hold_states(dae, attributes, reset)
 
     others = [elimination.rewrite(e) for e in expressions_of_rest(dae)]
     held = [table.der(s) for s, a in attributes.items() if a.select is StateSelect.ALWAYS]
@@ -74,7 +77,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
         system = systems.at(height)
         if height:
             steps = sort_level(systems, system, attributes, favoured)
-            check_always(steps, attributes, expansion.equations)
+            check_always(steps, attributes, expansion.equations, reset)
             candidates.extend(describe_candidates(dae, steps, attributes))
             favoured = derivatives_of_tears(table, steps)
         else:
@@ -84,7 +87,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
     first_initial = len(expansion.equations)
     first_discrete = first_initial + len(dae.initial_equations)
     return SortedDae(
-        dae=rewrite_rest(dae, elimination.rewrite),
+        dae=rest,
         equations=(
             *expansion.equations,
             *(SourceEquation(e) for e in dae.initial_equations),

@@ -50,6 +50,18 @@ def expressions_of_rest(dae: Dae) -> Iterator[Expr]:
         yield equation.right
 
 
+def reset_symbols(dae: Dae) -> tuple[Expr, ...]:
+    """What some `reinit` sets: these must stay states."""
+    found = (
+        action.symbol
+        for when in dae.whens
+        for _, actions in when.branches
+        for action in actions
+        if isinstance(action, Reinit)
+    )
+    return tuple(dict.fromkeys(found))
+
+
 def _of_action(action: Action) -> Iterator[Expr]:
     match action:
         case SetDiscrete():

@@ -26,10 +26,10 @@ from collections.abc import Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Exprs, symbol_text
+from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Assignment, Block, Candidate, SourceEquation, Step
-from planarc.structure.attributes import Attributes
+from planarc.structure.attributes import Attributes, plain_attributes
 from planarc.structure.steps import make_steps
 from planarc.structure.system import System, Systems
 from planarc.structure.tearing import tear_system
@@ -68,21 +68,10 @@ def derivatives_of_tears(table: Exprs, steps: Sequence[Step]) -> frozenset[Expr]
 def describe_candidates(
     dae: Dae, steps: Sequence[Step], attributes: Mapping[Expr, Attributes]
 ) -> tuple[Candidate, ...]:
-    spans = {v.name: v.span for v in dae.variables}
     found = []
     for step in steps:
         for symbol in step.tears if isinstance(step, Block) else ():
-            a = attributes.get(symbol)
-            if a is None:
-                a = Attributes(
-                    symbol_text(symbol.name, symbol.order),
-                    StateSelect.DEFAULT,
-                    None,
-                    False,
-                    False,
-                    None,
-                    spans[symbol.name],
-                )
+            a = attributes.get(symbol) or plain_attributes(dae, symbol)
             found.append(
                 Candidate(
                     symbol,
@@ -102,12 +91,16 @@ def check_always(
     steps: Sequence[Step],
     attributes: Mapping[Expr, Attributes],
     equations: Sequence[SourceEquation],
+    reset: Sequence[Expr] = (),
 ) -> None:
-    """A symbol with StateSelect.always is a candidate, and its block has states enough."""
+    """A symbol with StateSelect.always is a candidate, and its block has states enough.
+
+    `reset` are symbols that must be states because a `reinit` sets them.
+    """
     wrong = []
     for step in steps:
         if isinstance(step, Assignment):
-            wrong.extend(_check_assigned(step, attributes, equations))
+            wrong.extend(_check_assigned(step, attributes, equations, reset))
             continue
         always = [t for t in step.tears if select_of(t, attributes) is StateSelect.ALWAYS]
         if len(always) > step.free:
@@ -126,23 +119,37 @@ def check_always(
                 )
             )
         for a in step.inner:
-            wrong.extend(_check_assigned(a, attributes, equations))
+            wrong.extend(_check_assigned(a, attributes, equations, reset))
     if wrong:
         raise PlanarcError(wrong)
 
 
 def _check_assigned(
-    step: Assignment, attributes: Mapping[Expr, Attributes], equations: Sequence[SourceEquation]
+    step: Assignment,
+    attributes: Mapping[Expr, Attributes],
+    equations: Sequence[SourceEquation],
+    reset: Sequence[Expr],
 ) -> list[Diagnostic]:
     if select_of(step.target, attributes) is not StateSelect.ALWAYS:
         return []
     a = attributes[step.target]
+    related = (Related("from this equation", equations[step.equation].span),)
+    if step.target in reset:
+        return [
+            Diagnostic(
+                "S313",
+                f"`{a.display}` is set by `reinit`, but follows from other variables",
+                a.span,
+                hint="reinit the variable that it follows from",
+                related=related,
+            )
+        ]
     return [
         Diagnostic(
             "S307",
             f"`{a.display}` has `StateSelect.always`, but follows from other variables",
             a.span,
             hint="use `StateSelect.prefer`, or take `always` away from what it follows from",
-            related=(Related("from this equation", equations[step.equation].span),),
+            related=related,
         )
     ]

@@ -94,3 +94,25 @@ def test_a_constant_cannot_be_reset(make: Callable[..., Dae]) -> None:
     reinit = Reinit(dae.table.symbol("x"), dae.table.zero)
     with pytest.raises(PlanarcError, match="S312"):
         structure(replace(dae, whens=(When((("b", (reinit,)),)),)))
+
+
+def _reset(dae: Dae, name: str) -> SortedDae:
+    reinit = Reinit(dae.table.symbol(name), dae.table.zero)
+    return structure(replace(dae, whens=(When((("b", (reinit,)),)),)))
+
+
+def test_what_a_reinit_sets_is_kept_as_a_state(make: Callable[..., Dae]) -> None:
+    attributes = {"x": {"select": "prefer"}}
+    dae = make("der(x) = 1", "y = 2*x", discrete={"b": "event[0]"}, attributes=attributes)
+    assert [(c.display, c.select.name) for c in _reset(dae, "y").candidates] == [("y", "ALWAYS")]
+
+
+def test_a_reinit_of_what_cannot_be_a_state_is_refused(make: Callable[..., Dae]) -> None:
+    dae = make("y = sin(time)", discrete={"b": "event[0]"})
+    with pytest.raises(PlanarcError) as info:
+        _reset(dae, "y")
+    (d,) = info.value.diagnostics
+    assert (d.code, d.message) == (
+        "S313",
+        "`y` is set by `reinit`, but follows from other variables",
+    )
