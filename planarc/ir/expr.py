@@ -495,6 +495,8 @@ def number_text(value: float | bool) -> str:
 
 def text(root: Expr) -> str:
     """The expression in Modelica's notation, with as few parentheses as it needs."""
+    if root.op is Op.SYMBOL:
+        return symbol_text(*root.data)
     done: dict[Expr, tuple[str, int]] = {}  # text and binding strength
     for e in postorder((root,)):
         done[e] = _text(e, [done[a] for a in e.args])

@@ -220,7 +220,7 @@ def nonlinear() -> SortedDae:
     return b.sorted()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def build() -> Callable[[str], Builder]:
     return Builder
 
