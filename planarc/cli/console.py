@@ -69,7 +69,7 @@ def _rich_print(text: str, stream: TextIO) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    Console(file=stream, highlight=False).print(Text.from_ansi(text), soft_wrap=True)
+    Console(file=stream, highlight=False).print(Text.from_ansi(text), soft_wrap=True, end="")
 
 
 def _rich_rows(lines: Sequence[tuple[str, str]]) -> None:
