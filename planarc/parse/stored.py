@@ -42,6 +42,8 @@ def load_tree(source: Source, key: str) -> Any | None:
 
 
 def store_tree(key: str, tree: Any) -> None:
+    if cache.folder() is None:
+        return
     buffer = io.BytesIO()
     try:
         _Writer(buffer, protocol=5).dump(tree)
