@@ -273,10 +273,12 @@ sys.exit(run(sys.argv[1:]))
 """
 
 
+@pytest.mark.parametrize("solver", ["auto", "scipy-bdf"])
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.pmo")), ids=lambda p: p.stem)
-def test_the_base_path_needs_neither_llvmlite_nor_sundials(path: Path) -> None:
+def test_the_base_path_needs_neither_llvmlite_nor_sundials(path: Path, solver: str) -> None:
     """numpy and scipy alone run every example."""
-    command = [sys.executable, "-c", WITHOUT, "simulate", str(path), "--stop", "0.5", "--json"]
+    options = ["--stop", "0.5", "--solver", solver, "--json"]
+    command = [sys.executable, "-c", WITHOUT, "simulate", str(path), *options]
     done = subprocess.run(command, capture_output=True, text=True)
     found = json.loads(done.stdout)
     assert done.returncode == 0, found["diagnostics"]
