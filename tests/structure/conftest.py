@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -226,6 +229,11 @@ class Point:
             self.values[step.target.data] = self.value(step.value)
             return
         given = {t: self.states[str(t)] for t in step.tears if str(t) in self.states}
+        if step.residuals and len(given) == len(step.tears):  # all are known: they must fit
+            self.values.update({t.data: v for t, v in given.items()})
+            misfit = self._residuals(step, [], np.array([]))
+            assert np.max(np.abs(misfit)) < 1e-9, f"{step.tears} do not fit: {misfit}"
+            return
         solved = [t for t in step.tears if t not in given]
         assert len(solved) == len(step.residuals), f"states of {step.tears}: {list(given)}"
         self.values.update({t.data: v for t, v in given.items()})
@@ -253,3 +261,15 @@ class Point:
 @pytest.fixture
 def point() -> type[Point]:
     return Point
+
+
+@pytest.fixture(scope="session")
+def planar() -> ModuleType:
+    """The module `planar.py` beside this file."""
+    path = Path(__file__).with_name("planar.py")
+    spec = importlib.util.spec_from_file_location("structure_planar", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
