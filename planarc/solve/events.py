@@ -12,14 +12,15 @@ change. At an event the equations are iterated at one instant of time:
     5  a relation at zero takes the truth that it has right after this instant
 
 The last step is what a bouncing ball needs: its `h <= 0` becomes true, the velocity
-is reversed, and right after the instant `h <= 0` is false. It is taken once for each
-relation, so that a sliding mode cannot keep one instant busy for ever.
+is reversed, and right after the instant `h <= 0` is false. Where that turns the motion
+again, as in a sliding mode, the relation is turned back and left to the next event.
 
 Reference: Modelica 3.6, section 8.6 and appendix B.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -174,7 +175,7 @@ class Events:
             return self._failed(t, done)
         held = dict(crossing)
         bound = {i: 2 * abs(self._g[i]) + NOISE * max(1.0, self._largest[i]) for i in held}
-        turned: set[int] = set()
+        turned: Counter[int] = Counter()
         for _ in range(MOST_ITERATIONS):
             before = self._snapshot()
             if not self._settle(t, done, held, bound):
@@ -239,14 +240,14 @@ class Events:
         y: Sequence[float],
         held: dict[int, bool],
         bound: dict[int, float],
-        turned: set[int],
+        turned: Counter[int],
     ) -> bool:
         """Relations at zero take their truth right after this instant; true if one changed."""
         w, relations, now = self.kernel.w, self.program.relations, self._g
         near = [
             i
             for i in range(len(relations))
-            if i not in turned and abs(now[i]) <= bound.get(i, NOISE * max(1.0, self._largest[i]))
+            if turned[i] < 2 and abs(now[i]) <= bound.get(i, NOISE * max(1.0, self._largest[i]))
         ]
         if not near:
             return False
@@ -261,7 +262,7 @@ class Events:
                     w[relations[i].slot] = float(truth)
                     held[i], changed = truth, True
                     bound.setdefault(i, NOISE * max(1.0, self._largest[i]))
-                    turned.add(i)
+                    turned[i] += 1
         return changed
 
     # When-clauses

@@ -43,6 +43,9 @@ def stopped(
             "number, beyond this time",
             related=_related(program, kernel, t, block),
         )
+    stretched = _stretched(program, kernel) if block < 0 or _on_top(program, block) else -1
+    if stretched >= 0 and (flag != 0 or cause is Cause.BLOCK):
+        return _block(program, kernel, t, stretched)
     if 0 <= block < len(program.blocks) and (flag != 0 or cause is Cause.BLOCK):
         return _block(program, kernel, t, block)
     names = [program.candidates[i].display for i in run.selection]
@@ -53,6 +56,28 @@ def stopped(
         hint=f"the states that moved fastest were {rates}" if rates else None,
         related=_related(program, kernel, t, block),
     )
+
+
+def _on_top(program: Program, block: int) -> bool:
+    return block < len(program.blocks) and program.blocks[block].height == 0
+
+
+def _stretched(program: Program, kernel: Kernel) -> int:
+    """A block of constraints that hardly depend on each other's unknowns, or -1.
+
+    In such a position accelerations and forces have no value, and the block of these is
+    the one that fails; what the user can do something about is the mechanism.
+    """
+    import numpy as np
+
+    for i, block in enumerate(program.blocks):
+        if block.height > 0 and block.residuals:
+            g = np.array(kernel.jacobian(i), dtype=float)
+            if np.all(np.isfinite(g)):
+                sizes = np.linalg.svd(g, compute_uv=False)
+                if sizes[-1] < 1e-2 * sizes[0]:
+                    return i
+    return -1
 
 
 def _finite(values: Sequence[float]) -> bool:

@@ -202,8 +202,10 @@ class Run:
         steps = 2
         stop = self.request.stop
 
-        while self.ended is None and self.integrator.t < stop:
+        while self.ended is None and not same(self.integrator.t, stop):
             limit = min(self.schedule.next(self.integrator.t), stop)
+            if same(limit, stop):
+                limit = stop
             began = time.perf_counter()
             march = self.integrator.march(limit, self.recorder, self.selector.watch, steps)
             steps = self._budget(steps, time.perf_counter() - began)
@@ -235,7 +237,7 @@ class Run:
         crossing = self._crossings(march)
         known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
         if same(known, t):
-            t = known
+            t = stop if same(known, stop) else known
             crossing |= self.schedule.switching(t)
         fired = self.schedule.firing(t)
         if not crossing and march.outcome is Outcome.BUDGET:
