@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 _INVERTIBLE = frozenset({"exp", "log", "sinh", "tanh"})
 _LARGEST = 60  # nodes of an equation that is still given to sympy
+_HIGHEST = 6  # degree
 
 #: Answers by shape: an expression in prefix form, or "" for none.
 Memory = MutableMapping[str, str]
@@ -72,15 +73,34 @@ class Algebra:
         if len(nodes) > _LARGEST:
             return False
         for e in nodes:
-            if e.args and unknown in self._contents(e) and not _is_transparent(e, unknown):
+            if e.args and unknown in self._contents(e) and not _is_transparent(e):
                 return False
+        if _degree(nodes, unknown) > _HIGHEST:
+            return False
         slope = partial(self._table, unknown)
         curvature = slope(slope(residual))
         # A curvature that does not depend on the unknown is that of a parabola.
         return curvature is self._table.zero or unknown in self._contents(curvature)
 
 
-def _is_transparent(e: Expr, unknown: Expr) -> bool:
+def _degree(nodes: list[Expr], unknown: Expr) -> float:
+    """A bound of the degree of a polynomial when expanded; functions count as unknowns."""
+    degree: dict[Expr, float] = {}
+    for e in nodes:
+        below = [degree[a] for a in e.args]
+        match e.op:
+            case Op.MUL | Op.DIV:
+                degree[e] = sum(below)
+            case Op.POW:
+                degree[e] = below[0] * (abs(e.args[1].data) if e.args[1].is_const else 1)
+            case Op.CALL:
+                degree[e] = min(1, max(below, default=0))
+            case _:
+                degree[e] = max(below, default=float(e is unknown))
+    return degree[nodes[-1]]
+
+
+def _is_transparent(e: Expr) -> bool:
     match e.op:
         case Op.ADD | Op.NEG | Op.MUL | Op.DIV:
             return True

@@ -36,7 +36,9 @@ def sort_discrete(
     rows = [[names[s.name] for s in options] for options in solved]
     matching = match_equations(rows, len(names))
     if matching.exposed:
-        raise PlanarcError([_unsolvable(dae.discrete_equations[e]) for e in matching.exposed])
+        raise PlanarcError(
+            [_unsolvable(dae.discrete_equations[e], solved[e]) for e in matching.exposed]
+        )
     values = [
         solved[e][table.symbol(dae.discretes[v].name)] for e, v in enumerate(matching.variable)
     ]
@@ -77,7 +79,15 @@ def _text(equation: Equation) -> str:
     return f"`{text(equation.left)} = {text(equation.right)}`"
 
 
-def _unsolvable(equation: Equation) -> Diagnostic:
+def _unsolvable(equation: Equation, options: dict[Expr, Expr]) -> Diagnostic:
+    if options:
+        names = ", ".join(f"`{text(s)}`" for s in options)
+        return Diagnostic(
+            "S314",
+            f"the discrete equation {_text(equation)} is one too many: others set {names}",
+            equation.span,
+            hint="remove one of these equations",
+        )
     return Diagnostic(
         "S310",
         f"the discrete equation {_text(equation)} has no variable to be solved for",

@@ -110,6 +110,7 @@ def test_a_parabola_is_told_without_sympy(read: Read, monkeypatch: pytest.Monkey
     monkeypatch.setattr(algebra, "_ask", never)
     assert _value(read, "L*L = (x - y)^2 + T^2", "x") is None
     assert _value(read, "y = T*cos(x)", "x") is None
+    assert _value(read, "((x + y)^30 + z)^30 = T", "x") is None  # would not end
 
 
 def test_a_level_uses_the_answer(sort: Callable[..., SortedDae], point: Any) -> None:

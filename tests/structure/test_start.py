@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.ir.dae import Assertion, Dae, Message, Reinit, When
+from planarc.ir.dae import Assertion, Dae, Equation, Message, Reinit, When
 from planarc.ir.expr import text
 from planarc.ir.sorted import SortedDae
 from planarc.structure.pipeline import structure
@@ -65,6 +65,26 @@ def test_a_discrete_loop_names_its_variables(sort: Sort) -> None:
     (d,) = info.value.diagnostics
     assert d.code == "S311"
     assert d.message == "discrete variables depend on each other at one instant: `a`, `b`"
+
+
+def test_two_equations_for_one_discrete_variable(make: Callable[..., Dae]) -> None:
+    dae = make("der(x) = 1", discrete={"a": "event[0]"})
+    twice = replace(dae, discrete_equations=dae.discrete_equations * 2)
+    with pytest.raises(PlanarcError) as info:
+        structure(twice)
+    (d,) = info.value.diagnostics
+    assert (d.code, d.message) == (
+        "S314",
+        "the discrete equation `a = event[0]` is one too many: others set `a`",
+    )
+
+
+def test_a_discrete_equation_without_a_variable(make: Callable[..., Dae]) -> None:
+    dae = make("der(x) = 1", discrete={"a": ""})
+    t = dae.table
+    odd = Equation(t.and_(t.symbol("a"), t.event(0)), t.true)
+    with pytest.raises(PlanarcError, match="S310"):
+        structure(replace(dae, discrete_equations=(odd,)))
 
 
 def test_eliminated_variables_leave_discrete_equations(sort: Sort) -> None:
