@@ -8,10 +8,7 @@ unknowns; a column is an unknown.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NewType, TypeAlias
-
-Equ = NewType("Equ", int)
-Var = NewType("Var", int)
+from typing import TypeAlias
 
 #: The unknowns of each equation.
 Rows: TypeAlias = Sequence[Sequence[int]]
