@@ -5,7 +5,9 @@ Out:  Shape   the residual as words, its parts without the unknown as numbered l
 
 Example: exp(x/T) - cos(phi), for x
 
-    +:2 exp:1 /:2 $0 $1 ~:1 $2      leaves x, T, cos(phi)
+    +:2 exp:1 /:2 $0 $1 $2      leaves x, T, -cos(phi)
+
+An operator stands with its count of arguments, before them.
 
 So the same equation of eighty equal links has one shape. An answer is words, too, and
 `decode` puts the leaves of the equation that asked back in.
@@ -54,6 +56,7 @@ class Shape:
 
 
 def decode(table: Exprs, words: Iterable[str], leaves: list[Expr]) -> Expr:
+    """The expression that words stand for, with these leaves."""
     stack: list[Expr] = []
     for word in reversed(list(words)):
         if word[0] == "$":
