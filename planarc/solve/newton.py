@@ -73,6 +73,9 @@ def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
     import numpy as np
 
     r = f(guess)
+    if r is None:  # perhaps a singular position: begin beside it
+        guess = guess + 1e-3 * np.cos(1.0 + 2.0 * np.arange(len(guess)))
+        r = f(guess)
     if r is None:
         return Root(guess, np.array([np.nan]), False)
     root = _newton(f, guess, r, iterations)

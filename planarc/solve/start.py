@@ -143,30 +143,81 @@ class System:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which candidates are held; `redundant` are fixed ones that others determine."""
+    """Which candidates are held. `redundant`: fixed ones that are determined without being
+    held, each with those among the held that determine it."""
 
     held: tuple[bool, ...]
-    redundant: tuple[int, ...]
+    redundant: tuple[tuple[int, tuple[int, ...]], ...] = ()
 
 
 def choose_held(system: System, u: Vector) -> Choice:
-    """The candidates held, first come first served, as long as they are independent."""
+    """The candidates held, first come first served, as long as they are independent.
+
+    The guess may be a singular position by accident. So the same is done at two places
+    beside it, and the outcome that holds the first candidates counts.
+    """
+    candidates, order = system.program.candidates, _by_rank(system.program)
+    best: tuple[list[bool], Choice] | None = None
+    for place in places(u):
+        motions = free_motions(system, place)
+        if motions is None:
+            continue
+        span = _Span(motions)
+        taken = [span.add(i) for i in order]
+        held = [c.fixed for c in candidates]
+        for i, independent in zip(order, taken, strict=True):
+            held[i] |= independent
+        redundant = tuple(
+            (i, span.partners(i))
+            for i, independent in zip(order, taken, strict=True)
+            if candidates[i].fixed and not independent
+        )
+        if best is None or taken > best[0]:
+            best = taken, Choice(tuple(held), redundant)
+        if sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True):
+            break  # no other outcome could hold earlier ones
+    return best[1] if best else Choice(tuple(c.fixed for c in candidates))
+
+
+def places(u: Vector) -> list[Vector]:
+    """A guess and two points beside it, the same ones every time."""
     import numpy as np
 
-    candidates = system.program.candidates
-    motions = _free_motions(system, u)
-    held = [c.fixed for c in candidates]
-    redundant = []
-    taken = np.zeros((0, motions.shape[1]))
-    for i in _by_rank(system.program):
-        direction = motions[i] - taken.T @ (taken @ motions[i])
-        length = float(np.sqrt(direction @ direction))
-        if length > INDEPENDENT:
-            held[i] = True
-            taken = np.vstack([taken, direction / length])
-        elif candidates[i].fixed:
-            redundant.append(i)
-    return Choice(tuple(held), tuple(redundant))
+    n = np.arange(len(u))
+    return [u, u + 0.1 * np.cos(1.0 + 2.0 * n), u + 0.2 * np.sin(2.0 + 1.7 * n)]
+
+
+class _Span:
+    """The directions already held, among the free motions at one place."""
+
+    def __init__(self, motions: Vector) -> None:
+        import numpy as np
+
+        self._motions = motions
+        self._basis = np.zeros((0, motions.shape[1]))
+        self._held: list[int] = []
+
+    def add(self, i: int) -> bool:
+        """Holds a candidate if it is independent of those held before."""
+        import numpy as np
+
+        row = self._motions[i]
+        rest = row - self._basis.T @ (self._basis @ row)
+        length = float(np.linalg.norm(rest))
+        if length <= INDEPENDENT:
+            return False
+        self._basis = np.vstack([self._basis, rest / length])
+        self._held.append(i)
+        return True
+
+    def partners(self, i: int) -> tuple[int, ...]:
+        """The held candidates that a dependent one follows from."""
+        import numpy as np
+
+        if not self._held or np.linalg.norm(self._motions[i]) < INDEPENDENT:
+            return ()
+        parts = np.linalg.lstsq(self._motions[self._held].T, self._motions[i], rcond=1e-6)[0]
+        return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
 
 
 def _by_rank(program: Program) -> list[int]:
@@ -182,28 +233,17 @@ def _by_rank(program: Program) -> list[int]:
     return sorted(asking, key=rank)
 
 
-def _free_motions(system: System, u: Vector) -> Vector:
-    """An orthonormal basis, in columns, of the changes that keep all rows (to first order).
-
-    Taken beside the guess when the guess itself is singular.
-    """
+def free_motions(system: System, point: Vector) -> Vector | None:
+    """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
     import numpy as np
 
-    best: tuple[int, Vector] | None = None
-    n = len(u)
-    beside = 1e-2 * np.cos(1.0 + 2.0 * np.arange(n))
-    for point in (u, u + beside):
-        r = system(point)
-        jacobian = None if r is None else newton.derivative(system, point, r)
-        if jacobian is None:
-            continue
-        _, sizes, directions = np.linalg.svd(jacobian)
-        rank = int(np.sum(sizes > 1e-5 * max(1e-300, sizes[0]))) if len(sizes) else 0
-        if best is None or rank > best[0]:
-            best = rank, directions[rank:].T
-        if rank == len(r if r is not None else ()):
-            break
-    return np.eye(n) if best is None else best[1]
+    r = system(point)
+    jacobian = None if r is None else newton.derivative(system, point, r)
+    if jacobian is None:
+        return None
+    _, sizes, directions = np.linalg.svd(jacobian)
+    rank = int(np.sum(sizes > 1e-5 * max(1e-300, sizes[0]))) if len(sizes) else 0
+    return directions[rank:].T
 
 
 def _assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
@@ -212,10 +252,17 @@ def _assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
 
     held = np.array(choice.held)
     values = _solve_stages(system, u0, held)
-    if values is None and np.any(held):
-        free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
-        values = None if free is None else _move(system, free, u0, held)
-    return values
+    if values is not None:
+        return values
+    found = [
+        v
+        for p in places(u0)[1:]
+        if (v := _solve_stages(system, np.where(held, u0, p), held)) is not None
+    ]
+    if found:
+        return min(found, key=lambda v: float(np.linalg.norm(v - u0)))
+    free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
+    return None if free is None else _move(system, free, u0, held)
 
 
 def _solve_stages(

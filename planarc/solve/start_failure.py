@@ -59,6 +59,10 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     """Finds out which of the conditions cannot be met, and with which others."""
     import numpy as np
 
+    from planarc.solve.start import places
+
+    if all(system(p) is None for p in places(u0)):
+        return not_evaluated(system, system.evaluate_flag(u0))
     nothing = np.zeros(len(u0), dtype=bool)
     for rows, columns in system.stages():
         free = _best(system, u0, rows, columns, nothing)
@@ -199,21 +203,24 @@ def _contradiction(
 
     program = system.program
     held = np.array(choice.held)
-    held[list(choice.redundant)] = False
+    held[[i for i, _ in choice.redundant]] = False
     without = _best(system, u0, rows, columns, held)
-    fixed = [c for c in columns if program.candidates[c].fixed]
-    others = [program.candidates[c] for c in fixed if c not in choice.redundant]
-    extra = [c for c in choice.redundant if c in columns] or list(choice.redundant)
-    names = trouble.names([program.candidates[c].display for c in fixed])
-    hint = f"remove `fixed = true` from `{program.candidates[extra[0]].display}`"
+    extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
+    first = program.candidates[extra]
+    others = [(program.candidates[i].display, program.candidates[i].span) for i in partners]
+    others += [(f.display, f.span) for f in program.fixed]
+    names = trouble.names([*(n for n, _ in others), first.display])
+    hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:
-        hint += f", which follows as {without.point[extra[0]]:.6g} from the others"
+        hint += f", which follows as {without.point[extra]:.6g} from the others"
     return PlanarcError(
         Diagnostic(
             "R411",
-            f"the fixed start values of {names} contradict each other",
-            program.candidates[extra[0]].span,
+            f"the fixed start values of {names} contradict each other"
+            if others
+            else f"the fixed start value of {names} contradicts the equations",
+            first.span,
             hint=hint,
-            related=tuple(Related(f"`{c.display}` is fixed here", c.span) for c in others[:_WORST]),
+            related=tuple(Related(f"`{n}` is fixed here", s) for n, s in others[:_WORST]),
         )
     )
