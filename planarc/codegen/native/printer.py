@@ -60,13 +60,6 @@ def ir(program: Program) -> str:
     return "\n".join((DECLARATIONS + _RUNTIME, _records(placement), *functions))
 
 
-def count_statements(program: Program) -> int:
-    """A measure for the time that compiling takes."""
-    lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots)
-    blocks = sum(len(b.body) + len(b.jacobian_body) + len(b.jacobian) for b in program.blocks)
-    return sum(map(len, lists)) + len(program.discrete) + blocks
-
-
 def _records(placement: Placement) -> str:
     numbers = [len(placement.records), *(n for r in placement.records for n in r)]
     row = ", ".join(f"i64 {n}" for n in numbers)
