@@ -61,10 +61,20 @@ class Runner:
         if variable.binding is not None:
             self.values[variable.name] = self.value(variable.binding)
             return
-        has_parts = variable.type.base is flat.Base.RECORD or bool(variable.type.dims)
-        if has_parts and None not in variable.type.dims:
+        type_ = variable.type.with_dims(self._dims(variable))
+        has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
+        if has_parts and None not in type_.dims:
             # Entries and fields may be assigned one by one; until then they are zero.
-            self.values[variable.name] = self._zero(variable.type)
+            self.values[variable.name] = self._zero(type_)
+
+    def _dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
+        """The dimensions, with those that depend on the inputs computed."""
+        dims = list(variable.type.dims)
+        for k, size in enumerate(variable.sizes):
+            if dims[k] is None and size is not None:
+                value = expr(self.value(size))
+                dims[k] = int(value.data) if value.is_const else None
+        return tuple(dims)
 
     def _zero(self, type_: flat.Type) -> Value:
         if dims := fixed_dims(type_):
