@@ -107,7 +107,7 @@ _EXPERIMENT = {
 
 def _number(expression: syntax.Expression, scope: Scope, name: str) -> float:
     typed = expressions.type_expression(expression, Env(scope))
-    value = evaluate.structural_value(typed, scope.session, f"`{name}` of the experiment")
+    value = evaluate.structural_value(typed, Env(scope), f"`{name}` of the experiment")
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise error("F287", f"`{name}` of the experiment must be a number", expression.span)
     return float(value)

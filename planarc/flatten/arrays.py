@@ -35,7 +35,7 @@ def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
             return flat.Builtin(flat.INTEGER.with_dims((len(dims),)), span, "size", (value,))
         return array([integer(d or 0, span) for d in dims], flat.INTEGER, span)
     dimension = which[0]
-    known = evaluate.try_value(dimension, env.session, mark=True)
+    known = evaluate.try_value(dimension, env, mark=True)
     if known is None:
         return flat.Builtin(flat.INTEGER, span, "size", (value, dimension))
     if not isinstance(known, int) or not 1 <= known <= len(dims):
@@ -55,9 +55,9 @@ def _sizes(name: str, arguments: Arguments, env: Env) -> tuple[int | None, ...]:
         if argument.type.base is not flat.Base.INTEGER or argument.type.dims:
             raise _wrong(name, argument)
         if env.function is not None or env.in_algorithm:
-            value = evaluate.try_value(argument, env.session, mark=True)
+            value = evaluate.try_value(argument, env, mark=True)
         else:
-            value = evaluate.structural_value(argument, env.session, f"a size given to `{name}`")
+            value = evaluate.structural_value(argument, env, f"a size given to `{name}`")
         if value is not None and int(value) < 0:  # type: ignore[arg-type]
             raise error("F255", f"a size given to `{name}` is negative: {value}", argument.span)
         sizes.append(None if value is None else int(value))  # type: ignore[arg-type]
@@ -224,7 +224,7 @@ def _vector(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     dims = value.type.dims
     if not dims:
         return array([value], value.type, span)
-    if len([d for d in dims if d != 1]) > 1:
+    if len([d for d in dims if d not in (1, None)]) > 1:
         raise _wrong("vector", value)
     if not _known(value):
         return value if len(dims) == 1 else _kept("vector", (None,), arguments, span)
@@ -255,7 +255,7 @@ def _matrix(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
 
 def _cat(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     along, *parts = arguments
-    dimension = evaluate.structural_value(along, env.session, "the dimension given to `cat`")
+    dimension = evaluate.structural_value(along, env, "the dimension given to `cat`")
     rank = len(parts[0].type.dims)
     if not isinstance(dimension, int) or not 1 <= dimension <= rank:
         raise error(

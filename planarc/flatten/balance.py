@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.flatten.conform import counted
-from planarc.flatten.connect import Connection, match_leaves
+from planarc.flatten.connect import Connection, is_public_input, match_leaves
 from planarc.flatten.connection_sets import DisjointSets
 from planarc.flatten.equations import count_equations, scalar_count
 from planarc.flatten.occurrences import names_in
@@ -52,8 +52,8 @@ def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
 
 
 def is_given(leaf: Leaf) -> bool:
-    """An input of the model itself has its value from outside."""
-    return leaf.causality is syntax.Causality.INPUT and owner_of(leaf).depth == 0
+    """A public input of the model itself has its value from outside."""
+    return is_public_input(leaf) and owner_of(leaf).depth == 0
 
 
 def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
@@ -172,7 +172,7 @@ def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:
         count.equations[name] += size
     if variable.variability <= flat.Variability.PARAMETER or variable.binding is not None:
         return
-    if leaf.causality is syntax.Causality.INPUT:
+    if is_public_input(leaf):
         if owner.parent is not None:  # must be given by the component around
             count.unknowns[owner.parent.prefix or ""] += size
         return

@@ -232,7 +232,7 @@ def _text(mod: Mod, name: str, leaf: Leaf) -> str:
     if binding is None:
         return ""
     value = evaluate.structural_value(
-        first_scalar(type_binding(binding)), leaf.parent.session, f"the attribute `{name}`"
+        first_scalar(type_binding(binding)), Env(leaf.parent.scope()), f"the attribute `{name}`"
     )
     if not isinstance(value, str):
         raise error("F270", f"the attribute `{name}` must be a String", binding.span)
@@ -250,7 +250,9 @@ def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
             f"the attribute `stateSelect` must be a StateSelect, but is {type_text(typed.type)}",
             binding.span,
         )
-    value = evaluate.structural_value(typed, leaf.parent.session, "the attribute `stateSelect`")
+    value = evaluate.structural_value(
+        typed, Env(leaf.parent.scope()), "the attribute `stateSelect`"
+    )
     assert isinstance(value, int)
     return flat.StateSelect(value)
 

@@ -41,14 +41,14 @@ def iteration_values(
     """The values that an iterator takes, None when they are known only when run."""
     typed = iteration_range(iterator, env, uses)
     if env.function is not None and not isinstance(typed, flat.Array):
-        value = evaluate.try_value(typed, env.session)
+        value = evaluate.try_value(typed, env)
     elif isinstance(typed, flat.Array) and _changes(typed, env):
         return list(typed.items)
     elif env.in_algorithm and _changes(typed, env):
         return None
     else:
         value = evaluate.structural_value(
-            typed, env.session, f"the range of the iterator `{iterator.name}`"
+            typed, env, f"the range of the iterator `{iterator.name}`"
         )
     if value is None:
         return None
@@ -60,7 +60,7 @@ def iteration_values(
 
 
 def _changes(typed: flat.Expression, env: Env) -> bool:
-    return variability_of(typed, env.session) > flat.Variability.PARAMETER
+    return variability_of(typed, env.session, env.hidden) > flat.Variability.PARAMETER
 
 
 def iteration_range(

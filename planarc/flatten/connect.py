@@ -89,9 +89,18 @@ def _sides(ref: syntax.Ref, env: Env) -> object | None:
 
 def _resolve_present(ref: syntax.Ref, env: Env) -> View:
     view = resolve(ref, env)
-    if isinstance(view, Absent):
+    if isinstance(view, Absent) or _all_absent(view):
         raise error("F215", f"`{ref}` is not there", ref.span)
     return view
+
+
+def _all_absent(view: View) -> bool:
+    """A conditional connector of each member of an array of components."""
+    return (
+        isinstance(view, list)
+        and bool(view)
+        and all(isinstance(v, Absent) or _all_absent(v) for v in view)
+    )
 
 
 def _is_outside(ref: syntax.Ref, env: Env) -> bool:
@@ -160,6 +169,20 @@ def _entry_sides(view: flat.Reference, ref: syntax.Ref, outside: bool, env: Env)
     if leaf is None or not leaf.is_connector:
         raise error("F311", f"`{ref}` is no connector, but a variable", ref.span)
     return _entries(leaf, view, outside)
+
+
+def is_public_input(leaf: Leaf) -> bool:
+    """An input that the component around must give; a protected one is the class's own."""
+    if leaf.causality is not syntax.Causality.INPUT or leaf.element.protected:
+        return False
+    instance = leaf.parent
+    while instance.element is not None and (instance.is_connector or instance.is_record):
+        if instance.element.protected:
+            return False
+        if instance.parent is None:
+            break
+        instance = instance.parent
+    return True
 
 
 # Matching ----------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from typing import Generic, TypeVar
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import NOWHERE, Span
-from planarc.flatten.connect import Connection, Member, Side, match_leaves
+from planarc.flatten.connect import Connection, Member, Side, is_public_input, match_leaves
 from planarc.flatten.select import array, integer
 from planarc.flatten.tree import Instance, Leaf, Session
 from planarc.ir import flat, syntax
@@ -189,4 +189,4 @@ def _is_source(member: Member) -> bool:
     causality = member.leaf.causality
     if causality is syntax.Causality.OUTPUT:
         return not member.outside
-    return causality is syntax.Causality.INPUT and member.outside and member.leaf.parent.depth > 0
+    return causality is syntax.Causality.INPUT and member.outside and is_public_input(member.leaf)

@@ -41,7 +41,7 @@ def _field_type(element: Element, session: Session) -> flat.Type:
             dims.append(None)
             continue
         try:
-            value = evaluate.try_value(expressions.type_expression(expression, Env(own)), session)
+            value = evaluate.try_value(expressions.type_expression(expression, Env(own)), Env(own))
         except PlanarcError:
             value = None  # depends on a parameter of the record
         dims.append(value if isinstance(value, int) else None)
@@ -114,7 +114,7 @@ def convert_to_enumeration(node: syntax.Call, type_: flat.Type, env: Env) -> fla
         raise error("F290", f"`{type_.name}` takes one Integer", node.span)
     argument = expressions.type_expression(node.arguments[0], env)
     expect(flat.INTEGER, argument, f"the argument of `{type_.name}`")
-    value = evaluate.try_value(argument, env.session)
+    value = evaluate.try_value(argument, env)
     if isinstance(value, int):
         if not 1 <= value <= len(type_.literals):
             raise error("F219", f"`{type_.name}` has no value {value}", node.span)

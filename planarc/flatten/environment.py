@@ -27,6 +27,11 @@ class Env:
     def session(self) -> Session:
         return self.scope.session
 
+    @property
+    def hidden(self) -> frozenset[str]:
+        """Local names that have no value yet; they hide variables of the model."""
+        return frozenset(n for n, v in self.locals.items() if isinstance(v, flat.Reference))
+
     def with_local(self, name: str, value: flat.Expression) -> Env:
         return replace(self, locals={**self.locals, name: value})
 

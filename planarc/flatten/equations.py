@@ -102,6 +102,7 @@ def _several_results(
 
 
 def _if(node: syntax.IfEquation, env: Env, to: Collector) -> Equations:
+    errors = len(env.session.errors)
     branches: list[tuple[flat.Expression, Equations]] = []
     for expression, body in node.branches:
         condition = condition_of(expression, env, "the condition of `if`")
@@ -112,7 +113,10 @@ def _if(node: syntax.IfEquation, env: Env, to: Collector) -> Equations:
         if known is True:
             return _if_of(node, branches, typed, to)
         branches.append((condition, typed))
-    return _if_of(node, branches, tuple(type_equations(node.otherwise, env, to)), to)
+    otherwise = tuple(type_equations(node.otherwise, env, to))
+    if len(env.session.errors) > errors:
+        return ()  # counts would be wrong because of what is missing
+    return _if_of(node, branches, otherwise, to)
 
 
 def _if_of(
@@ -140,7 +144,7 @@ def _structural_condition(
     condition: flat.Expression, node: syntax.IfEquation, env: Env, to: Collector
 ) -> bool | None:
     """The value of a condition of parameters; None when it changes while running."""
-    if variability_of(condition, env.session) > flat.Variability.PARAMETER:
+    if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
         if _holds_connect(node):
             raise error("F306", "`connect` stands in an `if` whose condition changes", node.span)
         return None
@@ -148,8 +152,8 @@ def _structural_condition(
         known = evaluate.literal_value(condition)
         return None if known is None else bool(known)
     if _holds_connect(node):
-        return bool(evaluate.structural_value(condition, env.session, "the condition of `if`"))
-    value = evaluate.try_value(condition, env.session, mark=True)
+        return bool(evaluate.structural_value(condition, env, "the condition of `if`"))
+    value = evaluate.try_value(condition, env, mark=True)
     return None if value is None else bool(value)
 
 

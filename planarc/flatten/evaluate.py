@@ -30,12 +30,12 @@ from planarc.ir import flat, syntax
 Frame: TypeAlias = "dict[str, Value]"
 
 
-def structural_value(expression: flat.Expression, session: Session, what: str) -> Value:
+def structural_value(expression: flat.Expression, env: Env, what: str) -> Value:
     """The value of an expression that shapes the model; refused when it has none."""
     if isinstance(expression, flat.Literal):
         return expression.value
     try:
-        return Evaluator(session, mark=True).value(expression)
+        return Evaluator(env.session, mark=True, hidden=env.hidden).value(expression)
     except NotConstant as problem:
         raise error(
             "F281",
@@ -44,14 +44,15 @@ def structural_value(expression: flat.Expression, session: Session, what: str) -
         ) from None
 
 
-def try_value(expression: flat.Expression, session: Session, mark: bool = False) -> Value | None:
+def try_value(expression: flat.Expression, env: Env, mark: bool = False) -> Value | None:
     """The value, or None when it is not known yet."""
     if isinstance(expression, flat.Literal):
         return expression.value
     try:
-        if mark:  # mark only what is really used
-            Evaluator(session, mark=False).value(expression)
-        return Evaluator(session, mark).value(expression)
+        value = Evaluator(env.session, hidden=env.hidden).value(expression)
+        if mark:  # only what really had a value is structural
+            Evaluator(env.session, mark=True, hidden=env.hidden).value(expression)
+        return value
     except NotConstant:
         return None
 
@@ -78,7 +79,7 @@ def evaluate_condition(condition: syntax.Expression, scope: Scope, what: str) ->
     """A structural Boolean."""
     typed = expressions.type_expression(condition, Env(scope))
     expect_scalar(typed, (flat.Base.BOOLEAN,), what)
-    return bool(structural_value(typed, scope.session, what))
+    return bool(structural_value(typed, Env(scope), what))
 
 
 def fold_index(index: flat.Expression, env: Env) -> flat.Expression:
@@ -87,9 +88,9 @@ def fold_index(index: flat.Expression, env: Env) -> flat.Expression:
         return index
     if env.function is not None and not index.type.dims:
         return index
-    if variability_of(index, env.session) > flat.Variability.PARAMETER:
+    if variability_of(index, env.session, env.hidden) > flat.Variability.PARAMETER:
         return index
-    value = try_value(index, env.session, mark=True)
+    value = try_value(index, env, mark=True)
     return index if value is None else to_expression(value, index.type, index.span)
 
 
@@ -99,7 +100,7 @@ def range_size(
     """The number of values in a range, None when it is known only when run."""
     try:
         values = [
-            None if e is None else Evaluator(env.session, mark=True).value(e)
+            None if e is None else Evaluator(env.session, mark=True, hidden=env.hidden).value(e)
             for e in (start, step, stop)
         ]
         first, increment, last = (None if v is None else float(v) for v in values)  # type: ignore[arg-type]
@@ -138,8 +139,14 @@ class Evaluator:
     """Values of expressions; `frame` holds the variables of a function being run."""
 
     def __init__(
-        self, session: Session | None, mark: bool = False, frame: Frame | None = None
+        self,
+        session: Session | None,
+        mark: bool = False,
+        frame: Frame | None = None,
+        hidden: frozenset[str] = frozenset(),
     ) -> None:
+        self.hidden = hidden  # local names, which are no variables of the model
+        self.closed = False  # inside a function: only its own variables exist
         self.session = session
         self.mark = mark
         self.frame = frame
@@ -197,7 +204,7 @@ class Evaluator:
             if value is None:
                 raise NotConstant(f"`{e.name}` is used before it has a value", e.span)
         else:
-            leaf = self.session.leaves.get(e.name) if self.session is not None else None
+            leaf = self._leaf(e.name)
             if leaf is None:
                 raise NotConstant(f"`{e.name}` has no value before the run", e.span)
             if leaf.variability > flat.Variability.PARAMETER:
@@ -206,6 +213,11 @@ class Evaluator:
         if not e.subscripts:
             return value
         return compute.index(value, self._subscripts(e.subscripts), e.span)
+
+    def _leaf(self, name: str) -> Leaf | None:
+        if self.session is None or self.closed or name in self.hidden:
+            return None
+        return self.session.leaves.get(name)
 
     def _subscripts(self, subscripts: tuple[flat.Expression, ...]) -> list[Value | None]:
         return [None if isinstance(s, flat.Slice) else self.value(s) for s in subscripts]
@@ -223,7 +235,7 @@ class Evaluator:
             raise error("F282", f"the value of `{leaf.name}` depends on itself", leaf.span)
         leaf.evaluating = True
         try:
-            value = self.with_frame(None).value(binding)
+            value = Evaluator(self.session, self.mark).value(binding)
         finally:
             leaf.evaluating = False
         leaf.evaluated = _cast(value, leaf.type, binding.type)
@@ -237,7 +249,8 @@ class Evaluator:
         return start
 
     def with_frame(self, frame: Frame | None) -> Evaluator:
-        inner = Evaluator(self.session, self.mark, frame)
+        inner = Evaluator(self.session, self.mark, frame, self.hidden)
+        inner.closed = self.closed
         inner.depth = self.depth
         return inner
 
@@ -322,9 +335,3 @@ def _to_float(value: Value) -> Value:
     if isinstance(value, list):
         return [_to_float(v) for v in value]
     return float(value) if isinstance(value, int) else value
-
-
-def fold(expression: flat.Expression, session: Session) -> flat.Expression:
-    """The expression as a literal when it has a value now, else itself."""
-    value = try_value(expression, session)
-    return expression if value is None else to_expression(value, expression.type, expression.span)

@@ -86,7 +86,7 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
         typed = type_expression(condition, env)
         conditions.append(expect_scalar(typed, (flat.Base.BOOLEAN,), "the condition of `if`"))
     branches = [value for _, value in node.branches]
-    chosen = _chosen_branch(conditions, env, node)
+    chosen = _chosen_branch(conditions)
     if chosen is not None:
         return type_expression([*branches, node.otherwise][chosen], env)
     values = [type_expression(v, env) for v in branches]
@@ -95,6 +95,9 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
     for branch in values:
         common = unify(branch.type, type_)
         if common is None:
+            chosen = _structural_branch(conditions, branch.type, type_, env)
+            if chosen is not None:
+                return [*values, otherwise][chosen]
             raise error(
                 "F271",
                 f"the branches of `if` have different types: {type_text(branch.type)} "
@@ -105,7 +108,22 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
     return flat.If(type_, node.span, tuple(zip(conditions, values, strict=True)), otherwise)
 
 
-def _chosen_branch(conditions: list[flat.Expression], env: Env, node: syntax.If) -> int | None:
+def _structural_branch(
+    conditions: list[flat.Expression], one: flat.Type, other: flat.Type, env: Env
+) -> int | None:
+    """Branches of different size: parameters must choose one of them now (3.6.5)."""
+    if unify(one, other, dims=False) is None:
+        return None
+    for index, condition in enumerate(conditions):
+        known = evaluate.try_value(condition, env, mark=True)
+        if known is None:
+            return None
+        if known:
+            return index
+    return len(conditions)
+
+
+def _chosen_branch(conditions: list[flat.Expression]) -> int | None:
     """The branch that literal conditions choose, so that the others need no types."""
     for index, condition in enumerate(conditions):
         known = evaluate.literal_value(condition)

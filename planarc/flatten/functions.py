@@ -31,6 +31,7 @@ from planarc.flatten import (
     redeclare,
     statements,
 )
+from planarc.flatten.conform import expect
 from planarc.flatten.constant import NotConstant
 from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
@@ -225,6 +226,8 @@ def _fill(cls: Class, instance: Instance, signature: Signature, session: Session
     }
     external = _external(instance, signature)
     body = () if external else function_body(instance, names, builder)
+    if not external:
+        signature.builtin = _plain_builtin(body, signature)
     hidden = tuple(_hidden_input(leaf) for leaf in signature.captures)
     session.functions[signature.name] = flat.Function(
         signature.name,
@@ -237,6 +240,18 @@ def _fill(cls: Class, instance: Instance, signature: Signature, session: Session
         annotation.derivatives_of(instance, session),
         cls.span,
     )
+
+
+def _plain_builtin(body: tuple[flat.Statement, ...], signature: Signature) -> str | None:
+    """A body that is nothing but `y := sin(u)`: the function stands for the built-in."""
+    if len(body) != 1 or not isinstance(body[0], flat.Assignment):
+        return None
+    value = body[0].value
+    if not isinstance(value, flat.Builtin) or value.function not in compute.SCALAR:
+        return None
+    names = [a.name for a in value.arguments if isinstance(a, flat.Reference) and not a.subscripts]
+    same = names == [v.name for v in signature.inputs]
+    return value.function if same and len(names) == len(value.arguments) else None
 
 
 def _hidden_input(leaf: Leaf) -> flat.Variable:
@@ -285,7 +300,9 @@ def _declare(
     elif binding is not None:
         own = env if binding.scope is scope else Env(binding.scope, dict(names), builder)
         value = expressions.type_expression(binding.expression, own)
-    dims, sizes = _dims(written, names, builder, value)
+    own_type = type_.with_dims((None,) * len(written))
+    itself = flat.Reference(own_type, definition.span, name)
+    dims, sizes = _dims(written, {**names, name: itself}, builder, value)
     type_ = type_.with_dims(dims + type_.dims)
     if value is not None:
         expect(type_, value, f"the value of `{name}`")
@@ -337,7 +354,7 @@ def _dims(
             sizes.append(None)
             continue
         typed = expressions.type_expression(expression, Env(scope, dict(names), builder))
-        size = evaluate.try_value(typed, scope.session, mark=True)
+        size = evaluate.try_value(typed, Env(scope, dict(names), builder), mark=True)
         dims.append(size if isinstance(size, int) else None)
         sizes.append(None if isinstance(size, int) else typed)
     if all(s is None for s in sizes):

@@ -154,7 +154,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         definition.span,
         binding,
         attributes,
-        leaf.causality.value if leaf.parent.depth == 0 else "",
+        leaf.causality.value if leaf.parent.depth == 0 and not leaf.element.protected else "",
         leaf.element.protected or _is_hidden(leaf.parent),
         leaf.mod.final or definition.prefixes.final,
         leaf.structural,

@@ -35,6 +35,7 @@ class _Run:
         self.frame: dict[str, Value] = {}
         self.evaluator = evaluator.with_frame(self.frame)
         self.evaluator.depth = depth
+        self.evaluator.closed = True
         self.steps = 0
 
     def value(self, expression: flat.Expression) -> Value:

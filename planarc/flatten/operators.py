@@ -160,6 +160,8 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
     depth = max(2, *(len(e.type.dims) for row in rows for e in row))
     if depth > 2:
         raise error("F276", "blocks of a matrix have at most two dimensions", span)
+    if any(None in e.type.dims for row in rows for e in row):
+        return _joined_matrix(rows, span)
     lines: list[list[flat.Expression]] = []
     for row in rows:
         lines += _beside([_as_block(e) for e in row], span)
@@ -180,6 +182,32 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
             type_ = common
     width = len(lines[0]) if lines else 0
     return array([array(line, type_, span) for line in lines], type_.with_dims((width,)), span)
+
+
+def _joined_matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
+    """Blocks of sizes that are known only when run: calls of `cat`."""
+    element = rows[0][0].type.with_dims(())
+    for row in rows:
+        for entry in row:
+            common = unify(element, entry.type, dims=False)
+            if common is None:
+                raise error("F276", "the entries of the matrix have different types", entry.span)
+            element = common.with_dims(())
+    whole = element.with_dims((None, None))
+
+    def cat(along: int, parts: list[flat.Expression]) -> flat.Expression:
+        if len(parts) == 1:
+            return parts[0]
+        dimension = flat.Literal(flat.INTEGER, span, along)
+        return flat.Builtin(whole, span, "cat", (dimension, *parts))
+
+    def block(value: flat.Expression) -> flat.Expression:
+        if len(value.type.dims) == 2:
+            return value
+        dims = (*value.type.dims, 1, 1)[:2]
+        return flat.Builtin(element.with_dims(dims), span, "matrix", (value,))
+
+    return cat(1, [cat(2, [block(e) for e in row]) for row in rows])
 
 
 def _as_block(value: flat.Expression) -> list[list[flat.Expression]]:

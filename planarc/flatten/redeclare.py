@@ -139,9 +139,11 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
             related=[Related("declared here", definition.span)],
         )
     _check_replaceable(element, definition.span, new.span)
-    outer = Mod(None if mod.binding is None else mod.binding, mod.subs, None, mod.final, mod.span)
+    outer = Mod(mod.binding, mod.subs, None, False, mod.span)
     whole = merge(outer, _own_mod(new, redeclaration), element.name)
     whole = merge(whole, _constraint_mod(definition, element.scope), element.name)
+    if mod.final or redeclaration.final or new.prefixes.final:
+        whole = replace(whole, final=True)
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
 
 
@@ -151,8 +153,6 @@ def _merge_declared(mod: Mod, own: Mod, element: Element) -> Mod:
 
 def _own_mod(new: syntax.Component, redeclaration: Redeclaration) -> Mod:
     own = compile_modification(new.modification, redeclaration.scope)
-    if redeclaration.final or new.prefixes.final:
-        own = replace(own, final=True)
     if redeclaration.subscripts:
         from planarc.flatten.modify import subscript
 

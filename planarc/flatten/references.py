@@ -186,7 +186,7 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int
         subscript, env.with_end(flat.Reference(size, subscript.span, node.name), k)
     )
     value = evaluate.structural_value(
-        typed, env.session, f"the index of the array of components `{node.name}`"
+        typed, env, f"the index of the array of components `{node.name}`"
     )
     indices = value if isinstance(value, list) else [value]
     for index in indices:

@@ -34,7 +34,7 @@ def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
         raise error(
             "F255", f"{what} must be an Integer, but is {type_text(typed.type)}", expression.span
         )
-    value = evaluate.structural_value(typed, scope.session, what)
+    value = evaluate.structural_value(typed, Env(scope), what)
     assert isinstance(value, int)
     if value < 0:
         raise error("F255", f"{what} is negative: {value}", expression.span)
@@ -81,6 +81,13 @@ def record_binding_dims(
     return _deduced(written, value, element.scope.instance.full_name(element.name), element)
 
 
+def _names_itself(expression: syntax.Expression, name: str) -> bool:
+    """`A[:, size(A, 1)]`: another size of the array being declared."""
+    if not isinstance(expression, syntax.Call):
+        return False
+    return any(isinstance(a, syntax.Ref) and a.names == (name,) for a in expression.arguments)
+
+
 def _deduced(
     written: Written, value: flat.Expression | None, name: str, element: Element
 ) -> tuple[int, ...]:
@@ -100,7 +107,9 @@ def _deduced(
         )
     sizes = []
     for (expression, scope), size in zip(written, value.type.dims, strict=True):
-        if not isinstance(expression, syntax.Colon):
+        if _names_itself(expression, element.name) and size is not None:
+            sizes.append(size)
+        elif not isinstance(expression, syntax.Colon):
             sizes.append(_size(expression, scope, name))
         elif size is None:
             raise error("F256", f"the size of the value of `{name}` is not known", value.span)

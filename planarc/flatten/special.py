@@ -40,7 +40,7 @@ def type_assert(call: syntax.Call, env: Env, component: str) -> tuple[flat.Asser
     if level is not None:
         typed_level = expressions.type_expression(level, env)
         expect(ASSERTION_LEVEL, typed_level, "the level of `assert`")
-        value = evaluate.structural_value(typed_level, env.session, "the level of `assert`")
+        value = evaluate.structural_value(typed_level, env, "the level of `assert`")
         warning = value == 1
     return (flat.Assert(call.span, component, typed, text, warning),)
 

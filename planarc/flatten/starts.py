@@ -10,7 +10,8 @@ a library:  `Body b;` writes nothing,  `Body b(r0=1);` and `Body b(r(start=1));`
 
 from __future__ import annotations
 
-from planarc.flatten.tree import Binding, Instance, Leaf
+from planarc.flatten.library import Entry
+from planarc.flatten.tree import Binding, Instance, Leaf, Scope
 from planarc.ir import syntax
 
 MAX_CHAIN = 50
@@ -27,7 +28,7 @@ def _written(binding: Binding, declaring: Instance, depth: int) -> bool:
     writer = binding.scope.instance
     if writer.prefix is None:
         return False
-    if _belongs_to_user(writer):
+    if _belongs_to_user(binding.scope):
         return True
     parameters = _parameters(binding.expression, writer)
     if parameters and depth > 0:
@@ -40,12 +41,12 @@ def _written(binding: Binding, declaring: Instance, depth: int) -> bool:
     return writer is not declaring
 
 
-def _belongs_to_user(instance: Instance) -> bool:
-    if instance.prefix == "":
+def _belongs_to_user(scope: Scope) -> bool:
+    """The text of the model that is compiled, or of another class in the user's file."""
+    if scope.instance.prefix == "" and scope.part.index == 0:
         return True
-    part = instance.layout.parts[0].cls
-    entry = part.entry
-    return bool(entry is not None and getattr(entry, "user", False))
+    entry = scope.cls.entry
+    return isinstance(entry, Entry) and entry.user
 
 
 def _parameters(expression: syntax.Expression, writer: Instance) -> list[Leaf]:

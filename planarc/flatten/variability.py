@@ -32,28 +32,31 @@ _EVENTS = frozenset(
 _STATIC = frozenset({"size", "ndims"})
 
 
-def variability_of(expression: flat.Expression, session: Session) -> flat.Variability:
-    """The variability of an expression: the highest of what it depends on."""
+def variability_of(
+    expression: flat.Expression, session: Session, hidden: frozenset[str] = frozenset()
+) -> flat.Variability:
+    """The variability of an expression: the highest of what it depends on. `hidden` are
+    local names, whose values are known only when run."""
     match expression:
         case flat.Literal() | flat.Slice():
             return _CONSTANT
         case flat.Reference(name=name, subscripts=subscripts):
-            leaf = session.leaves.get(name)
+            leaf = None if name in hidden else session.leaves.get(name)
             own = _CONTINUOUS if leaf is None else leaf.variability
-            return max(own, _highest(subscripts, session))
+            return max(own, _highest(subscripts, session, hidden))
         case flat.Builtin(function=function, arguments=arguments):
             if function in _STATIC:
                 return _CONSTANT
             if function == "time":
                 return _CONTINUOUS
-            own = _highest(arguments, session)
+            own = _highest(arguments, session, hidden)
             if function in _EVENTS:
                 return min(max(own, _flag(function)), _DISCRETE)
             return own
         case flat.Binary(op=op, left=left, right=right):
-            own = max(variability_of(left, session), variability_of(right, session))
+            own = _highest((left, right), session, hidden)
             return min(own, _DISCRETE) if op in _RELATIONS else own
-    return _highest(children(expression), session)
+    return _highest(children(expression), session, hidden)
 
 
 _RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
@@ -63,10 +66,12 @@ def _flag(function: str) -> flat.Variability:
     return _DISCRETE if function in ("initial", "terminal", "sample") else _CONSTANT
 
 
-def _highest(expressions: tuple[flat.Expression, ...], session: Session) -> flat.Variability:
+def _highest(
+    expressions: tuple[flat.Expression, ...], session: Session, hidden: frozenset[str]
+) -> flat.Variability:
     highest = _CONSTANT
     for expression in expressions:
-        highest = max(highest, variability_of(expression, session))
+        highest = max(highest, variability_of(expression, session, hidden))
         if highest is _CONTINUOUS:
             break
     return highest
