@@ -1,7 +1,7 @@
 """The rows of a result, gathered while the run goes on.
 
 Only what changes is stored, and each slot once however many names it has. The
-arrays grow, so whoever keeps their addresses asks again after `reserve`.
+arrays grow, so whoever keeps their addresses looks whether the `edition` is still his.
 """
 
 from __future__ import annotations
@@ -38,14 +38,15 @@ class Recorder:
         self.grid = np.ascontiguousarray(grid)
         self.next = 0
         self.count = 0
+        self.edition = 0
         #: An event this near to a row asked for takes its place.
         self.near = 1e-9 * float(np.min(np.diff(grid))) if len(grid) > 1 else 0.0
         self._copy = _copier(kernel, self.slots)
         self.time = np.empty(len(grid) + 16)
         self.data = np.empty((len(grid) + 16, len(self.slots)))
 
-    def reserve(self, rows: int) -> bool:
-        """Makes room for so many rows more; true if the arrays are new ones."""
+    def reserve(self, rows: int) -> None:
+        """Makes room for so many rows more. New arrays count one `edition` up."""
         import numpy as np
 
         need = self.count + rows
@@ -55,8 +56,7 @@ class Recorder:
             time[: self.count] = self.time[: self.count]
             data[: self.count] = self.data[: self.count]
             self.time, self.data = time, data
-            return True
-        return False
+            self.edition += 1
 
     def take(self, t: float) -> None:
         """A row from the workspace's present values."""

@@ -56,6 +56,7 @@ class Arguments(C.Structure):
         ("reference", _P),
         ("watch_count", _L),
         ("watch_limit", _D),
+        ("edition", _L),  # of the recorder that `rows` and `times` belong to
     )
 
 
@@ -235,15 +236,18 @@ class Driver:
             watched=watch.slots.ctypes.data,
             reference=watch.reference.ctypes.data,
             watch_count=len(watch.slots),
+            edition=-1,
         )
 
     def march(
         self, a: Arguments, limit: float, recorder: Recorder, watch: Watch, steps: int
     ) -> tuple[int, bool]:
         """CVODE's last flag, and whether the kernel failed. Rows go to the recorder."""
-        if recorder.reserve(len(recorder.grid) - recorder.next + 2) or not a.rows:
+        recorder.reserve(len(recorder.grid) - recorder.next + 2)
+        if a.edition != recorder.edition:
             a.rows = recorder.data.ctypes.data
             a.times = recorder.time.ctypes.data
+            a.edition = recorder.edition
         a.limit, a.steps, a.watch_limit = limit, steps, watch.limit
         a.next, a.count, a.failed = recorder.next, recorder.count, 0
         flag: int = self._call(C.byref(a))
