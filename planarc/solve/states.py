@@ -44,6 +44,8 @@ from planarc.solve.solvers.integrator import Watch
 WORST = 5.0
 #: With a state that must stay one, the run goes on until this.
 LOST = 25.0
+#: So much more of it is accepted before a state gives way to a lower class of StateSelect.
+PREFERENCE = 5.0
 #: The rate at which the margin is taken to change with the coordinates, at least.
 RATE = 0.35
 #: Part of the margin to use up before the next look.
@@ -134,7 +136,8 @@ class Selector:
         if way > 1e-3:
             self._rate = max(RATE, 0.8 * self._rate, 1.5 * abs(self._margin - margin) / way)
         self._margin = margin
-        room = max(margin - 1 / (1 + WORST), 0.02)
+        limit = WORST if worst <= WORST else PREFERENCE * WORST
+        room = max(margin - 1 / (1 + limit), 0.02)
         self.watch.begin(values, CAUTION * room / self._rate)
 
     # One block
@@ -197,8 +200,9 @@ class Selector:
                 changed, out = changed or again != out, again
                 break
             movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
-            size, r, c = largest(x, movable)
-            if size <= worst:
+            size = largest(x, movable)[0]
+            weighed, r, c = largest(self._weighed(block, x, out, free), movable)
+            if weighed <= worst:
                 break
             out[r] = free[c]
             changed = True
@@ -210,6 +214,16 @@ class Selector:
             if stuck_size > LOST:
                 return changed, Lost(block.first + free[c], block.first + out[r]), size
         return changed, None, size
+
+    def _weighed(
+        self, block: BlockCode, x: list[list[float]], out: list[int], free: list[int]
+    ) -> list[list[float]]:
+        """Sensitivities, made smaller where the exchange would prefer a lower StateSelect."""
+        select = [c // 4 for c in self._class[block.first : block.first + len(block.tears)]]
+        return [
+            [e / PREFERENCE if select[i] < select[j] else e for e, j in zip(row, free, strict=True)]
+            for i, row in zip(out, x, strict=True)
+        ]
 
 
 def _classes(program: Program, held: Collection[int]) -> list[int]:
