@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_request
+from planarc.cli.exits import Exit
 from planarc.cli.outcome import Outcome
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+All = Annotated[
+    bool,
+    typer.Option(
+        "--all", help="Check every class of a package, a folder or a file, on all processor cores."
+    ),
+]
 
 
 def check(
     target: Target,
     class_name: ClassName = None,
     library: Libraries = None,
+    every: All = False,
     as_json: AsJson = False,
 ) -> int:
     """Check a model without running it.
 
     Names, types, connections, and the count of equations and unknowns.
     """
+    if every:
+        return _check_all(target, class_name, library, as_json)
     from planarc import compiler
     from planarc.request import open_target
 
@@ -36,3 +53,29 @@ def check(
         f"{model.equations_after} after reduction, {model.state_count} states"
     )
     return 0
+
+
+def _check_all(
+    target: str, class_name: str | None, library: list[Path] | None, as_json: bool
+) -> int:
+    from planarc.cli.progress import counting_line
+    from planarc.cli.survey_text import as_text, to_json
+    from planarc.survey import survey
+
+    if class_name is not None:
+        raise UsageError(
+            Diagnostic(
+                "C110",
+                f"`--all` checks all of `{target}`, not only `{class_name}`",
+                hint="leave out the class, or leave out `--all`",
+            )
+        )
+    with counting_line() as progress:
+        found = survey(make_request(target, None, library), progress=progress)
+    if as_json:
+        console.say(to_json(found))
+    else:
+        causes, table = as_text(found)
+        console.warn(causes)
+        console.say(table)
+    return Exit.MODEL if found.total.bad else Exit.DONE

@@ -51,6 +51,12 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
     sys.stderr.flush()
 
 
+def warn(text: str) -> None:
+    """Print on standard error, as it is."""
+    sys.stderr.write(text)
+    sys.stderr.flush()
+
+
 def say_rows(rows: Sequence[tuple[str, str]]) -> None:
     """Print labels with their texts, one below the other; a text may have several lines."""
     width = max((len(label) for label, _ in rows), default=0)

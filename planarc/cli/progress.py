@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
+
+from planarc.cli.console import plain
 
 PATIENCE = 1.0  # s before the first word
 PERIOD = 0.2  # s between two
@@ -19,8 +21,11 @@ class ProgressLine:
         self.shown = False
 
     def __call__(self, time: float) -> None:
+        self.write(f"t = {time:.6g} s, Ctrl-C stops and saves")
+
+    def write(self, text: str) -> None:
         if monotonic() >= self._due:
-            sys.stderr.write(f"\r\x1b[Kt = {time:.6g} s, Ctrl-C stops and saves")
+            sys.stderr.write(f"\r\x1b[K{text}")
             sys.stderr.flush()
             self._due = monotonic() + PERIOD
             self.shown = True
@@ -39,3 +44,15 @@ def progress_line() -> Iterator[ProgressLine | None]:
         if line.shown:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
+
+
+@contextmanager
+def counting_line() -> Iterator[Callable[[int, int, str], None] | None]:
+    """A line that counts classes when standard error is a terminal, else None."""
+    with progress_line() as line:
+        if line is None:
+            yield None
+        else:
+            yield lambda done, known, name: line.write(
+                f"{done} of {known} classes, {plain(name)[:50]}"
+            )

@@ -42,3 +42,13 @@ def test_a_long_run_says_where_it_is_and_cleans_up(monkeypatch: pytest.MonkeyPat
     assert "t = 12.5 s" in shown
     assert "12.6" not in shown
     assert shown.endswith("\r\x1b[K")
+
+
+def test_many_classes_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    with progress.counting_line() as count:
+        assert count is not None
+        count(3, 10, "Ship.Mast")
+    assert terminal.getvalue() == "\r\x1b[K3 of 10 classes, Ship.Mast\r\x1b[K"

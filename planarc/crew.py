@@ -1,0 +1,163 @@
+"""A crew of processes: each does one job at a time, and none of them can stop the others.
+
+A job that kills its process, or takes longer than the limit, is reported as lost;
+a new process takes the place of the old one. Jobs may be added while others run.
+
+Example:
+
+    crew = Crew(work, workers=2, limit=60)
+    crew.add(["a", "b"])
+    for job, result in crew: ...        # result is what work(job) gave, or a Lost
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from time import monotonic
+from typing import Generic, TypeVar
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+#: Bytes that one process may take, where the system can hold it to that.
+MEMORY = 4 * 1024**3
+
+
+class Lost(Enum):
+    """Why a job has no result."""
+
+    DIED = "died"
+    TOO_LONG = "too long"
+
+
+@dataclass(slots=True)
+class _Worker(Generic[Job]):
+    process: BaseProcess
+    connection: Connection
+    job: Job
+    deadline: float
+
+
+class Crew(Generic[Job, Result]):
+    """Iterate over it for the jobs and their results, in the order in which they end.
+
+    `work` is a function of a module and must not raise; `limit` in seconds.
+    """
+
+    def __init__(self, work: Callable[[Job], Result], workers: int, limit: float) -> None:
+        self._work = work
+        self._count = max(1, workers)
+        self._limit = limit
+        self._jobs: deque[Job] = deque()
+        self._busy: list[_Worker[Job]] = []
+        self._idle: list[_Worker[Job]] = []
+        self._start: Callable[..., BaseProcess] = multiprocessing.get_context("spawn").Process
+        if sys.platform.startswith("linux"):  # elsewhere fork is not there, or not safe
+            self._start = multiprocessing.get_context("fork").Process
+
+    def add(self, jobs: Iterable[Job]) -> None:
+        """More jobs; they come before those that wait already."""
+        self._jobs.extendleft(reversed(list(jobs)))
+
+    @property
+    def waiting(self) -> int:
+        return len(self._jobs) + len(self._busy)
+
+    def __iter__(self) -> Iterator[tuple[Job, Result | Lost]]:
+        try:
+            while self.waiting:
+                self._hand_out()
+                yield from self._collect()
+        finally:
+            for worker in (*self._busy, *self._idle):
+                self._dismiss(worker)
+            self._busy, self._idle = [], []
+
+    def _hand_out(self) -> None:
+        while self._jobs and len(self._busy) < self._count:
+            job = self._jobs.popleft()
+            worker = self._idle.pop() if self._idle else self._hire(job)
+            worker.job = job
+            worker.deadline = monotonic() + self._limit
+            self._busy.append(worker)
+            try:
+                worker.connection.send(job)
+            except OSError:
+                continue  # it died; `_collect` sees that
+
+    def _collect(self) -> list[tuple[Job, Result | Lost]]:
+        soonest = min(worker.deadline for worker in self._busy)
+        ready = wait([worker.connection for worker in self._busy], max(0.0, soonest - monotonic()))
+        results: list[tuple[Job, Result | Lost]] = []
+        still: list[_Worker[Job]] = []
+        for worker in self._busy:
+            if worker.connection in ready:
+                results.append((worker.job, self._receive(worker)))
+            elif monotonic() > worker.deadline:
+                self._dismiss(worker)
+                results.append((worker.job, Lost.TOO_LONG))
+            else:
+                still.append(worker)
+        self._busy = still
+        return results
+
+    def _receive(self, worker: _Worker[Job]) -> Result | Lost:
+        try:
+            result: Result = worker.connection.recv()
+        except (EOFError, OSError):
+            self._dismiss(worker)
+            return Lost.DIED
+        self._idle.append(worker)
+        return result
+
+    def _hire(self, job: Job) -> _Worker[Job]:
+        ours, theirs = multiprocessing.Pipe()
+        process = self._start(target=_serve, args=(theirs, self._work), daemon=True)
+        process.start()
+        theirs.close()
+        return _Worker(process, ours, job, 0.0)
+
+    def _dismiss(self, worker: _Worker[Job]) -> None:
+        worker.connection.close()
+        worker.process.kill()
+        worker.process.join()
+
+
+def cores() -> int:
+    """How many processes can run at once."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _serve(connection: Connection, work: Callable[[Job], Result]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
+    _bound_memory()
+    while True:
+        try:
+            job: Job = connection.recv()
+        except (EOFError, OSError):
+            return
+        connection.send(work(job))
+
+
+def _bound_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    limit = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    try:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    except (ValueError, OSError):
+        return
