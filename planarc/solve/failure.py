@@ -35,6 +35,12 @@ def stopped(
     bad = trouble.first_not_finite(program, kernel) if flag != 0 or not _finite(ydot) else None
     if bad is not None:
         return _not_finite(bad, t)
+    if flag < 0:
+        return Diagnostic(
+            "R421",
+            f"at t = {t:.6g} s {trouble.without_value(program, kernel)} has no finite value",
+            hint="look for a division by something that vanishes",
+        )
     if flag == 0 and cause is Cause.NOT_FINITE:
         return Diagnostic(
             "R421",

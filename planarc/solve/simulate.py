@@ -22,7 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.options import RunOptions
 from planarc.ir.program import Addresses, Kernel, Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
@@ -164,6 +164,8 @@ class Run:
         self.recorder.pass_by(t)
         self._check_asserts(True)
         self._restart(t, y)
+        if self.recorder.count == 0 and self.ended is not None:
+            raise PlanarcError(self.ended)
 
     def _choose_states(self, t: float, held: Sequence[Held]) -> None:
         self.selection = self.selector.choose([i for i, h in enumerate(held) if h.held])

@@ -41,6 +41,14 @@ def first_not_finite(program: Program, kernel: Kernel) -> EquationInfo | None:
     return None
 
 
+def without_value(program: Program, kernel: Kernel) -> str:
+    """The first variable or parameter of the result that is not finite."""
+    for c in program.columns:
+        if not math.isfinite(kernel.w[c.slot]):
+            return f"`{c.name}`"
+    return "an expression of parameters"
+
+
 def worst_equations(
     program: Program, kernel: Kernel, t: float, block: int, most: int = 3
 ) -> list[tuple[float, EquationInfo]]:
