@@ -107,14 +107,17 @@ def table(names: str) -> str:
     return "".join(" ".join(f"{float(row[name]):.6g}" for name in wanted) + "\n" for row in picked)
 
 
-def assert_tables_agree(found: str, stored: str) -> None:
-    new = [[float(x) for x in line.split()] for line in found.splitlines()]
-    old = [[float(x) for x in line.split()] for line in stored.splitlines()]
-    assert len(new) == len(old)
-    scales = [max(1e-3, *map(abs, column)) for column in zip(*old, strict=True)]
-    for new_row, old_row in zip(new, old, strict=True):
-        for a, b, scale in zip(new_row, old_row, scales, strict=True):
-            assert abs(a - b) <= 1e-3 * scale, f"{found}\ninstead of\n{stored}"
+def tables_agree(new: str, old: str) -> bool:
+    """Whether no number differs by more than a thousandth of its column's largest."""
+    rows = [[[float(x) for x in line.split()] for line in t.splitlines()] for t in (new, old)]
+    if [len(row) for row in rows[0]] != [len(row) for row in rows[1]]:
+        return False
+    columns = zip(zip(*rows[0], strict=True), zip(*rows[1], strict=True), strict=True)
+    return all(
+        abs(a - b) <= 1e-3 * max(1e-3, *map(abs, stored))
+        for found, stored in columns
+        for a, b in zip(found, stored, strict=True)
+    )
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda p: f"{p.parent.name}/{p.stem}")
@@ -144,9 +147,13 @@ def test_case(
     if command.name.startswith("planarc simulate"):  # its summary holds times
         found = [s for s in found if s.kind != "output"]
     if update:
+        found_tables = [
+            old if tables_agree(new.body, old.body) else new
+            for new, old in zip(found_tables, tables, strict=True)
+        ]
         path.write_text("".join(map(str, [*found, *found_tables])), "utf-8", newline="\n")
         return
     stored = [s for s in sections if s.kind != "columns"]
     assert "".join(map(str, found)) == "".join(map(str, stored))
     for new, old in zip(found_tables, tables, strict=True):
-        assert_tables_agree(new.body, old.body)
+        assert tables_agree(new.body, old.body), f"{new}\ninstead of\n{old}"
