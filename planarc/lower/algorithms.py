@@ -95,7 +95,7 @@ class _Section(Runner):
     origin: flat.EquationNode | None = None
 
     def when(self, s: flat.WhenStatement) -> None:
-        if self.unknown_branch:
+        if self.path is not None:
             raise error("L350", "a `when` cannot stand under an `if` that changes", s.span)
         branches = []
         for condition, body in s.branches:
@@ -114,7 +114,7 @@ class _Section(Runner):
                 case flat.Terminate() | flat.Assert():
                     yield inner.message_action(s)
                 case _:
-                    inner.run([s])
+                    inner.run_body([s])
         model = self.scope.model
         for name in plain:
             symbols, values = elements(model.values[name]), elements(inner.values[name])

@@ -57,7 +57,10 @@ def _unary(scope: Scope, e: flat.Unary) -> Value:
 
 
 def _binary(scope: Scope, e: flat.Binary) -> Value:
-    left, right = lower_expression(scope, e.left), lower_expression(scope, e.right)
+    left = lower_expression(scope, e.left)
+    if left is {"and": scope.table.false, "or": scope.table.true}.get(e.op):
+        return left  # `i <= n and x > t[i]`: what is decided already is not looked at
+    right = lower_expression(scope, e.right)
     return binary(scope, e.op, left, right, e.span)
 
 

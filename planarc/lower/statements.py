@@ -3,16 +3,19 @@
 Example:  after  `a := 2*x; if p > 0 then a := a + 1; end if;`  the variable a has the
 value `if 0 < p then 2*x + 1 else 2*x`.
 
-An `if` whose condition is not known is run on both sides and joined; loops run as
-often as they would, which must be known when the model is compiled. Serves
-functions (`functions`) and the algorithm sections of models (`algorithms`).
+An `if` whose condition is not known is run on both sides and joined. A `while`,
+`break` or `return` that hangs on such a condition splits the run: each way goes on
+to the end by itself, with its own values, and the ends are joined. So a search
+through a table of n entries, `while x > table[i] loop i := i + 1; end while;`,
+becomes a choice between n results.
+
+Serves functions (`functions`) and the algorithm sections of models (`algorithms`).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from planarc.core.diagnostic import PlanarcError, Related, error
@@ -20,42 +23,111 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import functions, scalar
-from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import Struct, Tensor, Text, Value, elements, expr, fixed_dims, stack
+from planarc.lower.assignment import store, zero_of
+from planarc.lower.scope import Scope
+from planarc.lower.values import Text, Value, elements, expr, shape_of
 
-MAX_TURNS = 100_000  # of one loop
+MAX_TURNS = 100_000  # of one loop whose conditions are known
+MAX_WAYS = 1_000  # ways through one call
 
 
-class _Leave(Exception):
-    """`break` or `return` inside a loop or body that runs now."""
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """What is left to run: statements from a position on, or a loop before its next turn."""
 
-    def __init__(self, whole_function: bool) -> None:
-        self.whole_function = whole_function
+    statements: Sequence[flat.Statement]
+    position: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _For:
+    statement: flat.ForStatement
+    domain: Sequence[Value]
+    hidden: Value | None  # what the iterator's name meant outside
+    turn: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _While:
+    statement: flat.WhileStatement
+    turn: int = 0
+
+
+Frame = _Body | _For | _While
 
 
 @dataclass
 class Runner:
-    """The state while statements are run. `values` are the variables that have one."""
+    """The state of one way through the statements. `values` are the variables that have one."""
 
     scope: Scope
     label: str  # what is run, for messages
     span: Span  # where it was called
     events: bool = False  # relations make events (algorithm sections of models)
     values: dict[str, Value] = field(default_factory=dict)
+    path: Expr | None = None  # what holds on this way; None: nothing is unknown so far
+    frames: list[Frame] = field(default_factory=list)  # the innermost one last
+    forks: list[tuple[Expr, Runner]] = field(default_factory=list)  # other ways, not yet run
+    ways: list[int] = field(default_factory=lambda: [1])  # counted over all ways of the call
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
-    unknown_branch: int = 0  # depth of if-branches whose condition is not known
 
     def run_body(self, statements: Sequence[flat.Statement]) -> None:
-        """Run to the end or to a `return`."""
-        try:
-            self.run(statements)
-        except _Leave as leave:
-            if not leave.whole_function:
-                raise self.refused("`break` outside of a loop", self.span) from None
+        """Run to the end, all ways, and join them in `values`."""
+        outer, self.frames = self.frames, [_Body(statements)]
+        other_forks, self.forks = self.forks, []
+        path = self.path
+        self._finish()
+        self.frames, self.forks, self.path = outer, other_forks, path
 
-    def run(self, statements: Sequence[flat.Statement]) -> None:
-        for statement in statements:
-            self.handlers[type(statement)](self, statement)
+    def _finish(self) -> None:
+        """Run this way to its end, then those that were split off, and join them."""
+        self._go()
+        for condition, other in reversed(self.forks):
+            other._finish()
+            self._join(condition, other.values, self.values, self.span)
+
+    def _go(self) -> None:
+        while self.frames:
+            match self.frames.pop():
+                case _Body(statements, position) if position < len(statements):
+                    self.frames.append(_Body(statements, position + 1))
+                    statement = statements[position]
+                    self.handlers[type(statement)](self, statement)
+                case _For() as loop:
+                    self._next_for(loop)
+                case _While() as loop:
+                    self._next_while(loop)
+
+    def _split(self, condition: Expr) -> Runner:
+        """Another way from here on, for when `condition` holds; this one goes on without."""
+        self.ways[0] += 1
+        if self.ways[0] > MAX_WAYS:
+            raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
+        other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
+        other.path = self._on_path(condition)
+        self.path = self._on_path(self.scope.table.not_(condition))
+        self.forks.append((condition, other))
+        return other
+
+    def _on_path(self, condition: Expr) -> Expr:
+        return condition if self.path is None else self.scope.table.and_(self.path, condition)
+
+    def _join(
+        self, condition: Expr, then: Mapping[str, Value], otherwise: dict[str, Value], span: Span
+    ) -> None:
+        """Into `otherwise`: each variable as it is on either way."""
+        here = self.here()
+        for name, value in then.items():
+            other = otherwise.get(name)
+            if other is None:  # assigned on one way only; read on that way only
+                otherwise[name] = value
+            elif isinstance(value, Text) or shape_of(other) != shape_of(value):
+                if other != value:
+                    del otherwise[name]  # has no value that holds on both ways
+            elif other is not value:
+                otherwise[name] = scalar.choose(here, condition, value, other, span)
+
+    # Values
 
     def declare(self, variable: flat.Variable) -> None:
         if variable.binding is not None:
@@ -65,7 +137,7 @@ class Runner:
         has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
         if has_parts and None not in type_.dims:
             # Entries and fields may be assigned one by one; until then they are zero.
-            self.values[variable.name] = self._zero(type_)
+            self.values[variable.name] = zero_of(type_, self.scope.table)
 
     def _dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
         """The dimensions, with those that depend on the inputs computed."""
@@ -75,15 +147,6 @@ class Runner:
                 value = expr(self.value(size))
                 dims[k] = int(value.data) if value.is_const else None
         return tuple(dims)
-
-    def _zero(self, type_: flat.Type) -> Value:
-        if dims := fixed_dims(type_):
-            one = self._zero(type_.element(len(dims)))
-            return Tensor(dims, (one,) * math.prod(dims))
-        if type_.base is flat.Base.RECORD:
-            return Struct(tuple((name, self._zero(field)) for name, field in type_.fields))
-        table = self.scope.table
-        return table.false if type_.base is flat.Base.BOOLEAN else table.zero
 
     def here(self) -> Scope:
         outer = self.scope
@@ -104,7 +167,7 @@ class Runner:
     # Statements
 
     def assign(self, s: flat.Assignment) -> None:
-        self._store(s.target, self.value(s.value))
+        store(self.here(), self.values, s.target, self.value(s.value))
 
     def assign_tuple(self, s: flat.TupleAssignment) -> None:
         here = self.here()
@@ -112,114 +175,87 @@ class Runner:
         results = functions.inline(here, s.value.function, given, s.span)
         for target, value in zip(s.targets, results, strict=False):
             if target is not None:
-                self._store(target, value)
-
-    def _store(self, target: flat.Reference, value: Value) -> None:
-        """Assign to a variable, to an entry of it, or to a field (`o.a[1] := ...`)."""
-        whole, *path = target.name.split(".")
-        if not path or whole not in self.values:
-            whole, path = target.name, []
-        if path or target.subscripts:
-            old = self.here().value(whole, target.span)
-            value = self._replaced(old, path, target, value)
-        self.values[whole] = value
-
-    def _replaced(
-        self, old: Value, path: Sequence[str], target: flat.Reference, value: Value
-    ) -> Value:
-        if not path:
-            return assigned(self.here(), old, target.subscripts, value, target.span)
-        if not isinstance(old, Struct):
-            raise unsupported("an assignment to a field of an array of records", target.span)
-        return Struct(
-            tuple(
-                (n, self._replaced(v, path[1:], target, value) if n == path[0] else v)
-                for n, v in old.fields
-            )
-        )
+                store(self.here(), self.values, target, value)
 
     def branch(self, s: flat.IfStatement) -> None:
-        self._branch(list(s.branches), s.otherwise, s.span)
-
-    def _branch(
-        self,
-        branches: list[tuple[flat.Expression, tuple[flat.Statement, ...]]],
-        otherwise: tuple[flat.Statement, ...],
-        span: Span,
-    ) -> None:
-        if not branches:
-            self.run(otherwise)
-            return
-        (test, body), *rest = branches
-        condition = expr(self.value(test))
-        if condition.is_const:
+        for i, (test, body) in enumerate(s.branches):
+            condition = expr(self.value(test))
+            if not condition.is_const:
+                rest = flat.IfStatement(s.span, s.component, s.branches[i + 1 :], s.otherwise)
+                self._unknown_branch(condition, body, rest)
+                return
             if condition.data:
-                self.run(body)
-            else:
-                self._branch(rest, otherwise, span)
-            return
-        before = dict(self.values)
-        self.unknown_branch += 1
-        self.run(body)
-        then = self.values
-        self.values = before
-        self._branch(rest, otherwise, span)
-        self.unknown_branch -= 1
-        self._join(condition, then, span)
+                self.frames.append(_Body(body))
+                return
+        self.frames.append(_Body(s.otherwise))
 
-    def _join(self, condition: Expr, then: Mapping[str, Value], span: Span) -> None:
-        here = self.here()
-        for name, value in then.items():
-            other = self.values.get(name)
-            if other is not None and other is not value:
-                self.values[name] = scalar.choose(here, condition, value, other, span)
-            elif other is None:  # assigned on one side only; read on that side only
-                self.values[name] = value
+    def _unknown_branch(
+        self, condition: Expr, body: Sequence[flat.Statement], rest: flat.IfStatement
+    ) -> None:
+        if _leaves(body) or _leaves((rest,)):
+            self._split(condition).frames.append(_Body(body))
+            self.frames.append(_Body((rest,)))
+            return
+        path, before = self.path, dict(self.values)
+        self.path = self._on_path(condition)
+        self.run_body(body)
+        then, self.values = self.values, before
+        self.path = path
+        self.path = self._on_path(self.scope.table.not_(condition))
+        self.run_body((rest,))
+        self.path = path
+        self._join(condition, then, self.values, rest.span)
 
     def loop_for(self, s: flat.ForStatement) -> None:
         domain = elements(self.value(s.range))
         if len(domain) > MAX_TURNS:
             raise self.refused(f"a loop of {len(domain)} turns", s.span)
-        hidden = self.values.get(s.iterator)
-        try:
-            for value in domain:
-                self.values[s.iterator] = value
-                self.run(s.body)
-        except _Leave as leave:
-            if leave.whole_function:
-                raise
-        self.values.pop(s.iterator, None)
-        if hidden is not None:
-            self.values[s.iterator] = hidden
+        self.frames.append(_For(s, domain, self.values.get(s.iterator)))
+
+    def _next_for(self, loop: _For) -> None:
+        name = loop.statement.iterator
+        if loop.turn < len(loop.domain):
+            self.values[name] = loop.domain[loop.turn]
+            self.frames += [replace(loop, turn=loop.turn + 1), _Body(loop.statement.body)]
+        else:
+            self._forget(loop)
+
+    def _forget(self, loop: _For) -> None:
+        self.values.pop(loop.statement.iterator, None)
+        if loop.hidden is not None:
+            self.values[loop.statement.iterator] = loop.hidden
 
     def loop_while(self, s: flat.WhileStatement) -> None:
-        for _ in range(MAX_TURNS):
-            condition = expr(self.value(s.condition))
-            if not condition.is_const:
-                raise self.refused("a `while` whose condition is unknown", s.span)
-            if not condition.data:
-                return
-            try:
-                self.run(s.body)
-            except _Leave as leave:
-                if leave.whole_function:
-                    raise
-                return
-        raise self.refused(f"a loop of more than {MAX_TURNS} turns", s.span)
+        self.frames.append(_While(s))
+
+    def _next_while(self, loop: _While) -> None:
+        s = loop.statement
+        if loop.turn >= MAX_TURNS:
+            raise self.refused(f"a loop of more than {MAX_TURNS} turns", s.span)
+        condition = expr(self.value(s.condition))
+        if not condition.is_const:
+            self._split(self.scope.table.not_(condition))  # the way that leaves the loop
+        if not condition.is_const or condition.data:
+            self.frames += [_While(s, loop.turn + 1), _Body(s.body)]
 
     def leave_loop(self, s: flat.Break) -> None:
-        if self.unknown_branch:
-            raise self.refused("a `break` under an unknown condition", s.span)
-        raise _Leave(whole_function=False)
+        while self.frames:
+            frame = self.frames.pop()
+            if isinstance(frame, _For):
+                self._forget(frame)
+            if not isinstance(frame, _Body):
+                return
+        raise self.refused("`break` outside of a loop", s.span)
 
     def leave_function(self, s: flat.Return) -> None:
-        if self.unknown_branch:
-            raise self.refused("a `return` under an unknown condition", s.span)
-        raise _Leave(whole_function=True)
+        self.frames.clear()
 
     def check(self, s: flat.Assert) -> None:
         condition = expr(self.value(s.condition))
-        if condition is self.scope.table.true or self.unknown_branch:
+        if self.path is not None:
+            table = self.scope.table
+            condition = table.or_(table.not_(self.path), condition)
+        if condition is self.scope.table.true:
             return
         text = self.value(s.message)
         parts = text.parts if isinstance(text, Text) else ()
@@ -231,35 +267,22 @@ class Runner:
         raise self.refused("this statement", s.span)
 
 
-def assigned(
-    scope: Scope,
-    old: Value,
-    subscripts: tuple[flat.Expression, ...],
-    value: Value,
-    span: Span,
-) -> Value:
-    """The array `old` after `old[subscripts] := value`."""
-    if not subscripts:
-        return value
-    assert isinstance(old, Tensor)
-    first, rest = subscripts[0], subscripts[1:]
-    rows = list(old.rows())
-    if isinstance(first, flat.Slice):
-        positions = list(range(len(rows)))
-        many = True
-    else:
-        at = scalar.lower_expression(scope, first)
-        many = isinstance(at, Tensor)
-        numbers = [expr(p) for p in elements(at)]
-        if not all(n.is_const for n in numbers):
-            raise unsupported("an assignment to an entry that is chosen while running", span)
-        positions = [int(n.data) - 1 for n in numbers]
-    values = value.rows() if many and isinstance(value, Tensor) else (value,) * len(positions)
-    for position, entry in zip(positions, values, strict=True):
-        if not 0 <= position < len(rows):
-            raise error("L312", f"subscript {position + 1} is outside of 1 to {len(rows)}", span)
-        rows[position] = assigned(scope, rows[position], rest, entry, span)
-    return stack(rows, old.shape[1:])
+def _leaves(statements: Sequence[flat.Statement]) -> bool:
+    """Whether a `break` or `return` may end more than these statements."""
+    stack: list[tuple[flat.Statement, bool]] = [(s, False) for s in statements]
+    while stack:
+        s, in_loop = stack.pop()
+        match s:
+            case flat.Return():
+                return True
+            case flat.Break() if not in_loop:
+                return True
+            case flat.IfStatement():
+                stack.extend((b, in_loop) for _, body in s.branches for b in body)
+                stack.extend((b, in_loop) for b in s.otherwise)
+            case flat.ForStatement() | flat.WhileStatement():
+                stack.extend((b, True) for b in s.body)
+    return False
 
 
 Runner.handlers = {

@@ -70,6 +70,60 @@ def test_function_with_a_branch_that_depends_on_the_run(backend: Backend) -> Non
     assert result["y"] == pytest.approx(np.clip(result.time, 0.25, 0.5))
 
 
+def test_search_through_a_table(backend: Backend) -> None:
+    result = run(
+        """model M
+          function look
+            input Real x[:], y[:], u;
+            output Real v;
+          protected
+            Integer i = 1;
+          algorithm
+            while i < size(x, 1) - 1 and u > x[i + 1] loop
+              i := i + 1;
+            end while;
+            v := y[i] + (y[i + 1] - y[i])*(u - x[i])/(x[i + 1] - x[i]);
+          end look;
+          parameter Real x[4] = {0, 0.5, 1, 2}, y[4] = {0, 1, -1, 0};
+          Real v = look(x, y, time);
+        end M;""",
+        backend,
+    )
+    assert result["v"] == pytest.approx(np.interp(result.time, [0, 0.5, 1, 2], [0, 1, -1, 0]))
+
+
+def test_return_and_break_under_unknown_conditions(backend: Backend) -> None:
+    result = run(
+        """model M
+          function first
+            input Real u;
+            output Real y;
+          algorithm
+            for i in 1:5 loop
+              y := i;
+              if i > 3*u then break; end if;
+              if u > 1.5 then y := -1; return; end if;
+            end for;
+            y := 10*y;
+          end first;
+          Real y = first(time);
+        end M;""",
+        backend,
+    )
+    t = result.time
+
+    def first(u: float) -> float:
+        for i in range(1, 6):
+            y = i
+            if i > 3 * u:
+                break
+            if u > 1.5:
+                return -1
+        return 10 * y
+
+    assert result["y"] == pytest.approx([first(u) for u in t])
+
+
 def test_record_of_a_function(backend: Backend) -> None:
     result = run(
         """model M
@@ -190,7 +244,7 @@ def test_initial_values_of_discrete_variables(backend: Backend) -> None:
         (
             "model M function f input Real u; output Real y; algorithm y := u; "
             "while y > 1 loop y := y/2; end while; end f; Real x = f(time); end M;",
-            "`while` whose condition is unknown",
+            "a choice between more than",
         ),
         (
             "model M function f input Integer n; output Real y; algorithm y := f(n + 1); end f; "

@@ -1,0 +1,81 @@
+"""Assigning to variables, their entries and their fields."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.ir import flat
+from planarc.ir.expr import Exprs
+from planarc.lower import scalar
+from planarc.lower.scope import Scope, unsupported
+from planarc.lower.values import Struct, Tensor, Value, elements, expr, fixed_dims, stack
+
+
+def zero_of(type_: flat.Type, table: Exprs) -> Value:
+    """The value of a type with all numbers zero and all truths false."""
+    if dims := fixed_dims(type_):
+        one = zero_of(type_.element(len(dims)), table)
+        return Tensor(dims, (one,) * math.prod(dims))
+    if type_.base is flat.Base.RECORD:
+        return Struct(tuple((name, zero_of(field, table)) for name, field in type_.fields))
+    return table.false if type_.base is flat.Base.BOOLEAN else table.zero
+
+
+def store(scope: Scope, values: dict[str, Value], target: flat.Reference, value: Value) -> None:
+    """Assign to a variable, to an entry of it, or to a field (`o.a[1] := ...`)."""
+    whole, *path = target.name.split(".")
+    if not path or whole not in values:
+        whole, path = target.name, []
+    if path or target.subscripts:
+        old = scope.value(whole, target.span)
+        value = _replaced(scope, old, path, target, value)
+    values[whole] = value
+
+
+def _replaced(
+    scope: Scope, old: Value, path: Sequence[str], target: flat.Reference, value: Value
+) -> Value:
+    if not path:
+        return assigned(scope, old, target.subscripts, value, target.span)
+    if not isinstance(old, Struct):
+        raise unsupported("an assignment to a field of an array of records", target.span)
+    return Struct(
+        tuple(
+            (n, _replaced(scope, v, path[1:], target, value) if n == path[0] else v)
+            for n, v in old.fields
+        )
+    )
+
+
+def assigned(
+    scope: Scope,
+    old: Value,
+    subscripts: tuple[flat.Expression, ...],
+    value: Value,
+    span: Span,
+) -> Value:
+    """The array `old` after `old[subscripts] := value`."""
+    if not subscripts:
+        return value
+    assert isinstance(old, Tensor)
+    first, rest = subscripts[0], subscripts[1:]
+    rows = list(old.rows())
+    if isinstance(first, flat.Slice):
+        positions = list(range(len(rows)))
+        many = True
+    else:
+        at = scalar.lower_expression(scope, first)
+        many = isinstance(at, Tensor)
+        numbers = [expr(p) for p in elements(at)]
+        if not all(n.is_const for n in numbers):
+            raise unsupported("an assignment to an entry that is chosen while running", span)
+        positions = [int(n.data) - 1 for n in numbers]
+    values = value.rows() if many and isinstance(value, Tensor) else (value,) * len(positions)
+    for position, entry in zip(positions, values, strict=True):
+        if not 0 <= position < len(rows):
+            raise error("L312", f"subscript {position + 1} is outside of 1 to {len(rows)}", span)
+        rows[position] = assigned(scope, rows[position], rest, entry, span)
+    return stack(rows, old.shape[1:])
