@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from planarc.core import cache as store
 from planarc.ir.program import Addresses
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.integrator import Watch
@@ -257,16 +258,33 @@ class Driver:
 
 @cache
 def open_driver(sundials: Sundials) -> Driver | None:
-    """Compiled once in a process; None where there is no llvmlite."""
+    """Linked once in a process; None where there is no llvmlite."""
     try:
         import llvmlite.binding as llvm
     except ImportError:
         return None
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    module = llvm.parse_assembly(_module_text())
-    module.verify()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
-    engine = llvm.create_mcjit_compiler(module, machine)
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    machine = target.create_target_machine(opt=1, codemodel="jitdefault", jit=True)
+    empty = llvm.parse_assembly("")
+    empty.triple = llvm.get_process_triple()
+    engine = llvm.create_mcjit_compiler(empty, machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(_object(llvm, machine)))
     engine.finalize_object()
     return Driver(sundials, engine)
+
+
+def _object(llvm: Any, machine: Any) -> bytes:
+    """The compiled function for any processor of this kind, kept between processes."""
+    text, triple = _module_text(), llvm.get_process_triple()
+    version = ".".join(map(str, llvm.llvm_version_info))
+    key = store.key("driver", text, triple, version)
+    known = store.load("driver", key)
+    if known is None:
+        module = llvm.parse_assembly(text)
+        module.triple = triple
+        module.verify()
+        known = bytes(machine.emit_object(module))
+        store.store("driver", key, known)
+    return known
