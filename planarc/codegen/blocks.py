@@ -16,7 +16,8 @@ Promises:  parts that do not depend on the block's unknowns are computed before 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from planarc.codegen import jacobian as forward
 from planarc.codegen.affine import Steps, at_zero
@@ -24,7 +25,15 @@ from planarc.codegen.factoring import Factoring
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
+from planarc.ir.program import Direct as DirectCode
 from planarc.ir.sorted import Block
+
+if TYPE_CHECKING:
+    from planarc.codegen.elimination import Direct
+    from planarc.codegen.samples import Samples
+
+#: Linear blocks of the top level with fewer tears are solved as they are: not sparse.
+FEWEST = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +47,19 @@ class Derived:
     tangent: forward.Tangent | None
     zero: Steps  # inner unknowns of a linear block at zero
     residuals: tuple[Expr, ...]  # of a linear block at zero
+    direct: Direct | None
+    size_steps: Steps  # what its residuals are compared with
+    sizes: tuple[Expr, ...]
 
     @property
     def formulas(self) -> list[Expr]:
         """Everything that the section will have to write, in order."""
-        found = [a.value for a in self.block.inner]
+        found = [value for _, value in self.direct.steps] if self.direct else []
+        found.extend(a.value for a in self.block.inner)
+        if self.direct is not None:
+            found.extend(r.value for r in self.block.residuals)
+            found.extend(value for _, value in self.size_steps)
+            found.extend(self.sizes)
         found.extend(value for _, value in self.zero)
         found.extend(self.residuals)
         found.extend(value for _, value in self.steps)
@@ -62,7 +79,12 @@ class Derived:
 
 
 def derive_block(
-    table: Exprs, block: Block, height: int, first: int, factoring: Factoring
+    table: Exprs,
+    block: Block,
+    height: int,
+    first: int,
+    factoring: Factoring,
+    samples: Samples | None,
 ) -> Derived:
     """Choose the form of the Jacobian by its size, and write it."""
     if not (block.linear and block.residuals):  # else the matrix may not use them
@@ -75,11 +97,24 @@ def derive_block(
         tangent = forward.tangent(table, block.tears, slopes)
     else:
         unrolled = forward.unroll(table, block.tears, slopes, factoring)
+    if samples is not None:
+        samples.solve(block, slopes)
     zero: Steps = ()
+    direct: Direct | None = None
+    sizes: tuple[Expr, ...] = ()
+    size_steps: Steps = ()
     if block.linear and block.residuals:
         zero, residuals = at_zero(table, block)
+        if not height and samples is not None and len(block.tears) >= FEWEST:
+            from planarc.codegen.elimination import eliminate, size_terms
+
+            direct = eliminate(table, block, slopes, samples)
+            if direct is not None:
+                size_steps, sizes = size_terms(table, block)
         _learn(factoring, block)
-    return Derived(block, height, first, unrolled, tangent, zero, residuals)
+    return Derived(
+        block, height, first, unrolled, tangent, zero, residuals, direct, size_steps, sizes
+    )
 
 
 def _learn(factoring: Factoring, block: Block) -> None:
@@ -98,7 +133,9 @@ class BlockWriter:
     def write(self, out: list[Statement], lister: Lister, derived: Derived) -> None:
         """Append the block, and what is computed before it, to a section."""
         before: list[Let] = []
-        if derived.block.linear and derived.block.residuals:
+        if derived.direct is not None:
+            code = self._direct(before, lister, derived, derived.direct)
+        elif derived.block.linear and derived.block.residuals:
             code = self._linear(before, lister, derived)
         else:
             code = self._nonlinear(before, lister, derived)
@@ -107,17 +144,48 @@ class BlockWriter:
         self.blocks.append(code)
 
     def _linear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
-        for symbol, value in derived.zero:
-            lister.name(before, symbol, value)
-        residuals = self._residuals(before, lister, derived)
-        for symbol, value in derived.steps:
-            lister.name(before, symbol, value)
-        jacobian = tuple((i, j, lister.value(before, v)) for i, j, v in derived.entries)
-        tangent = _tangent(lister, derived)
+        residuals, jacobian, tangent = self._matrix(before, lister, derived)
         body: list[Let] = []
         for a in derived.block.inner:
             lister.let(body, a.target, a.value, a.equation)
         return _code(derived, body, len(body), residuals, [], jacobian, tangent)
+
+    def _matrix(
+        self, out: list[Let], lister: Lister, derived: Derived
+    ) -> tuple[tuple[Expr, ...], tuple[tuple[int, int, Expr], ...], Tangent | None]:
+        """Residuals at zero and the matrix of a linear block."""
+        for symbol, value in (*derived.zero, *derived.steps):
+            lister.name(out, symbol, value)
+        residuals = self._residuals(out, lister, derived, derived.residuals)
+        jacobian = tuple((i, j, lister.value(out, v)) for i, j, v in derived.entries)
+        return residuals, jacobian, _tangent(lister, derived)
+
+    def _direct(
+        self, before: list[Let], lister: Lister, derived: Derived, direct: Direct
+    ) -> BlockCode:
+        block = derived.block
+        for symbol, value in direct.steps:
+            lister.name(before, symbol, value)
+        tears = tuple(lister.value(before, e) for e in direct.tears)
+        body: list[Let] = []
+        for a in block.inner:
+            lister.let(body, a.target, a.value, a.equation)
+        mark = lister.mark()
+        check: list[Let] = []
+        values = tuple(r.value for r in block.residuals)
+        left = self._residuals(check, lister, derived, values)
+        for symbol, value in derived.size_steps:
+            lister.name(check, symbol, value)
+        sizes = []
+        for e in derived.sizes:
+            sizes.append(self._temporaries.new())
+            check.append(Let(sizes[-1], lister.value(check, e)))
+        matrix: list[Let] = []
+        residuals, jacobian, tangent = self._matrix(matrix, lister, derived)
+        lister.forget(mark)
+        checked = DirectCode(tears, tuple(check), left, tuple(sizes))
+        code = _code(derived, body, len(body), residuals, matrix, jacobian, tangent)
+        return replace(code, direct=checked)
 
     def _nonlinear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         block = derived.block
@@ -136,7 +204,7 @@ class BlockWriter:
             lister.let(body, a.target, a.value, a.equation)
         inner = len(body)
         mark = lister.mark()
-        residuals = self._residuals(body, lister, derived)
+        residuals = self._residuals(body, lister, derived, derived.residuals)
         matrix: list[Let] = []
         for symbol, value in steps:
             lister.name(matrix, symbol, value)
@@ -145,9 +213,11 @@ class BlockWriter:
         lister.forget(mark)
         return _code(derived, body, inner, residuals, matrix, jacobian, tangent)
 
-    def _residuals(self, out: list[Let], lister: Lister, derived: Derived) -> tuple[Expr, ...]:
+    def _residuals(
+        self, out: list[Let], lister: Lister, derived: Derived, values: tuple[Expr, ...]
+    ) -> tuple[Expr, ...]:
         names = []
-        for r, value in zip(derived.block.residuals, derived.residuals, strict=True):
+        for r, value in zip(derived.block.residuals, values, strict=True):
             names.append(self._temporaries.new())
             out.append(Let(names[-1], lister.value(out, value), r.equation))
         return tuple(names)

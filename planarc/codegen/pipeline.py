@@ -61,6 +61,12 @@ def generate(sorted: SortedDae) -> Program:
         equations_before=sorted.equations_before,
         equations_after=sorted.equations_after,
         description=dae.description,
+        inputs=tuple(v.name for v in dae.inputs),
+        outputs=tuple(
+            v.name
+            for v in (*dae.variables, *dae.discretes)
+            if v.causality == "output" and "." not in v.name
+        ),
     )
 
 

@@ -28,3 +28,5 @@ STEPS_TOP: Final = 60
 FAR: Final = 0.5
 #: A pivot that small, relative to the largest entry of its row, makes a matrix singular.
 SINGULAR: Final = 1e-14
+#: A direct solution counts when each residual is below this part of the sum of its terms.
+FITS: Final = 1e-11

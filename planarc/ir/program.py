@@ -53,6 +53,20 @@ class Tangent:
 
 
 @dataclass(frozen=True, slots=True)
+class Direct:
+    """The tears of a linear block from an elimination in a fixed order, done before it.
+
+    They count when, after the inner unknowns, every residual is within rounding of its
+    size (`planarc.ir.newton.FITS`); `check` computes both.
+    """
+
+    tears: tuple[Expr, ...]
+    check: tuple[Let, ...]
+    residuals: tuple[Expr, ...]
+    sizes: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class BlockCode:
     """A torn block as code.
 
@@ -63,7 +77,8 @@ class BlockCode:
 
     The first `inner` statements of `body` give every unknown of the block; the others
     only the residuals. A `linear` block has no others: its residuals where all tears
-    are zero, and its constant Jacobian, are known before it. A large block has no `jacobian` but a `tangent`: run
+    are zero, and its constant Jacobian, are known before it; where it has a `direct`
+    solution, `jacobian_body` computes them when that one does not count. A large block has no `jacobian` but a `tangent`: run
     `jacobian_body` once, then the tangent for each column j with seed j = 1, all
     other seeds 0.
     """
@@ -79,6 +94,7 @@ class BlockCode:
     first: int = -1
     inner: int = 0
     tangent: Tangent | None = None
+    direct: Direct | None = None
 
     @property
     def free(self) -> int:
@@ -225,6 +241,8 @@ class Program:
     equations_before: int = 0
     equations_after: int = 0
     description: str = ""
+    inputs: tuple[str, ...] = ()  # of the model itself
+    outputs: tuple[str, ...] = ()
 
     @property
     def state_count(self) -> int:

@@ -30,12 +30,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import DECLARATIONS, formula, real
 from planarc.codegen.native.runtime import NOT_FINITE
 from planarc.ir.expr import Expr, Op, text
-from planarc.ir.frame import Frame, Placement, place
-from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+from planarc.ir.frame import Frame, Number, Placement, place
+from planarc.ir.newton import FITS
+from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -131,7 +132,9 @@ class _Section:
             for let in code.body:
                 self._let(let)
             return
-        if code.linear:
+        if code.direct is not None:
+            self._solve_direct(statement.block, code, code.direct)
+        elif code.linear:
             self._solve_linear(statement.block, code)
         else:
             self._solve_nonlinear(statement.block, code)
@@ -148,6 +151,43 @@ class _Section:
         self._read_tears(code)
         for let in code.body:
             self._let(let)
+
+    def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
+        c = self._code
+        for tear, e in zip(code.tears, direct.tears, strict=True):
+            slot = self._slot(tear)
+            assert slot is not None
+            self._w.store(real(c, self._value(e)), slot)
+        before, again, check, work, solved, failed, behind = (c.label() for _ in range(7))
+        c.jump(before)
+        c.begin(before)
+        c.jump(again)
+        c.begin(again)
+        done = c.register()
+        c.line(f"{done} = phi i1 [ false, %{before} ], [ true, %{solved} ]")
+        self._read_tears(code)
+        for let in code.body:
+            self._let(let)
+        c.line(f"br i1 {done}, label %{behind}, label %{check}")
+        c.begin(check)
+        outside = dict(self._values)
+        for let in direct.check:
+            self._let(let)
+        numbers = self._frame.load(POINTER, Frame.NUMBERS)
+        fits = numbers.load(INT, Number.EVALUATING).equals(0)
+        for r, s in zip(direct.residuals, direct.sizes, strict=True):
+            fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
+        c.branch(fits, behind, work)
+        c.begin(work)
+        self._work(block, code)
+        self._values = outside
+        flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
+        c.branch(flag < 0, failed, solved)
+        c.begin(solved)
+        c.jump(again)
+        c.begin(failed)
+        self._give_failure(flag)
+        c.begin(behind)
 
     def _give_failure(self, flag: Value) -> None:
         c = self._code

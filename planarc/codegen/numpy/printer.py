@@ -79,6 +79,8 @@ def _lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]:
         else:
             code = program.blocks[s.block]
             yield from (*code.body, *code.jacobian_body)
+            if code.direct is not None:
+                yield from code.direct.check
             if code.tangent is not None:
                 yield from code.tangent.body
 
@@ -89,6 +91,8 @@ def _evaluated_always(program: Program) -> set[Expr]:
     wanted = [*program.initial_residuals, *(r.zero for r in program.relations)]
     for code in program.blocks:
         wanted += _taken(code)
+        if code.direct is not None:
+            wanted += [*code.direct.residuals, *code.direct.sizes]
     return evaluated_always(lets, wanted)
 
 
@@ -131,7 +135,9 @@ class _Section:
         roots = [let.value for let in _lets(self._program, statements)] + list(results)
         for s in statements:
             if isinstance(s, Solve):
-                roots += _taken(self._program.blocks[s.block])
+                code = self._program.blocks[s.block]
+                roots += _taken(code)
+                roots += code.direct.tears if code.direct is not None else ()
         read = {
             self._slots[text(e)]: e
             for e in postorder(roots)
@@ -191,12 +197,35 @@ class _Section:
         equations = ", ".join(f"e{e}" for e in code.equations)
         head = f"    # block {statement.block}, {kind}: {_count(code)}; residuals {equations}"
         write = self._linear if code.linear else self._nonlinear
+        if code.direct is not None:
+            write = self._direct
         return [head, *write(f"blocks[{statement.block}]", code)]
 
     def _linear(self, block: str, code: BlockCode) -> list[str]:
         return [
             *self._matrix(code, "    ", f"{self._tears(code)} = {block}.solve"),
             *(self._let(s, "    ") for s in code.body),
+        ]
+
+    def _direct(self, block: str, code: BlockCode) -> list[str]:
+        assert code.direct is not None
+        indent = " " * 8
+        tears = _tuple(formula(e, self._leaf, careful=True) for e in code.direct.tears)
+        residuals = _tuple(self._names(r) for r in code.direct.residuals)
+        sizes = _tuple(self._names(s) for s in code.direct.sizes)
+        return [
+            f"    block = {block}",
+            f"    tears = block.take({tears})",
+            "    while True:",
+            f"{indent}{self._tears(code)} = tears",
+            *(self._let(s, indent) for s in code.body),
+            f"{indent}if block.done:",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in code.direct.check),
+            f"{indent}if block.fits({residuals}, {sizes}):",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in code.jacobian_body),
+            *self._matrix(code, indent, "tears = block.solve"),
         ]
 
     def _nonlinear(self, block: str, code: BlockCode) -> list[str]:

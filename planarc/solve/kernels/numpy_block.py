@@ -11,6 +11,7 @@ from operator import mul
 
 from planarc.ir.newton import (
     FAR,
+    FITS,
     HALVINGS,
     QUADRATIC,
     STEPS_BELOW,
@@ -90,9 +91,21 @@ class Block:
             self._origin = x.copy()
         return x
 
+    def take(self, tears: Sequence[float]) -> Sequence[float]:
+        """A linear block's tears from an elimination in a fixed order, to be checked."""
+        self.done = False
+        return tears
+
+    def fits(self, residuals: Sequence[float], sizes: Sequence[float]) -> bool:
+        """Whether the taken tears count; not when the matrix itself is asked for."""
+        if self.evaluating:
+            return False
+        return all(abs(r) <= FITS * s for r, s in zip(residuals, sizes, strict=True))
+
     def solve(self, residuals: Sequence[float], matrix: Rows) -> Sequence[float]:
         """The tears of a linear block, from its residuals at zero and its matrix."""
         self.matrix = matrix
+        self.done = True
         if not self._below:
             change = solve_linear(matrix, residuals)
             return [-d for d in self._checked(change, residuals, matrix)]

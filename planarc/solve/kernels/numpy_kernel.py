@@ -135,13 +135,13 @@ class NumpyKernel:
         """Everything, with the candidates as they are in the workspace."""
         if not self._started:
             self._begin()
-        for block in self._below:
+        for block in self._blocks:
             block.evaluating = True
         try:
             code = self._run("levels")[0] or self._run("rest")[0]
             return (code, ()) if code else self._run("initial")
         finally:
-            for block in self._below:
+            for block in self._blocks:
                 block.evaluating = False
 
     def _begin(self) -> None:

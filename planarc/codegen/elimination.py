@@ -1,0 +1,290 @@
+"""Solves a large linear block by sparse elimination, written out as statements.
+
+In:   a linear block of the top level: each equation's slopes by the block's unknowns
+Out:  `Direct`: steps, and the tears as expressions of them
+
+The equations of a mechanism's accelerations and forces are sparse: a body knows its
+neighbours only. Eliminated in the right order, a chain of n rods costs a number of
+operations proportional to n, where its torn, dense matrix costs n^3. The order is
+chosen once: always a pivot that fills little (Markowitz), and that is not small beside
+its column at any of a few sample positions of the mechanism (`samples`).
+
+    a = m*z - f           z = a/r, f = k*z           (unknowns a, f, z)
+    -a + m*z - f = 0      pivot a (-1)
+    r*z - a = 0           becomes (r - m)*z + f = 0
+    f - k*z = 0           pivot f (1): (r - m + k)*z = 0 ...
+
+Needs:     slopes that do not depend on the block's unknowns.
+Promises:  exact but for rounding, where no pivot vanishes. Pivots are not compared
+           with each other while running: whoever uses the result must look at the
+           residuals (`size_terms` gives their scale), and solve with pivoting when
+           they are not small.
+Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursion that
+           comes out for chains is R. Featherstone, Robot Dynamics Algorithms, 1987.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planarc.codegen.jacobian import Local
+from planarc.codegen.samples import SPREAD, Samples
+from planarc.codegen.statements import is_trivial
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, symbols
+from planarc.ir.sorted import Block
+
+if TYPE_CHECKING:
+    from planarc.codegen.samples import Values
+
+Steps = tuple[tuple[Expr, Expr], ...]
+
+#: A block whose elimination takes more products per equation fills up: no gain.
+MOST_PRODUCTS = 40
+#: A pivot is at least this part of the other coefficients of its unknown; tried in turn.
+THRESHOLDS = (0.1, 0.01, 0.001)
+#: And larger than this, where the largest coefficients are near 1.
+SMALLEST = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Direct:
+    steps: Steps  # (temporary, value), in order
+    tears: tuple[Expr, ...]
+
+
+def eliminate(
+    table: Exprs,
+    block: Block,
+    formulas: Sequence[Local],
+    samples: Samples,
+) -> Direct | None:
+    """`formulas` are the block's, with their slopes. None where elimination does not pay
+    or cannot be done."""
+    tears = block.tears
+    unknowns = [*tears, *(f.target for f in formulas if f.target is not None)]
+    varying = set(unknowns)
+    for f in formulas:
+        if not all(varying.isdisjoint(symbols(slope)) for _, slope in f.slopes):
+            return None
+    zero = Substitution(table, dict.fromkeys(unknowns, table.zero))
+    number = {u: i for i, u in enumerate(unknowns)}
+    work = _Work(table)
+    inner = {a.target: a.value for a in block.inner}
+    residuals = iter(block.residuals)
+    for f in formulas:
+        value = next(residuals).value if f.target is None else inner[f.target]
+        row = {number[s]: slope for s, slope in f.slopes}
+        if f.target is not None:
+            own = row.get(number[f.target], table.zero)
+            row[number[f.target]] = table.sub(own, table.one)
+        numbers = {j: samples.value(e) for j, e in row.items()}
+        work.add(row, zero(value), numbers)
+    if not work.run():
+        return None
+    found = work.substitute(range(len(tears)))
+    return Direct(tuple(work.steps), found)
+
+
+def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
+    """What the rounding errors of the residuals grow with: sums of the sizes of all terms.
+
+    Steps give each inner unknown's, then come those of the residuals.
+    """
+    known: dict[Expr, Expr] = {tear: table.call("abs", tear) for tear in block.tears}
+    steps: list[tuple[Expr, Expr]] = []
+    for a in block.inner:
+        size = _size(table, a.value, known)
+        if not is_trivial(size):
+            steps.append((table.symbol(f"$size[{a.target}]"), size))
+            size = steps[-1][0]
+        known[a.target] = size
+    return tuple(steps), tuple(_size(table, r.value, known) for r in block.residuals)
+
+
+def _size(table: Exprs, e: Expr, known: Mapping[Expr, Expr]) -> Expr:
+    """Formulas are a few terms long; what does not depend on the unknowns counts as one."""
+    if not any(s in known for s in symbols(e)):
+        return table.call("abs", e)
+    parts = [_size(table, a, known) for a in e.args]
+    match e.op:
+        case Op.SYMBOL:
+            return known[e]
+        case Op.ADD:
+            return table.add(*parts)
+        case Op.NEG:
+            return parts[0]
+        case Op.MUL:
+            return table.mul(*parts)
+        case Op.DIV:
+            return table.div(*parts)
+        case Op.IF:
+            return table.if_(e.args[0], parts[1], parts[2])
+    return table.call("abs", e)
+
+
+@dataclass
+class _Work:
+    """The rows while they are eliminated: coefficient by unknown, and constant part.
+
+    `numbers` are the coefficients at the samples, scaled so that the largest of each
+    row and column is near 1.
+    """
+
+    table: Exprs
+    rows: list[dict[int, Expr]] = field(default_factory=list)
+    numbers: list[dict[int, Values]] = field(default_factory=list)
+    constants: list[Expr] = field(default_factory=list)
+    columns: dict[int, dict[int, None]] = field(default_factory=dict)  # rows of each unknown
+    order: list[tuple[int, int, Expr]] = field(default_factory=list)  # (row, unknown, 1/pivot)
+    steps: list[tuple[Expr, Expr]] = field(default_factory=list)
+    heap: list[tuple[int, int, int]] = field(default_factory=list)
+    names: dict[Expr, Expr] = field(default_factory=dict)
+    products: int = 0
+
+    def add(self, row: dict[int, Expr], constant: Expr, numbers: dict[int, Values]) -> None:
+        index = len(self.rows)
+        self.rows.append({j: e for j, e in row.items() if e is not self.table.zero})
+        self.numbers.append({j: numbers[j] for j in self.rows[-1]})
+        self.constants.append(constant)
+        for j in self.rows[-1]:
+            self.columns.setdefault(j, {})[index] = None
+
+    def run(self) -> bool:
+        """Eliminate everything; False when that is not possible or fills up."""
+        if not self._keep_finite():
+            return False
+        self._scale()
+        waiting = dict.fromkeys(range(len(self.rows)))
+        for threshold in THRESHOLDS:
+            progress = True
+            while waiting and progress:
+                for i in waiting:
+                    self._offer(i)
+                progress = self._pass(waiting, threshold)
+                if self.products > MOST_PRODUCTS * len(self.rows):
+                    return False
+        return not waiting
+
+    def _pass(self, waiting: dict[int, None], threshold: float) -> bool:
+        """Take pivots from the heap as long as there are any good enough."""
+        before = len(waiting)
+        while self.heap:
+            cost, i, j = heappop(self.heap)
+            if i not in waiting or j not in self.rows[i]:
+                continue
+            now = self._cost(i, j)
+            if now > cost:
+                heappush(self.heap, (now, i, j))
+            elif self._is_large(i, j, threshold):
+                del waiting[i]
+                self._eliminate(i, j)
+        return len(waiting) < before
+
+    def _keep_finite(self) -> bool:
+        """Only the samples at which all coefficients are finite."""
+        finite = np.ones(len(SPREAD), bool)
+        for row in self.numbers:
+            for values in row.values():
+                finite &= np.isfinite(values)
+        for row in self.numbers:
+            for j in row:
+                row[j] = row[j][finite]
+        return bool(finite.any())
+
+    def _scale(self) -> None:
+        largest = [{j: float(np.abs(v).max()) for j, v in row.items()} for row in self.numbers]
+        of_column = dict.fromkeys(self.columns, 1.0)
+        for _ in range(3):
+            of_row = [
+                max((a * of_column[j] for j, a in row.items()), default=0.0) or 1.0
+                for row in largest
+            ]
+            of_column = {
+                j: 1.0 / (max(largest[i][j] / of_row[i] for i in rows) or 1.0)
+                for j, rows in self.columns.items()
+            }
+        for row, size in zip(self.numbers, of_row, strict=True):
+            for j in row:
+                row[j] = row[j] * (of_column[j] / size)
+
+    def _offer(self, i: int) -> None:
+        for j in self.rows[i]:
+            heappush(self.heap, (self._cost(i, j), i, j))
+
+    def _cost(self, i: int, j: int) -> int:
+        """Markowitz' count of possible new entries; a division counts a little."""
+        fill = (len(self.rows[i]) - 1) * (len(self.columns[j]) - 1)
+        return 2 * fill + (not self.rows[i][j].is_const)
+
+    def _is_large(self, i: int, j: int, threshold: float) -> bool:
+        """Whether the pivot is large beside its column, at every sample."""
+        pivot = np.abs(self.numbers[i][j])
+        if not (pivot > SMALLEST).all():
+            return False
+        for k in self.columns[j]:
+            if k != i and not (pivot >= threshold * np.abs(self.numbers[k][j])).all():
+                return False
+        return True
+
+    def _named(self, e: Expr) -> Expr:
+        """A temporary for a value that is used several times."""
+        if is_trivial(e):
+            return e
+        name = self.names.get(e)
+        if name is None:
+            name = self.names[e] = self.table.symbol(f"$e[{e.id}]")
+            self.steps.append((name, e))
+        return name
+
+    def _eliminate(self, i: int, j: int) -> None:
+        t = self.table
+        row = {k: self._named(e) for k, e in self.rows[i].items()}
+        constant = self._named(self.constants[i])
+        pivot = row.pop(j)
+        inverse = self._named(t.div(t.one, pivot))
+        self.rows[i], self.constants[i] = row, constant
+        self.order.append((i, j, inverse))
+        others = [k for k in self.columns.pop(j) if k != i]
+        for k in row:
+            del self.columns[k][i]
+        for k in others:
+            self._subtract(k, j, i, inverse)
+        for k in others:
+            self._offer(k)
+
+    def _subtract(self, i: int, j: int, pivot_row: int, inverse: Expr) -> None:
+        """Take the pivot's row from row i, so that unknown j vanishes from it."""
+        t, target, numbers = self.table, self.rows[i], self.numbers[i]
+        factor = self._named(t.mul(target.pop(j), inverse))
+        ratio = numbers.pop(j) / self.numbers[pivot_row][j]
+        for k, e in self.rows[pivot_row].items():
+            new = t.sub(target.get(k, t.zero), t.mul(factor, e))
+            self.products += 1
+            if new is not t.zero:
+                target[k] = new
+                numbers[k] = numbers.get(k, 0.0) - ratio * self.numbers[pivot_row][k]
+                self.columns[k][i] = None
+            elif k in target:
+                del target[k], numbers[k], self.columns[k][i]
+        constant = self.constants[pivot_row]
+        self.constants[i] = t.sub(self.constants[i], t.mul(factor, constant))
+
+    def substitute(self, wanted: Sequence[int]) -> tuple[Expr, ...]:
+        """The unknowns, backwards; only those that the wanted ones need."""
+        needed = set(wanted)
+        for i, j, _ in self.order:
+            if j in needed:
+                needed.update(self.rows[i])
+        t = self.table
+        found: dict[int, Expr] = {}
+        for i, j, inverse in reversed(self.order):
+            if j in needed:
+                terms = (t.mul(e, found[k]) for k, e in self.rows[i].items())
+                total = t.add(self.constants[i], *terms)
+                found[j] = self._named(t.neg(t.mul(total, inverse)))
+        return tuple(found[j] for j in wanted)

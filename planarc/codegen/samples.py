@@ -1,0 +1,165 @@
+"""Numbers that a model's variables could have: to choose pivots by more than a pattern.
+
+In:   parameters with their values, the levels below the top step by step
+Out:  `Samples`: for each symbol known so far, its values at a few positions
+
+The first position is that of the start values, the others are moved away from it by
+more and more, always by the same pseudo-random amounts. Loops are closed by Newton's
+method with steps of least norm. A position at which something is not finite has nan
+from there on; nothing here can fail.
+
+Only decisions that change speed and not results may rest on these numbers: the model
+will take other positions, and its parameters other values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planarc.codegen.jacobian import Local
+from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.sorted import Block, SortedDae
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+
+#: How far each position is moved from the start, in the unit of the coordinate.
+SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
+_STEPS = 15  # of Newton's method
+
+
+class Samples:
+    def __init__(self, sorted: SortedDae) -> None:
+        self._values: dict[Expr, Values] = {}
+        self._spread = np.array(SPREAD)
+        self._random = np.random.default_rng(1)
+        table = sorted.dae.table
+        with np.errstate(all="ignore"):
+            self.set(table.time, np.zeros(len(SPREAD)))
+            for p in sorted.dae.parameters:
+                self.set(table.symbol(p.name), self.value(p.value))
+            self._starts = {c.symbol: self.value(c.start or table.zero) for c in sorted.candidates}
+
+    def set(self, symbol: Expr, values: Values) -> None:
+        self._values[symbol] = values
+
+    def value(self, root: Expr) -> Values:
+        """The formula at all positions; unknown leaves (events, discrete values) are 0."""
+        done: dict[Expr, Any] = {}
+        for e in postorder((root,)):
+            if e.op is Op.CONST:
+                done[e] = float(e.data)
+            elif not e.args:
+                done[e] = self._values.get(e, 0.0)
+            elif e.op is Op.CALL:
+                done[e] = _FUNCTIONS[e.data](*(done[a] for a in e.args))
+            elif e.op is Op.APPLY:
+                done[e] = math.nan
+            else:
+                done[e] = _OPERATIONS[e.op](*(done[a] for a in e.args))
+        return np.broadcast_to(np.asarray(done[root], float), self._spread.shape)
+
+    def assign(self, target: Expr, value: Expr) -> None:
+        with np.errstate(all="ignore"):
+            self.set(target, self.value(value))
+
+    def solve(self, block: Block, formulas: Sequence[Local]) -> None:
+        """Give the block's unknowns values: candidates near their start, others anything."""
+        n = len(block.tears)
+        x = np.empty((len(SPREAD), n))
+        for j, tear in enumerate(block.tears):
+            moved = self._spread * self._random.uniform(-1.0, 1.0, len(SPREAD))
+            x[:, j] = self._starts.get(tear, np.ones(len(SPREAD))) + moved
+        with np.errstate(all="ignore"):
+            for _ in range(_STEPS if block.free else 0):
+                self._put(block, x)
+                step = _least(*self._linearised(block, formulas))
+                x -= np.clip(step, -0.5, 0.5)
+            self._put(block, x)
+
+    def _put(self, block: Block, x: Values) -> None:
+        for j, tear in enumerate(block.tears):
+            self.set(tear, x[:, j].copy())
+        for a in block.inner:
+            self.set(a.target, self.value(a.value))
+
+    def _linearised(self, block: Block, formulas: Sequence[Local]) -> tuple[Values, Values]:
+        """Residuals and Jacobian at all positions."""
+        n = len(block.tears)
+        unit = np.broadcast_to(np.eye(n), (len(SPREAD), n, n))
+        tangents: dict[Expr, Any] = {s: unit[:, j] for j, s in enumerate(block.tears)}
+        rows: list[Any] = []
+        for f in formulas:
+            total: Any = np.zeros((len(SPREAD), n))
+            for s, slope in f.slopes:
+                if s in tangents:
+                    total = total + self.value(slope)[:, None] * tangents[s]
+            if f.target is None:
+                rows.append(total)
+            else:
+                tangents[f.target] = total
+        r = [self.value(residual.value) for residual in block.residuals]
+        shape = (len(SPREAD), 0)
+        if not rows:
+            return np.zeros(shape), np.zeros((*shape, n))
+        return np.stack(r, axis=1), np.stack(rows, axis=1)
+
+
+def _least(r: Values, jacobian: Values) -> Values:
+    """Newton's step of least norm at each position; nan where there is none."""
+    k, m, n = jacobian.shape
+    if not m:
+        return np.zeros((k, n))
+    steps = np.full((k, n), math.nan)
+    for i in range(k):
+        if np.isfinite(jacobian[i]).all() and np.isfinite(r[i]).all():
+            steps[i] = np.linalg.lstsq(jacobian[i], r[i], rcond=1e-9)[0]
+    return steps
+
+
+_FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+    "log10": np.log10,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "sign": np.sign,
+    "min": np.minimum,
+    "max": np.maximum,
+    "floor": np.floor,
+    "ceil": np.ceil,
+    "div": lambda x, y: np.trunc(np.divide(x, y)),
+    "mod": lambda x, y: x - np.floor(np.divide(x, y)) * y,
+    "rem": lambda x, y: x - np.trunc(np.divide(x, y)) * y,
+}
+
+_OPERATIONS: Mapping[Op, Callable[..., Any]] = {
+    Op.ADD: lambda *terms: sum(terms),
+    Op.MUL: lambda *factors: math.prod(factors),
+    Op.NEG: np.negative,
+    Op.DIV: np.divide,
+    Op.POW: np.power,
+    Op.LESS: np.less,
+    Op.LESS_EQUAL: np.less_equal,
+    Op.EQUAL: np.equal,
+    Op.AND: np.logical_and,
+    Op.OR: np.logical_or,
+    Op.NOT: np.logical_not,
+    Op.IF: np.where,
+}
