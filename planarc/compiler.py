@@ -19,7 +19,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -154,9 +154,12 @@ def run(
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """One run of a compiled model; it may be run any number of times."""
+    from planarc.ir.dae import START_TIME
     from planarc.solve.simulate import simulate as run_stage
 
     clock = clock or Clock()
+    if options.start is not None and START_TIME in compiled.program.slots:
+        options = replace(options, values={**options.values, START_TIME: options.start})
     with clock.phase("load"):
         kernel = compiled.load()
     with clock.phase("simulate"):

@@ -22,6 +22,8 @@ from planarc.ir.flat import Experiment, Part, StateSelect
 
 INITIAL = "$initial"
 TERMINAL = "$terminal"
+#: A parameter: the time at which the run starts, for start values that depend on it.
+START_TIME = "$start"
 
 
 class Kind(Enum):

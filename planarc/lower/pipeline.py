@@ -19,7 +19,7 @@ from dataclasses import replace
 
 from planarc.core.diagnostic import error
 from planarc.ir import dae, flat
-from planarc.ir.expr import Exprs, Op
+from planarc.ir.expr import Exprs, Op, Substitution, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
@@ -50,12 +50,13 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
     initial, discretes = _start_discretes(model, initial, classified.discretes)
+    start_time = _start_time(model, source.experiment.start, discretes)
     triggers = [v for v, _ in model.auxiliaries]
     return dae.Dae(
         name=source.name,
         table=model.table,
         variables=classified.variables,
-        parameters=classified.parameters,
+        parameters=(*start_time, *classified.parameters),
         equations=tuple(into.continuous),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
@@ -87,10 +88,12 @@ def _start_discretes(
     model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable]
 ) -> tuple[list[dae.Equation], list[dae.Variable]]:
     """`initial equation d = value` of a discrete variable is its start value."""
+    at_start = Substitution(model.table, {model.table.time: model.table.symbol(dae.START_TIME)})
+    model.parameters.add(dae.START_TIME)
     starts = {}
     rest = []
     for equation in initial:
-        left, right = equation.left, equation.right
+        left, right = equation.left, at_start(equation.right)
         if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
             if not model.is_steady(right):
                 raise error(
@@ -105,3 +108,14 @@ def _start_discretes(
         replace(v, start=starts[v.name], fixed=True) if v.name in starts else v for v in discretes
     ]
     return rest, changed
+
+
+def _start_time(
+    model: Model, default: float, discretes: Sequence[dae.Variable]
+) -> tuple[dae.Parameter, ...]:
+    """The parameter `$start`, where a start value depends on it."""
+    symbol = model.table.symbol(dae.START_TIME)
+    if not any(v.start is not None and symbol in symbols(v.start) for v in discretes):
+        return ()
+    value = model.table.const(default)
+    return (dae.Parameter(dae.START_TIME, dae.Kind.REAL, value, settable=True, protected=True),)

@@ -238,6 +238,20 @@ def test_initial_values_of_discrete_variables(backend: Backend) -> None:
     assert result["d"][-1] == 7
 
 
+def test_discrete_start_values_that_depend_on_the_start_time(backend: Backend) -> None:
+    text = """model M
+        discrete Real d;
+      initial equation
+        pre(d) = 10*time;
+      equation
+        when time > 100 then d = 0; end when;
+      end M;"""
+    compiled = compiler.compile_model(Request(text=text), backend)
+    for start in (0.0, 0.5):
+        result = compiler.run(compiled, RunOptions(start=start, stop=1.0, backend=backend))
+        assert result["d"][0] == 10 * start
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
