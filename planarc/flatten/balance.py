@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.flatten.conform import counted
 from planarc.flatten.connect import Connection, is_public_input, match_leaves
-from planarc.flatten.connection_sets import DisjointSets
+from planarc.flatten.disjoint import DisjointSets
 from planarc.flatten.equations import count_equations, scalar_count
 from planarc.flatten.occurrences import names_in
 from planarc.flatten.tree import Instance, Leaf
@@ -94,10 +94,12 @@ def check_balance(
     algorithms: list[flat.Algorithm],
     connections: list[Connection],
     leaves: dict[str, Leaf],
+    redundant: int,
 ) -> Diagnostic | None:
-    """An error that names the components whose count is off, None when all is well."""
+    """An error that names the components whose count is off, None when all is well.
+    `redundant` unknowns of the model's own connectors are fixed by a root outside."""
     unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
-    unknowns = sum(scalar_count(v.type) for v in unknown)
+    unknowns = sum(scalar_count(v.type) for v in unknown) - redundant
     known = count_equations(tuple(equations)) + assigned_count(algorithms, leaves)
     if unknowns == known:
         return None

@@ -17,6 +17,7 @@ from planarc.flatten import (
     bindings,
     builtins,
     comprehension,
+    connection_operators,
     constructors,
     expressions,
     functions,
@@ -41,8 +42,8 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     names = node.function.names
     if len(names) == 1 and not node.function.absolute and names[0] in env.locals:
         return _call_of_argument(node, env.locals[names[0]], env)
-    if names[0] == _CONNECTIONS and lookup.find(env.scope, names[0]) is None:
-        raise unsupported(f"`{node.function}`", "9.4", node.span)
+    if names[0] == _CONNECTIONS and len(names) == 2 and lookup.find(env.scope, names[0]) is None:
+        return connection_operators.type_operator(node, env)
     if names[-1] in builtins.NAMES and _is_builtin(node.function, env):
         return _builtin(node, env)
     cls = function_class(node.function, env)
@@ -144,7 +145,7 @@ def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
 
 def _cardinality(node: syntax.Call, env: Env) -> flat.Expression:
     env.session.warn("F294", "`cardinality` is deprecated", node.span)
-    raise unsupported("`cardinality`", "3.7.4.3", node.span)
+    return connection_operators.type_cardinality(node, env)
 
 
 # Functions -----------------------------------------------------------------------------------

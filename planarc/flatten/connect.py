@@ -21,6 +21,8 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.conform import base_conforms, type_text
 from planarc.flatten.environment import Env
+from planarc.flatten.inherit import layout_of
+from planarc.flatten.instantiate import node_of
 from planarc.flatten.lookup import find, member
 from planarc.flatten.references import View, resolve
 from planarc.flatten.select import element_at
@@ -252,12 +254,18 @@ def _match_members(
     if missing:
         owner = b if missing[0] in names else a
         raise _unlike(left, right, f"`{owner.name}` has no `{missing[0]}`", span)
-    pairs = []
-    for name in names:
-        first, second = member(a, name), member(b, name)
-        assert first is not None and second is not None
-        pairs.append((node_of(first), node_of(second)))
-    return pairs
+    nodes = dict(member_nodes(b))
+    return [(node, nodes[name]) for name, node in member_nodes(a)]
+
+
+def member_nodes(instance: Instance) -> list[tuple[str, Node]]:
+    """The components of a connector by name."""
+    found = []
+    for name in _component_names(instance):
+        element = member(instance, name)
+        assert element is not None
+        found.append((name, node_of(element)))
+    return found
 
 
 def _component_names(instance: Instance) -> list[str]:
@@ -291,7 +299,3 @@ def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
 
 def _declared(node: Leaf | Instance) -> Span | None:
     return None if node.element is None else node.element.definition.span
-
-
-from planarc.flatten.inherit import layout_of  # noqa: E402
-from planarc.flatten.instantiate import node_of  # noqa: E402

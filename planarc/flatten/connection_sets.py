@@ -16,53 +16,22 @@ Reference: Modelica Language Specification 3.6, sections 9.1 to 9.3.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.connect import Connection, Member, Side, is_public_input, match_leaves
+from planarc.flatten.disjoint import DisjointSets
+from planarc.flatten.environment import Env
+from planarc.flatten.functions import function_of
+from planarc.flatten.lookup import member, static_instance
+from planarc.flatten.redeclare import class_of
+from planarc.flatten.references import node_value
+from planarc.flatten.rooting import EQUALITY, Pair, Rooting
 from planarc.flatten.select import array, integer
 from planarc.flatten.tree import Instance, Leaf, Session
 from planarc.ir import flat, syntax
-
-Key = TypeVar("Key", bound=Hashable)
-
-
-class DisjointSets(Generic[Key]):
-    """Union-find that keeps the order in which keys came."""
-
-    def __init__(self) -> None:
-        self._parent: dict[Key, Key] = {}
-
-    def add(self, key: Key) -> bool:
-        """True when the key is new."""
-        if key in self._parent:
-            return False
-        self._parent[key] = key
-        return True
-
-    def find(self, key: Key) -> Key:
-        root = key
-        while self._parent[root] != root:
-            root = self._parent[root]
-        while self._parent[key] != root:
-            self._parent[key], key = root, self._parent[key]
-        return root
-
-    def join(self, a: Key, b: Key) -> None:
-        self.add(a)
-        self.add(b)
-        first, second = self.find(a), self.find(b)
-        if first != second:
-            self._parent[second] = first
-
-    def sets(self) -> list[list[Key]]:
-        found: dict[Key, list[Key]] = {}
-        for key in self._parent:
-            found.setdefault(self.find(key), []).append(key)
-        return list(found.values())
 
 
 @dataclass(slots=True)
@@ -76,7 +45,7 @@ class Connected:
 
 
 def connect_all(
-    connections: list[Connection], flows: Iterable[Leaf], session: Session
+    connections: list[Connection], flows: Iterable[Leaf], rooting: Rooting, session: Session
 ) -> Connected:
     """The equations of all connection sets."""
     sets: DisjointSets[tuple[str, bool]] = DisjointSets()
@@ -86,6 +55,8 @@ def connect_all(
     result = Connected()
     for connection in connections:
         for a, b in match_leaves(connection.left, connection.right, connection.span):
+            if rooting.broken and rooting.is_broken(connection, a.leaf):
+                continue
             for side in (a, b):
                 members.setdefault(side.key, side)
                 spans.setdefault(side.key, connection.span)
@@ -103,8 +74,26 @@ def connect_all(
             result.equations += set_equations(joined, span)
         except PlanarcError as problem:
             session.keep(problem)
+    for pair in rooting.broken:
+        result.equations.append(broken_equation(pair, session))
     result.physical = [tuple(names) for names in physical.sets()]
     return result
+
+
+def broken_equation(pair: Pair, session: Session) -> flat.Equality:
+    """`zeros(n) = equalityConstraint(a, b)`, in place of a connection's equality."""
+    span = pair.connection.span
+    left = pair.left
+    cls = left.cls if isinstance(left, Instance) else left.layout.parts[0].cls
+    element = member(static_instance(cls), EQUALITY)
+    assert element is not None
+    info = function_of(class_of(element, span), session, span)
+    assert session.root_scope is not None
+    env = Env(session.root_scope)
+    arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
+    type_ = info.signature.result_type(0, arguments, span)
+    residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
+    return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
 
 
 def _order(span: Span) -> tuple[str, int]:
@@ -154,12 +143,12 @@ def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
 
 def _flow_equation(joined: list[Member], span: Span) -> flat.Equality:
     total: flat.Expression | None = None
-    for member in sorted(joined, key=lambda m: m.outside):
-        term = member.reference(span)
+    for each in sorted(joined, key=lambda m: m.outside):
+        term = each.reference(span)
         if total is None:
-            total = flat.Unary(term.type, span, "-", term) if member.outside else term
+            total = flat.Unary(term.type, span, "-", term) if each.outside else term
         else:
-            total = flat.Binary(total.type, span, "-" if member.outside else "+", total, term)
+            total = flat.Binary(total.type, span, "-" if each.outside else "+", total, term)
     assert total is not None
     return flat.Equality(span, "", total, _zero(total.type, span), generated=True)
 

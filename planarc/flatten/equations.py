@@ -1,7 +1,7 @@
 """Equations of one class: typed, loops unrolled, structural choices made.
 
 In:   syntax.Equation, Env
-Out:  flat.Equation, and the connections that `connect` collects
+Out:  flat.Equation (connections are left to `joining`)
 
 Example: with `parameter Integer n = 2;`
 
@@ -15,7 +15,7 @@ Reference: Modelica Language Specification 3.6, chapter 8.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from planarc.core.diagnostic import PlanarcError, error
@@ -23,11 +23,9 @@ from planarc.flatten import evaluate
 from planarc.flatten.calls import result_types, type_call
 from planarc.flatten.comprehension import iteration_values
 from planarc.flatten.conform import type_text, unify
-from planarc.flatten.connect import Connection, collect_connection
 from planarc.flatten.environment import Env
 from planarc.flatten.expressions import type_expression
-from planarc.flatten.lookup import find
-from planarc.flatten.refusal import unsupported
+from planarc.flatten.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.special import type_assert, type_reinit, type_terminate
 from planarc.flatten.statements import check_result_count, condition_of, when_condition
 from planarc.flatten.tree import Instance
@@ -42,7 +40,6 @@ class Collector:
     """Where the equations of an instance go."""
 
     instance: Instance
-    connections: list[Connection] = field(default_factory=list)
     in_when: bool = False
 
     @property
@@ -145,29 +142,14 @@ def _structural_condition(
 ) -> bool | None:
     """The value of a condition of parameters; None when it changes while running."""
     if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
-        if _holds_connect(node):
-            raise error("F306", "`connect` stands in an `if` whose condition changes", node.span)
         return None
     if to.in_when:
         known = evaluate.literal_value(condition)
         return None if known is None else bool(known)
-    if _holds_connect(node):
+    if holds_connection(all_branches(node)):
         return bool(evaluate.structural_value(condition, env, "the condition of `if`"))
     value = evaluate.try_value(condition, env, mark=True)
     return None if value is None else bool(value)
-
-
-def _holds_connect(node: syntax.IfEquation) -> bool:
-    stack: list[syntax.Equation] = [e for _, b in node.branches for e in b] + [*node.otherwise]
-    while stack:
-        equation = stack.pop()
-        if isinstance(equation, syntax.Connect):
-            return True
-        if isinstance(equation, syntax.IfEquation):
-            stack += [e for _, b in equation.branches for e in b] + [*equation.otherwise]
-        if isinstance(equation, syntax.ForEquation):
-            stack += equation.body
-    return False
 
 
 def count_equations(equations: Equations) -> int:
@@ -223,7 +205,7 @@ def _unroll(
 def _when(node: syntax.WhenEquation, env: Env, to: Collector) -> Equations:
     if to.in_when:
         raise error("F307", "when-equations cannot be nested", node.span)
-    inner = Collector(to.instance, to.connections, in_when=True)
+    inner = Collector(to.instance, in_when=True)
     branches = tuple(
         (when_condition(condition, env), tuple(type_equations(body, env, inner)))
         for condition, body in node.branches
@@ -232,9 +214,9 @@ def _when(node: syntax.WhenEquation, env: Env, to: Collector) -> Equations:
 
 
 def _connect(node: syntax.Connect, env: Env, to: Collector) -> Equations:
+    """Connections were collected before (`joining`)."""
     if to.in_when:
         raise error("F306", "`connect` cannot stand in a when-equation", node.span)
-    to.connections += collect_connection(node, env, to.instance)
     return ()
 
 
@@ -249,8 +231,8 @@ def _call(node: syntax.CallEquation, env: Env, to: Collector) -> Equations:
         if not to.in_when:
             raise error("F304", "`reinit` may stand in a when-equation only", node.span)
         return type_reinit(call, env, to.component)
-    if names[0] == "Connections" and find(env.scope, names[0]) is None:
-        raise unsupported(f"`{call.function}`", "9.4", node.span)
+    if is_connection_operator(call):
+        return ()  # collected before (`joining`)
     typed = type_call(call, env, results=True)
     if isinstance(typed, flat.Call):
         return (flat.Equality(node.span, to.component, flat.Targets(()), typed),)

@@ -13,11 +13,12 @@ from dataclasses import dataclass, field
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import annotation
 from planarc.flatten.bindings import attributes_of, leaf_binding
-from planarc.flatten.connect import Connection
 from planarc.flatten.environment import Env
 from planarc.flatten.equations import Collector, type_equations
 from planarc.flatten.instantiate import node_of
+from planarc.flatten.joining import Joined, join, sections_of
 from planarc.flatten.lookup import member
+from planarc.flatten.rooting import Rooting, find_roots
 from planarc.flatten.statements import type_statements
 from planarc.flatten.tree import Absent, Element, Family, Instance, Leaf, Node, Session
 from planarc.flatten.variability import variability_of
@@ -36,25 +37,25 @@ class Gathered:
     initial_equations: list[flat.Equation] = field(default_factory=list)
     algorithms: list[flat.Algorithm] = field(default_factory=list)
     initial_algorithms: list[flat.Algorithm] = field(default_factory=list)
-    connections: list[Connection] = field(default_factory=list)
+    joined: Joined = field(default_factory=Joined)
+    rooting: Rooting = field(default_factory=Rooting)
     visuals: list[flat.Visual] = field(default_factory=list)
 
 
 def gather(root: Instance) -> Gathered:
-    """Open the whole tree, then type the equations of every instance."""
-    found = Gathered(root.session)
+    """Open the whole tree, find all connections, then type the equations."""
+    session = root.session
+    found = Gathered(session)
     _walk(root, found)
-    for instance in list(found.instances):
+    walked = 0
+    while walked < len(session.defaults):  # inner components that had to be made up
+        _walk(list(session.defaults.values())[walked], found)
+        walked += 1
+    found.joined = join(found.instances, session)
+    found.rooting = session.rooting = find_roots(found.joined)
+    session.cardinalities = found.joined.cardinalities()
+    for instance in found.instances:
         _equations(instance, found)
-    opened = 0
-    defaults = root.session.defaults
-    while opened < len(defaults):  # inner components that had to be made up
-        made = list(defaults.values())[opened]
-        opened += 1
-        start = len(found.instances)
-        _walk(made, found)
-        for instance in found.instances[start:]:
-            _equations(instance, found)
     return found
 
 
@@ -101,15 +102,10 @@ def _is_here(element: Element, node: Node) -> bool:
 
 
 def _equations(instance: Instance, found: Gathered) -> None:
-    collector = Collector(instance, found.connections)
+    collector = Collector(instance)
     for index, part in enumerate(instance.layout.parts):
-        body = part.definition.body
-        if isinstance(body, syntax.ExtendsClass):
-            body = body.composition
-        if not isinstance(body, syntax.Composition) or not body.sections:
-            continue
         env = Env(instance.scope(index))
-        for section in body.sections:
+        for section in sections_of(part.definition):
             if isinstance(section, syntax.EquationSection):
                 typed = type_equations(section.equations, env, collector)
                 (found.initial_equations if section.initial else found.equations).extend(typed)

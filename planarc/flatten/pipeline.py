@@ -30,6 +30,7 @@ from planarc.flatten.lookup import member, static_instance, suggestion
 from planarc.flatten.parameters import check_parameters
 from planarc.flatten.reachable import called_functions
 from planarc.flatten.redeclare import class_of
+from planarc.flatten.redundancy import redundant_unknowns
 from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Leaf, Part, Scope, Session
 from planarc.ir import flat, syntax
 
@@ -136,7 +137,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     root = instantiate_model(session, cls)
     check_modifier(root)
     found = gather(root)
-    connected = connect_all(found.connections, _flows(found), session)
+    connected = connect_all(found.joined.connections, _flows(found), found.rooting, session)
     pairs = [(leaf, variable_of(leaf, session)) for leaf in found.leaves]
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
@@ -149,8 +150,9 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
             variables,
             equations,
             found.algorithms,
-            found.connections,
+            found.joined.connections,
             session.leaves,
+            redundant_unknowns(found.instances, found.leaves, found.rooting, session),
         )
         if problem is not None:
             session.errors.append(problem)

@@ -316,13 +316,13 @@ def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
         element = lookup.member(instance, name)
         assert element is not None
         node = instantiate.node_of(element)
-        items.append((name, _node_value(node, span, env)))
+        items.append((name, node_value(node, span, env)))
     type_ = flat.Type(
         flat.Base.RECORD, (), instance.cls.name, (), tuple((n, e.type) for n, e in items)
     )
     return flat.Record(type_, span, tuple(e for _, e in items))
 
 
-def _node_value(node: Node, span: Span, env: Env) -> flat.Expression:
+def node_value(node: Node, span: Span, env: Env) -> flat.Expression:
     ref = syntax.Ref(span, (syntax.RefPart(span, node.name),))
     return value_of(node, ref, env)

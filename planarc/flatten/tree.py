@@ -15,6 +15,7 @@ never change once filled.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from planarc.flatten.constant import Value
     from planarc.flatten.functions import FunctionInfo, Signature
     from planarc.flatten.library import Entry, Library
+    from planarc.flatten.rooting import Rooting
 
 #: Depth of bindings of classes that belong to no component (types, packages).
 STATIC_DEPTH = 1_000_000
@@ -424,6 +426,9 @@ class Session:
         self.annotations: dict[int, tuple[syntax.Annotation, tuple[syntax.Argument, ...]]] = {}
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
         self.component_count = 0
+        # known when all connections are, before equations are typed:
+        self.rooting: Rooting | None = None
+        self.cardinalities: Counter[str] | None = None
 
     def warn(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
         self.warnings.append(Diagnostic(code, message, span, Severity.WARNING, hint))

@@ -1,0 +1,43 @@
+"""Disjoint sets (union-find) that keep the order in which their members came."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Generic, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class DisjointSets(Generic[Key]):
+    def __init__(self) -> None:
+        self._parent: dict[Key, Key] = {}
+
+    def add(self, key: Key) -> bool:
+        """True when the key is new."""
+        if key in self._parent:
+            return False
+        self._parent[key] = key
+        return True
+
+    def find(self, key: Key) -> Key:
+        """The member that stands for the set of a key."""
+        root = key
+        while self._parent[root] != root:
+            root = self._parent[root]
+        while self._parent[key] != root:
+            self._parent[key], key = root, self._parent[key]
+        return root
+
+    def join(self, a: Key, b: Key) -> None:
+        self.add(a)
+        self.add(b)
+        first, second = self.find(a), self.find(b)
+        if first != second:
+            self._parent[second] = first
+
+    def sets(self) -> list[list[Key]]:
+        """All sets; sets and members in the order in which they came."""
+        found: dict[Key, list[Key]] = {}
+        for key in self._parent:
+            found.setdefault(self.find(key), []).append(key)
+        return list(found.values())
