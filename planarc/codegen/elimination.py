@@ -35,7 +35,7 @@ import numpy as np
 from planarc.codegen.jacobian import Local
 from planarc.codegen.samples import SPREAD, Samples
 from planarc.codegen.statements import is_trivial
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
@@ -46,9 +46,9 @@ Steps = tuple[tuple[Expr, Expr], ...]
 #: A block whose elimination takes more products per equation fills up: no gain.
 MOST_PRODUCTS = 40
 #: A pivot is at least this part of the other coefficients of its unknown; tried in turn.
-THRESHOLDS = (0.1, 0.01, 0.001)
+THRESHOLDS = (0.1, 0.01, 0.001, 1e-5)
 #: And larger than this, where the largest coefficients are near 1.
-SMALLEST = 1e-6
+SMALLEST = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +106,23 @@ def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
     return tuple(steps), tuple(_size(table, r.value, known) for r in block.residuals)
 
 
-def _size(table: Exprs, e: Expr, known: Mapping[Expr, Expr]) -> Expr:
-    """Formulas are a few terms long; what does not depend on the unknowns counts as one."""
-    if not any(s in known for s in symbols(e)):
-        return table.call("abs", e)
-    parts = [_size(table, a, known) for a in e.args]
+def _size(table: Exprs, root: Expr, known: Mapping[Expr, Expr]) -> Expr:
+    """What does not depend on the unknowns counts as one term."""
+    found: dict[Expr, Expr] = {}  # of what depends on the unknowns
+    for e in postorder((root,)):
+        if e in known:
+            found[e] = known[e]
+        elif any(a in found for a in e.args):
+            found[e] = _size_of(table, e, [found.get(a) or _absolute(table, a) for a in e.args])
+    return found.get(root) or _absolute(table, root)
+
+
+def _absolute(table: Exprs, e: Expr) -> Expr:
+    return table.const(abs(e.data)) if e.is_const else table.call("abs", e)
+
+
+def _size_of(table: Exprs, e: Expr, parts: Sequence[Expr]) -> Expr:
     match e.op:
-        case Op.SYMBOL:
-            return known[e]
         case Op.ADD:
             return table.add(*parts)
         case Op.NEG:
@@ -124,7 +133,7 @@ def _size(table: Exprs, e: Expr, known: Mapping[Expr, Expr]) -> Expr:
             return table.div(*parts)
         case Op.IF:
             return table.if_(e.args[0], parts[1], parts[2])
-    return table.call("abs", e)
+    return _absolute(table, e)
 
 
 @dataclass

@@ -168,6 +168,24 @@ class Code:
         """The larger one; not a number when one is none."""
         return self.select((a > b) | a.is_nan(), a, b)
 
+    def subtract(self, a: Value, b: Value, factor: Value, count: Value) -> None:
+        """a[i] -= factor*b[i], four numbers at a time."""
+        wide = "<4 x double>"
+        one = self.emit(wide, f"insertelement {wide} poison, double {factor.text}, i64 0")
+        four = self.emit(
+            wide, f"shufflevector {wide} {one.text}, {wide} poison, <4 x i32> zeroinitializer"
+        )
+        whole = count / 4
+        with self.loop(whole) as group:
+            at, by = a.at(group * 4), b.at(group * 4)
+            x = self.emit(wide, f"load {wide}, ptr {at.text}, align 8")
+            y = self.emit(wide, f"load {wide}, ptr {by.text}, align 8")
+            product = self.emit(wide, f"fmul {wide} {four.text}, {y.text}")
+            rest = self.emit(wide, f"fsub {wide} {x.text}, {product.text}")
+            self.line(f"store {wide} {rest.text}, ptr {at.text}, align 8")
+        with self.loop(count, whole * 4) as i:
+            a.store(a.load(REAL, i) - factor * b.load(REAL, i), i)
+
     # Flow
 
     def label(self) -> str:
