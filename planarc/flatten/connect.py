@@ -26,7 +26,7 @@ from planarc.flatten.instantiate import node_of
 from planarc.flatten.lookup import find, member
 from planarc.flatten.references import View, resolve
 from planarc.flatten.select import element_at
-from planarc.flatten.tree import Absent, Class, Family, Instance, Leaf, Node
+from planarc.flatten.tree import CONNECTOR_KINDS, Absent, Class, Family, Instance, Leaf, Node
 from planarc.ir import flat, syntax
 
 
@@ -122,7 +122,7 @@ def _is_connector(node: Node) -> bool:
     if isinstance(node, Instance):
         return node.is_connector
     if isinstance(node, Family):
-        return layout_of(node.cls).kind is syntax.ClassKind.CONNECTOR
+        return layout_of(node.cls).kind in CONNECTOR_KINDS
     return False
 
 
@@ -248,8 +248,8 @@ def match_leaves(left: Side, right: Side, span: Span) -> Iterator[tuple[Member, 
 def _match_members(
     a: Instance, b: Instance, left: Side, right: Side, span: Span
 ) -> list[tuple[Node, Node]]:
-    names = _component_names(a)
-    others = _component_names(b)
+    names = component_names(a)
+    others = component_names(b)
     missing = [n for n in names if n not in others] or [n for n in others if n not in names]
     if missing:
         owner = b if missing[0] in names else a
@@ -261,16 +261,20 @@ def _match_members(
 def member_nodes(instance: Instance) -> list[tuple[str, Node]]:
     """The components of a connector by name."""
     found = []
-    for name in _component_names(instance):
+    for name in component_names(instance):
         element = member(instance, name)
         assert element is not None
         found.append((name, node_of(element)))
     return found
 
 
-def _component_names(instance: Instance) -> list[str]:
-    members = instance.layout.members.items()
-    return [n for n, (_, d) in members if isinstance(d, syntax.Component)]
+def component_names(instance: Instance) -> list[str]:
+    """The components of a connector; those that an expandable one got come last."""
+    declared = instance.layout.members
+    names = [n for n, (_, d) in declared.items() if isinstance(d, syntax.Component)]
+    if instance.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR:
+        names += [n for n, e in instance.elements.items() if n not in declared and e.node]
+    return names
 
 
 def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> None:

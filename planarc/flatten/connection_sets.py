@@ -16,7 +16,7 @@ Reference: Modelica Language Specification 3.6, sections 9.1 to 9.3.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from planarc.core.diagnostic import PlanarcError, Related, error
@@ -24,6 +24,7 @@ from planarc.core.source import NOWHERE, Span
 from planarc.flatten.connect import Connection, Member, Side, is_public_input, match_leaves
 from planarc.flatten.disjoint import DisjointSets
 from planarc.flatten.environment import Env
+from planarc.flatten.expand import unused_members
 from planarc.flatten.functions import function_of
 from planarc.flatten.lookup import member, static_instance
 from planarc.flatten.redeclare import class_of
@@ -42,12 +43,18 @@ class Connected:
     physical: list[tuple[str, ...]] = field(default_factory=list)
     #: for the balance: equations that the connections of a component stand for
     local: dict[str, int] = field(default_factory=dict)
+    #: variables of expandable connectors that nothing uses, which are therefore not there
+    unused: set[str] = field(default_factory=set)
 
 
 def connect_all(
-    connections: list[Connection], flows: Iterable[Leaf], rooting: Rooting, session: Session
+    connections: list[Connection],
+    leaves: Sequence[Leaf],
+    rooting: Rooting,
+    used: set[str],
+    session: Session,
 ) -> Connected:
-    """The equations of all connection sets."""
+    """The equations of all connection sets; `used` are names in other equations."""
     sets: DisjointSets[tuple[str, bool]] = DisjointSets()
     members: dict[tuple[str, bool], Member] = {}
     spans: dict[tuple[str, bool], Span] = {}
@@ -63,13 +70,18 @@ def connect_all(
             sets.join(a.key, b.key)
         if _is_physical(connection.left):
             physical.join(connection.left.name, connection.right.name)
-    for leaf in flows:
+    for leaf in leaves:
+        if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or leaf.parent.is_connector):
+            continue
         for lone in _lone_members(leaf, members):
             sets.add(lone.key)
             members[lone.key] = lone
-    for keys in sets.sets():
-        joined = [members[key] for key in keys]
-        span = min((spans[k] for k in keys if k in spans), key=_order, default=NOWHERE)
+    grouped = [[members[key] for key in keys] for keys in sets.sets()]
+    result.unused = unused_members(leaves, used, [[m.leaf for m in g] for g in grouped])
+    for joined in grouped:
+        if joined[0].leaf.name in result.unused:
+            continue
+        span = min((spans[m.key] for m in joined if m.key in spans), key=_order, default=NOWHERE)
         try:
             result.equations += set_equations(joined, span)
         except PlanarcError as problem:

@@ -52,6 +52,8 @@ def gather(root: Instance) -> Gathered:
         _walk(list(session.defaults.values())[walked], found)
         walked += 1
     found.joined = join(found.instances, session)
+    for node in found.joined.added:
+        _walk(node, found)
     found.rooting = session.rooting = find_roots(found.joined)
     session.cardinalities = found.joined.cardinalities()
     for instance in found.instances:
@@ -59,7 +61,7 @@ def gather(root: Instance) -> Gathered:
     return found
 
 
-def _walk(root: Instance, found: Gathered) -> None:
+def _walk(root: Node, found: Gathered) -> None:
     stack: list[Node] = [root]
     while stack:
         node = stack.pop()

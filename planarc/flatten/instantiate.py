@@ -126,7 +126,8 @@ def _make_leaf(
     leaf.flow = definition.flow if definition.flow is not syntax.Flow.NONE else layout.flow
     if leaf.flow is syntax.Flow.STREAM:
         raise unsupported("stream variables", "15", definition.span)
-    leaf.is_connector = layout.kind is syntax.ClassKind.CONNECTOR
+    in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
+    leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
     leaf.type = layout.builtin.with_dims(_leaf_dims(leaf, definition, scope, layout))
     if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
         raise error(
@@ -243,8 +244,6 @@ def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name:
         raise error("F253", f"`{name}` is declared of the function `{cls.name}`", definition.span)
     if kind is syntax.ClassKind.OPERATOR_RECORD:
         raise unsupported("operator records", "14", definition.span)
-    if kind is syntax.ClassKind.EXPANDABLE_CONNECTOR:
-        raise unsupported("expandable connectors", "9.1.3", definition.span)
     if cls.definition.partial:
         raise error(
             "F254",

@@ -21,9 +21,10 @@ from planarc.flatten.comprehension import iteration_values
 from planarc.flatten.connect import Connection, collect_connection
 from planarc.flatten.connection_operators import overconstrained_name
 from planarc.flatten.environment import Env
+from planarc.flatten.expand import Statement, expand_connectors
 from planarc.flatten.expressions import type_expression
 from planarc.flatten.statements import condition_of
-from planarc.flatten.tree import Instance, Session
+from planarc.flatten.tree import Instance, Node, Session
 from planarc.flatten.variability import variability_of
 from planarc.ir import flat, syntax
 
@@ -53,6 +54,8 @@ class Joined:
     connections: list[Connection] = field(default_factory=list)
     branches: list[Branch] = field(default_factory=list)
     roots: list[Root] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    added: list[Node] = field(default_factory=list)  # to expandable connectors
 
     def cardinalities(self) -> Counter[str]:
         """How often each connector stands in a connection."""
@@ -67,6 +70,14 @@ def join(instances: list[Instance], session: Session) -> Joined:
             for section in sections_of(part.definition):
                 if isinstance(section, syntax.EquationSection) and not section.initial:
                     _collect(section.equations, Env(instance.scope(index)), instance, joined)
+    joined.added = expand_connectors(joined.statements, instances)
+    for statement in joined.statements:
+        try:
+            joined.connections += collect_connection(
+                statement.node, statement.env, statement.instance
+            )
+        except PlanarcError as problem:
+            session.keep(problem)
     return joined
 
 
@@ -92,7 +103,7 @@ def _collect(
 def _collect_one(equation: syntax.Equation, env: Env, instance: Instance, to: Joined) -> None:
     match equation:
         case syntax.Connect():
-            to.connections += collect_connection(equation, env, instance)
+            to.statements.append(Statement(equation, env, instance))
         case syntax.CallEquation(call=call) if is_connection_operator(call):
             _operator(call, env, to)
         case syntax.ForEquation() if holds_connection(equation.body):

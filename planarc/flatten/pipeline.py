@@ -22,16 +22,18 @@ from planarc.core.source import NOWHERE
 from planarc.flatten import annotation
 from planarc.flatten.balance import check_balance
 from planarc.flatten.connection_sets import Connected, connect_all
+from planarc.flatten.expand import is_expandable
 from planarc.flatten.gather import Gathered, gather, variable_of
 from planarc.flatten.inherit import layout_of
 from planarc.flatten.instantiate import check_modifier, instantiate_model
 from planarc.flatten.library import Library, split_name
 from planarc.flatten.lookup import member, static_instance, suggestion
+from planarc.flatten.occurrences import names_in
 from planarc.flatten.parameters import check_parameters
 from planarc.flatten.reachable import called_functions
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.redundancy import redundant_unknowns
-from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Leaf, Part, Scope, Session
+from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Part, Scope, Session
 from planarc.ir import flat, syntax
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled
@@ -137,8 +139,12 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     root = instantiate_model(session, cls)
     check_modifier(root)
     found = gather(root)
-    connected = connect_all(found.joined.connections, _flows(found), found.rooting, session)
-    pairs = [(leaf, variable_of(leaf, session)) for leaf in found.leaves]
+    connections = found.joined.connections
+    buses = any(is_expandable(i) for i in found.instances)
+    used = names_in(found.equations) if buses else set()
+    connected = connect_all(connections, found.leaves, found.rooting, used, session)
+    leaves = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
+    pairs = [(leaf, variable_of(leaf, session)) for leaf in leaves]
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
@@ -150,21 +156,13 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
             variables,
             equations,
             found.algorithms,
-            found.joined.connections,
+            connections,
             session.leaves,
-            redundant_unknowns(found.instances, found.leaves, found.rooting, session),
+            redundant_unknowns(found.instances, leaves, found.rooting, session),
         )
         if problem is not None:
             session.errors.append(problem)
     return _model(root, found, connected, variables, equations, experiment)
-
-
-def _flows(found: Gathered) -> list[Leaf]:
-    return [
-        leaf
-        for leaf in found.leaves
-        if leaf.flow is syntax.Flow.FLOW and (leaf.is_connector or leaf.parent.is_connector)
-    ]
 
 
 def _model(

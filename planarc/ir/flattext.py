@@ -82,6 +82,8 @@ def _text(e: flat.Expression) -> tuple[str, int]:
         case flat.Range(start=start, step=step, stop=stop):
             ends = (start, stop) if step is None else (start, step, stop)
             return ":".join([_within(x, 5) for x in ends]), 0
+        case flat.Index(base=flat.Field(base=flat.Reference()) as base, subscripts=subscripts):
+            return print_expression(base) + _subscripts(subscripts), _ATOM
         case flat.Index(base=base, subscripts=subscripts):
             return f"({print_expression(base)})" + _subscripts(subscripts), _ATOM
         case flat.Field(base=flat.Reference() as base, name=name):
