@@ -121,7 +121,6 @@ class Run:
         self.states: list[StateChoice] = []
         self.held: tuple[Held, ...] = ()
         self.records: list[EventRecord] = []
-        self.ydot = [0.0] * program.state_count
         self.recent: list[tuple[float, tuple[str, ...]]] = []
         self.last_switch: dict[int, float] = {}  # of each relation
         self.tiny: dict[int, int] = {}  # switches in a row too small to be resolved
@@ -332,15 +331,14 @@ class Run:
     # States
 
     def _watch_states(self) -> None:
+        """The workspace holds an accepted point near by: good enough to judge the choice."""
         if not self.selector.open:
             return
         t, y = self.integrator.t, self.integrator.y
-        if self.kernel.rhs(t, y, self.ydot) != 0:
-            return
         changed, lost = self.selector.check()
         if lost is not None:
             self.ended = lost_diagnostic(self.program, t, lost)
-        elif changed:
+        elif changed and self.kernel.outputs(t, y) == 0:
             self._exchange(t, self.integrator.last_step())
 
     def _exchange(self, t: float, step: float | None) -> None:

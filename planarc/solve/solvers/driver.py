@@ -74,7 +74,10 @@ reached:
   %zero_flag = icmp eq i32 %flag, 0
   %warning = icmp eq i32 %flag, 99
   %ordinary = or i1 %zero_flag, %warning
-  br i1 %ordinary, label %accepted, label %rows_begin
+  %before = fsub double %t, %near
+  %until = select i1 %ordinary, double %t, double %before
+  %count_before = load i64, ptr %count_at
+  br label %row
 
 accepted:
   %rhs_flag = call i32 %rhs(double %t, ptr %y, ptr %dense, ptr %context)
@@ -83,12 +86,7 @@ accepted:
 
 tell:
   %accept_flag = call i32 %accept(ptr %context, double %t)
-  br label %rows_begin
-
-rows_begin:
-  %before = fsub double %t, %near
-  %until = select i1 %ordinary, double %t, double %before
-  br label %row
+  br label %after_step
 
 row:
   %here = load i64, ptr %next_at
@@ -134,18 +132,25 @@ copy_one:
 row_done:
   %filled_next = add i64 %filled, 1
   store i64 %filled_next, ptr %count_at
+  %row_accept_flag = call i32 %accept(ptr %context, double %due)
   %here_next = add i64 %here, 1
   store i64 %here_next, ptr %next_at
   br label %row
 
 after_rows:
+  %count_after = load i64, ptr %count_at
+  %no_row = icmp eq i64 %count_after, %count_before
+  %needs_point = and i1 %ordinary, %no_row
+  br i1 %needs_point, label %accepted, label %after_step
+
+after_step:
   %done_now = add i64 %done, 1
   %budget = icmp slt i64 %done_now, %steps
   %again = and i1 %ordinary, %budget
   br i1 %again, label %watch, label %finish
 
 watch:
-  %index = phi i64 [ 0, %after_rows ], [ %index_next, %watch_one ]
+  %index = phi i64 [ 0, %after_step ], [ %index_next, %watch_one ]
   %watching = icmp slt i64 %index, %watch_count
   br i1 %watching, label %watch_one, label %step
 

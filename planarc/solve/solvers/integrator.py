@@ -144,22 +144,23 @@ def march_steps(
     steps: int,
 ) -> March:
     """The march of an integrator that comes back to Python after every step."""
+    ydot = [0.0] * len(stepper.y)
     for _ in range(steps):
         march = stepper.step(limit)
         if march.outcome is Outcome.FAILED:
             return march
         t = stepper.t
         ordinary = march.outcome is Outcome.BUDGET
-        if ordinary:
-            if kernel.outputs(t, stepper.y) != 0:
-                return March(Outcome.FAILED, cause=Cause.BLOCK)
-            kernel.accept(t)
-            moved = watch.moved(kernel.w)
+        before = recorder.count
         if not take_rows(stepper, kernel, recorder, t if ordinary else t - recorder.near):
             return March(Outcome.FAILED, cause=Cause.BLOCK)
         if not ordinary:
             return march
-        if moved:
+        if recorder.count == before:  # no row to begin the next step's blocks from
+            if kernel.rhs(t, stepper.y, ydot) != 0:
+                return March(Outcome.FAILED, cause=Cause.BLOCK)
+            kernel.accept(t)
+        if watch.moved(kernel.w):
             break
     return March(Outcome.BUDGET)
 
@@ -171,4 +172,5 @@ def take_rows(stepper: Stepper, kernel: Kernel, recorder: Recorder, until: float
             return False
         recorder.take(due)
         recorder.next += 1
+        kernel.accept(due)
     return True

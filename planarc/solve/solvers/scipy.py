@@ -135,7 +135,7 @@ class ScipyIntegrator:
             cause = Cause.ERROR_TEST if "step" in str(message) else Cause.CONVERGENCE
             return March(Outcome.FAILED, cause=cause)
         self._steps += 1
-        self._dense = self._solver.dense_output()
+        self._dense = None
         return self._roots(limit)
 
     def _roots(self, limit: float) -> March:
@@ -157,6 +157,8 @@ class ScipyIntegrator:
         return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
 
     def interpolate(self, t: float) -> Sequence[float]:
+        if self._dense is None:
+            self._dense = self._solver.dense_output()
         return self._dense(t).tolist()  # type: ignore[no-any-return]
 
     def last_step(self) -> float:
