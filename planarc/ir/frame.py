@@ -35,10 +35,20 @@ class Frame(IntEnum):
 class Number(IntEnum):
     """Places in `numbers`; behind them state slots, derivative slots, solved unknowns."""
 
-    EVALUATING = 0  # 1: candidates are given, blocks below the top only give residuals
+    MODE = 0
     FAILED = 1  # index of the block that failed, or -1
     STATES = 2  # how many
     FIRST_STATE = 3
+
+
+class Mode(IntEnum):
+    """What a run through `levels` is for. In all but SOLVE the candidates are given, and
+    blocks below the top only tell their residuals and Jacobians."""
+
+    SOLVE = 0
+    GIVEN = 1
+    MATRICES = 2  # blocks of the top tell their Jacobians too, even where none is needed
+    BELOW = 3  # stop before the top level
 
 
 class Record(IntEnum):

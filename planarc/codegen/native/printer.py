@@ -34,7 +34,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.formulas import DECLARATIONS, formula, real
 from planarc.codegen.native.runtime import NOT_FINITE
 from planarc.ir.expr import Expr, Op, text
-from planarc.ir.frame import Frame, Number, Placement, place
+from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
 
@@ -48,11 +48,12 @@ declare i32 @pc_linear(ptr, ptr)
 def ir(program: Program) -> str:
     """The model's module as LLVM text."""
     placement = place(program)
-    levels = [s for statements in program.levels for s in statements]
+    below = [s for statements in program.levels[:-1] for s in statements]
+    top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
     functions = (
         _Section(program, placement, "pc_parameters").text(program.parameters),
-        _Section(program, placement, "pc_levels").text(levels),
+        _Section(program, placement, "pc_levels").levels(below, top),
         _Section(program, placement, "pc_rest").text(program.rest),
         _Section(program, placement, "pc_initial").text(program.initial, program.initial_residuals),
         _Section(program, placement, "pc_zeros").text(program.roots, zeros),
@@ -84,17 +85,29 @@ class _Section:
         self._values: dict[Expr, Value] = {}
         self._slots: dict[Expr, int | None] = {}
 
+    def levels(self, below: Iterable[Statement], top: Iterable[Statement]) -> str:
+        """May end before the top level."""
+        c = self._code
+        self._write(below)
+        mode = self._frame.load(POINTER, Frame.NUMBERS).load(INT, Number.MODE)
+        with c.when(mode.equals(Mode.BELOW), leaves=True):
+            c.give(0)
+        return self.text(top)
+
     def text(self, statements: Iterable[Statement], results: Sequence[Expr] = ()) -> str:
         c = self._code
+        self._write(statements)
+        for i, e in enumerate(results):
+            c.arguments[2].store(real(c, self._leaf(e)), i)
+        c.give(0)
+        return c.text()
+
+    def _write(self, statements: Iterable[Statement]) -> None:
         for s in statements:
             if isinstance(s, Let):
                 self._let(s)
             else:
                 self._solve(s)
-        for i, e in enumerate(results):
-            c.arguments[2].store(real(c, self._leaf(e)), i)
-        c.give(0)
-        return c.text()
 
     # Values
 
@@ -174,7 +187,7 @@ class _Section:
         for let in direct.check:
             self._let(let)
         numbers = self._frame.load(POINTER, Frame.NUMBERS)
-        fits = numbers.load(INT, Number.EVALUATING).equals(0)
+        fits = ~numbers.load(INT, Number.MODE).equals(Mode.MATRICES)
         for r, s in zip(direct.residuals, direct.sizes, strict=True):
             fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
         c.branch(fits, behind, work)

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
-from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Number, Record
+from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
 from planarc.ir.newton import FAR, HALVINGS, QUADRATIC, SINGULAR, STEPS_BELOW, STEPS_TOP
 
 #: Flags that `pc_step` gives.
@@ -89,7 +89,7 @@ def _start() -> str:
     c.give()
     c.begin(below)
     given = c.label()
-    c.branch(b.numbers.load(INT, Number.EVALUATING).equals(1), given, moved)
+    c.branch((b.numbers.load(INT, Number.MODE) > 0), given, moved)
     c.begin(given)
     c.give()
     c.begin(moved)
@@ -111,7 +111,7 @@ def _step() -> str:
     c = Code("pc_step", FLAG, [(POINTER, "frame"), (POINTER, "record")])
     frame, record = c.arguments
     b = _Block(frame, record)
-    with c.when(b.below & b.numbers.load(INT, Number.EVALUATING).equals(1), leaves=True):
+    with c.when(b.below & (b.numbers.load(INT, Number.MODE) > 0), leaves=True):
         c.give(DONE)
 
     def position(k: Value) -> Value:
@@ -163,7 +163,7 @@ def _linear() -> str:
     right = b.matrix.at(b.m * b.m)
     given = c.variable(0, INT)
     with c.when(b.below):
-        given.set(b.numbers.load(INT, Number.EVALUATING))
+        given.set(b.numbers.load(INT, Number.MODE))
         with c.when(given.get().equals(0)), c.loop(b.m) as k:
             b.x(b.solved.load(INT, k)).store(0.0)
         with c.loop(b.m) as i:
@@ -172,7 +172,7 @@ def _linear() -> str:
             with c.loop(b.n) as j:
                 total.set(total.get() + row.load(REAL, j) * b.x(j).load(REAL))
             b.residuals.store(total.get(), i)
-    with c.when(given.get().equals(1), leaves=True):
+    with c.when(given.get() > 0, leaves=True):
         c.give(DONE)
 
     def position(k: Value) -> Value:
@@ -364,18 +364,18 @@ def _roots() -> str:
 
 def _evaluate() -> str:
     """Everything, with all candidates as they are in the workspace; gives `initial`."""
-    c = Code("pc_evaluate", FLAG, [(POINTER, "frame"), (POINTER, "initial")])
-    frame, initial = c.arguments
+    c = Code("pc_evaluate", FLAG, [(POINTER, "frame"), (INT, "mode"), (POINTER, "initial")])
+    frame, mode, initial = c.arguments
     w, numbers, _, _ = _frame(frame)
     t = w.load(REAL)
     numbers.store(c.constant(-1, INT), Number.FAILED)
-    numbers.store(c.constant(1, INT), Number.EVALUATING)
+    numbers.store(mode, Number.MODE)
     flag = c.variable(c.call(FLAG, "pc_levels", frame, t), FLAG)
-    with c.when(flag.get().equals(0)):
+    numbers.store(c.constant(Mode.SOLVE, INT), Number.MODE)
+    with c.when(mode.equals(Mode.GIVEN) & flag.get().equals(0)):
         flag.set(c.call(FLAG, "pc_rest", frame, t))
-    with c.when(flag.get().equals(0)):
-        flag.set(c.call(FLAG, "pc_initial", frame, t, initial))
-    numbers.store(c.constant(0, INT), Number.EVALUATING)
+        with c.when(flag.get().equals(0)):
+            flag.set(c.call(FLAG, "pc_initial", frame, t, initial))
     c.give(flag.get())
     return c.text()
 

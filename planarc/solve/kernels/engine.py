@@ -19,7 +19,7 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
         "pc_outputs": (*_FRAME_AND_TIME, _POINTER),
         "pc_rhs": (*_FRAME_AND_TIME, _POINTER, _POINTER),
         "pc_roots": (*_FRAME_AND_TIME, _POINTER, _POINTER),
-        "pc_evaluate": (_POINTER, _POINTER),
+        "pc_evaluate": (_POINTER, ctypes.c_int64, _POINTER),
     }
 )
 

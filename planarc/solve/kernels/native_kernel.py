@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planarc.ir.frame import Frame, Number, Record, place
+from planarc.ir.frame import Frame, Mode, Number, Record, place
 from planarc.ir.program import Addresses, Program
 from planarc.solve.kernels.engine import Engine
 from planarc.solve.kernels.failures import first_not_finite
@@ -47,13 +47,23 @@ class NativeKernel:
         self._zeros = np.zeros(len(program.relations))
         self._initial = np.zeros(len(program.initial_residuals))
         self._frame = np.zeros(len(Frame), np.uint64)
-        for place_, array in (
+        for where, array in (
             (Frame.W, self.w),
             (Frame.NUMBERS, self._numbers),
             (Frame.ACCEPTED, self._accepted),
             (Frame.AREA, self._area),
         ):
-            self._frame[place_] = array.ctypes.data
+            self._frame[where] = array.ctypes.data
+        self._candidate_slots = np.array([c.slot for c in program.candidates], np.intp)
+        self._residual_places = np.array(
+            [
+                self._place.residuals(k) + i
+                for k, code in enumerate(program.blocks)
+                if code.height
+                for i in range(len(code.residuals))
+            ],
+            np.intp,
+        )
         self._bind(engine)
         self._numbers[Number.STATES] = n
         self._addresses: Addresses | None = None
@@ -82,7 +92,7 @@ class NativeKernel:
         self._call_parameters = bound("pc_parameters")
         self._call_discrete = bound("pc_discrete")
         evaluate = f["pc_evaluate"]
-        self._call_evaluate: Callable[[], int] = lambda: evaluate(frame, initial)
+        self._call_evaluate: Callable[[int], int] = lambda mode: evaluate(frame, mode, initial)
 
     @property
     def failed_block(self) -> int:
@@ -156,11 +166,10 @@ class NativeKernel:
     def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
         self.w[0] = t
         self.w[self._candidate_slots] = u
-        flag = self._evaluate()
+        flag = self._evaluate(Mode.GIVEN)
         if flag:
             return flag
-        parts = [self._area[at : at + len(code.residuals)] for at, code in self._residual_places]
-        found = np.concatenate([*parts, self._initial])
+        found = np.concatenate([self._area[self._residual_places], self._initial])
         r[: len(found)] = found
         return 0 if np.isfinite(found.sum()) else -1
 
@@ -168,7 +177,7 @@ class NativeKernel:
         code = self._program.blocks[block]
         m, n = len(code.residuals), len(code.tears)
         if m:
-            self._evaluate()
+            self._evaluate(Mode.BELOW if code.height else Mode.MATRICES)
         at = self._place.jacobian(block)
         return self._area[at : at + m * n].reshape(m, n).copy()  # type: ignore[return-value]
 
@@ -184,21 +193,9 @@ class NativeKernel:
 
     # Below the protocol
 
-    @property
-    def _candidate_slots(self) -> list[int]:
-        return [c.slot for c in self._program.candidates]
-
-    @property
-    def _residual_places(self) -> list[tuple[int, Any]]:
-        return [
-            (self._place.residuals(i), code)
-            for i, code in enumerate(self._program.blocks)
-            if code.height
-        ]
-
-    def _evaluate(self) -> int:
+    def _evaluate(self, mode: Mode) -> int:
         self._begin()
-        return self._call_evaluate()
+        return self._call_evaluate(mode)
 
     def _begin(self) -> None:
         """Before a point was accepted, blocks start from the start values, at rest."""

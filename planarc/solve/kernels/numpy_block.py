@@ -38,6 +38,7 @@ class Block:
         self.index = index
         self.done = False
         self.evaluating = False  # candidates are given: only residuals are wanted
+        self.matrix_asked = False  # even where it is not needed
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
         self._w = w
@@ -98,7 +99,7 @@ class Block:
 
     def fits(self, residuals: Sequence[float], sizes: Sequence[float]) -> bool:
         """Whether the taken tears count; not when the matrix itself is asked for."""
-        if self.evaluating:
+        if self.matrix_asked:
             return False
         return all(abs(r) <= FITS * s for r, s in zip(residuals, sizes, strict=True))
 

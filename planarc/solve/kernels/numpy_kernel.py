@@ -83,7 +83,7 @@ class NumpyKernel:
         self.w[0] = t
         for candidate, value in zip(self._program.candidates, _floats(u), strict=True):
             self.w[candidate.slot] = value
-        code, initial = self._evaluate()
+        code, initial = self._given("levels", "rest", "initial")
         if code:
             return code
         found = [value for block in self._below for value in block.residuals]
@@ -92,9 +92,12 @@ class NumpyKernel:
         return 0 if math.isfinite(sum(found)) else self._not_finite()
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        asked = self._blocks[block]
         if self._program.blocks[block].residuals:
-            self._evaluate()
-        return self._blocks[block].matrix
+            asked.matrix_asked = True
+            self._given("levels")
+            asked.matrix_asked = False
+        return asked.matrix
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         code = self._run_levels(t, y)
@@ -131,18 +134,20 @@ class NumpyKernel:
             return self._failed(problem), ()
         return 0, found or ()
 
-    def _evaluate(self) -> tuple[int, Sequence[float]]:
-        """Everything, with the candidates as they are in the workspace."""
+    def _given(self, *functions: str) -> tuple[int, Sequence[float]]:
+        """Run functions with the candidates as they are in the workspace."""
         if not self._started:
             self._begin()
-        for block in self._blocks:
+        for block in self._below:
             block.evaluating = True
-        try:
-            code = self._run("levels")[0] or self._run("rest")[0]
-            return (code, ()) if code else self._run("initial")
-        finally:
-            for block in self._blocks:
-                block.evaluating = False
+        code = 0
+        values: Sequence[float] = ()
+        for function in functions:
+            if not code:
+                code, values = self._run(function)
+        for block in self._below:
+            block.evaluating = False
+        return code, values
 
     def _begin(self) -> None:
         """Before a point was accepted, blocks start from the start values."""
