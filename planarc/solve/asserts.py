@@ -56,11 +56,11 @@ class AssertWatch:
 
         Unless `all_rows` are to be looked at, a few new ones wait for more.
         """
-        import numpy as np
-
         first, last = self._checked, recorder.count
         if not self._active or first == last or not (all_rows or last - first >= ENOUGH):
             return [], last
+        import numpy as np
+
         self._checked = last
         found: list[Diagnostic] = []
         end: tuple[int, Diagnostic] | None = None

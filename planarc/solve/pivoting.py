@@ -96,9 +96,9 @@ def _large(g: Rows, solved: Sequence[int], free: Sequence[int]) -> list[list[flo
 
 def largest(x: Rows, columns: Sequence[int]) -> tuple[float, int, int]:
     """The largest entry in some columns, with its row and column; -1 where there is none."""
-    best = (-1.0, -1, -1)
+    best, at, place = -1.0, -1, -1
     for r, row in enumerate(x):
         for c in columns:
-            if row[c] > best[0]:
-                best = row[c], r, c
-    return best
+            if row[c] > best:
+                best, at, place = row[c], r, c
+    return best, at, place

@@ -202,7 +202,6 @@ class Run:
     def go(self, progress: Progress | None) -> None:
         steps = 2
         stop = self.request.stop
-
         while self.ended is None and not same(self.integrator.t, stop):
             limit = min(self.schedule.next(self.integrator.t), stop)
             if same(limit, stop):
@@ -234,6 +233,8 @@ class Run:
 
     def _happens(self, march: March) -> bool:
         """Treats the event at the time reached, if there is one."""
+        if march.outcome is Outcome.BUDGET and not self.events.present:
+            return False
         t, stop = self.integrator.t, self.request.stop
         crossing = self._crossings(march)
         known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))

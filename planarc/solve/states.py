@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from operator import mul, sub
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.dae import Reinit
@@ -77,6 +78,8 @@ class Selector:
         self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
         self.watch = Watch([c for i in self.open for c in self._slots(i)])
+        self._watched = self.watch.slots.tolist()
+        self._seen = [0.0] * len(self._watched)
         self._margin, self._rate = 1.0, RATE
 
     def choose(self, held: Collection[int]) -> list[int]:
@@ -127,11 +130,9 @@ class Selector:
     def _plan(self, worst: float) -> None:
         """When to look again, from the margin and how fast it was seen to change."""
         w = self._kernel.w
-        values = [float(w[slot]) for slot in self.watch.slots.tolist()]
-        way = max(
-            (abs(a - b) for a, b in zip(values, self.watch.reference.tolist(), strict=True)),
-            default=0.0,
-        )
+        values = [float(w[slot]) for slot in self._watched]
+        way = max(map(abs, map(sub, values, self._seen)), default=0.0)
+        self._seen = values
         margin = 1 / (1 + worst)
         if way > 1e-3:
             self._rate = max(RATE, 0.8 * self._rate, 1.5 * abs(self._margin - margin) / way)
@@ -151,12 +152,13 @@ class Selector:
         g: list[list[float]] = (
             given.tolist() if hasattr(given, "tolist") else [list(row) for row in given]
         )
-        sizes = [math.sqrt(sum(x * x for x in column)) for column in zip(*g, strict=True)]
+        sizes = [math.hypot(*column) for column in zip(*g, strict=True)]
         known = self._scale.get(i)
         if known is not None:
-            sizes = [max(a, b) for a, b in zip(known, sizes, strict=True)]
+            sizes = list(map(max, known, sizes))
         self._scale[i] = sizes
-        return [[x / s if s > 0 else x for x, s in zip(row, sizes, strict=True)] for row in g]
+        parts = [1 / s if s > 0 else 1.0 for s in sizes]
+        return [list(map(mul, row, parts)) for row in g]
 
     def _must_stay(self, block: BlockCode, j: int) -> bool:
         return self._class[block.first + j] == _MUST_STAY
@@ -186,7 +188,7 @@ class Selector:
         """Whether candidates were exchanged, a state that is lost, the largest sensitivity."""
         block = self._program.blocks[i]
         g = self._jacobian(i)
-        if not all(map(math.isfinite, (x for row in g for x in row))):
+        if not math.isfinite(sum(map(sum, g))):
             return False, None, math.inf
         n = len(block.tears)
         out, changed, size = list(self._determined[i]), False, 0.0
@@ -199,16 +201,20 @@ class Selector:
                 again = self._pivot(i, block)
                 changed, out = changed or again != out, again
                 break
+            size = largest(x, range(len(free)))[0]
+            if size <= worst:
+                break
             movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
-            size = largest(x, movable)[0]
             weighed, r, c = largest(self._weighed(block, x, out, free), movable)
             if weighed <= worst:
                 break
             out[r] = free[c]
             changed = True
         self._determined[i] = sorted(out)
+        if x is None or size <= worst:
+            return changed, None, size
         stuck = [k for k, j in enumerate(free) if self._must_stay(block, j)]
-        if stuck and x is not None:
+        if stuck:
             stuck_size, r, c = largest(x, stuck)
             size = max(size, stuck_size)
             if stuck_size > LOST:
