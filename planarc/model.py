@@ -1,0 +1,419 @@
+"""A compiled model, as a user holds it in Python.
+
+    model = planarc.load("four_bar.pmo")
+    model.parameters["crankBody.m"].value
+    result = model.simulate(stop_time=10, parameters={"crankBody.m": 2})
+
+It is compiled once; runs with other parameters and start values use the same code, and
+each has a workspace of its own, so that several threads may share one model. No result
+is ever kept.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planarc.compiler import Compiled, compile_model
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.options import Backend, RunOptions, Solver
+from planarc.request import Request
+from planarc.results import Result, RunStopped
+from planarc.values import Value, finite, parameter_values, start_values
+from planarc.variables import Names, Parameter, Variable, unknown_name
+
+if TYPE_CHECKING:
+    from planarc.analysis.assemble import Assembly
+    from planarc.analysis.drive import Driven
+    from planarc.analysis.equilibrium import Equilibrium
+    from planarc.analysis.linearize import Linearization
+    from planarc.analysis.sensitivity import Sensitivities
+    from planarc.ir.program import Kernel, Program
+    from planarc.signals import Signal
+
+_TEXT = re.compile(r"[\n;]|\b(model|block|package|class)\s+\w+")
+_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
+
+
+class Recompiled(UserWarning):
+    """A structural parameter was changed, so the model was compiled again."""
+
+
+def load(
+    source: str | Path,
+    class_name: str | None = None,
+    *,
+    libraries: Sequence[str | Path] = (),
+    backend: str | None = None,
+) -> Model:
+    """A model from a file, a class of a library (`PlanarMultiBody.Examples...`), or a text.
+
+    `class_name` names the class in a file or text that holds several; `backend` is
+    `native` or `numpy` (by default native where llvmlite is installed).
+    Raises PlanarcError with all diagnostics when the model is wrong.
+    """
+    folders = tuple(Path(p) for p in libraries)
+    if isinstance(source, Path):
+        request = Request(source, class_name, folders)
+    elif not isinstance(source, str):
+        raise UsageError(
+            Diagnostic("C206", f"a model is a file, a class or a text, not {type(source).__name__}")
+        )
+    elif _TEXT.search(source):
+        request = Request(None, class_name, folders, text=source)
+    elif source.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(source):
+        request = Request(Path(source), class_name, folders)
+    elif class_name is None:
+        request = Request(None, source, folders)
+    else:
+        request = Request(Path(source), class_name, folders)
+    return Model(request, _backend(backend))
+
+
+class Model:
+    """See the head of this file."""
+
+    def __init__(self, request: Request, backend: Backend) -> None:
+        self.request, self.backend = request, backend
+        self._compiled = {backend: compile_model(request, backend)}
+        self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
+        self._variables: dict[str, Variable] | None = None
+
+    def __repr__(self) -> str:
+        p = self.program
+        return f"<Model {p.name}: {p.equations_before} equations, {p.state_count} states>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        from planarc.ir.store import dumps
+
+        program = self.program
+        codes = {b: c.code for b, c in self._compiled.items()}
+        return {"request": self.request, "backend": self.backend, "warnings": self.warnings,
+                "program": dumps(program, program.table), "codes": codes}  # fmt: skip
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        from planarc.ir.store import loads
+
+        self.request, self.backend = state["request"], state["backend"]
+        program = loads(state["program"])
+        self._compiled = {
+            b: Compiled(program, b, code, state["warnings"]) for b, code in state["codes"].items()
+        }
+        self._variants, self._variables = {}, None
+
+    # What it has
+
+    @property
+    def program(self) -> Program:
+        return self.compiled().program
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    @property
+    def description(self) -> str:
+        return self.program.description
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        return self.compiled().warnings
+
+    @property
+    def parameters(self) -> Names[Parameter]:
+        from planarc.variables import parameters_of
+
+        kernel = self.compiled().load()
+        kernel.parameters()
+        return Names("parameter", parameters_of(self.program, kernel))
+
+    @property
+    def variables(self) -> Names[Variable]:
+        """All that is no parameter, with start values and values at the start."""
+        if self._variables is None:
+            self._variables = self._find_variables()
+        return Names("variable", self._variables)
+
+    @property
+    def states(self) -> Names[Variable]:
+        """The variables that may be states: which of them are is chosen while running."""
+        known = self.variables
+        shown = (c.display for c in self.program.candidates)
+        return Names("state", {n: known[n] for n in shown if n in known})
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return self.program.inputs
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        return self.program.outputs
+
+    def _find_variables(self) -> dict[str, Variable]:
+        from planarc.analysis.point import open_point
+        from planarc.variables import variables_of
+
+        try:
+            kernel, started = open_point(self, RunOptions(backend=self.backend)).kernel, True
+        except PlanarcError:
+            kernel, started = self.compiled().load(), False
+            kernel.parameters()
+        return variables_of(self.program, kernel, started)
+
+    # Runs
+
+    def simulate(
+        self,
+        stop_time: float | None = None,
+        *,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        interval: float | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+        solver: str | Solver = Solver.AUTO,
+        backend: str | Backend | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Result:
+        """Run the model; what is not given is as the model's experiment annotation says.
+
+        `parameters` and `start` set values by name (SI units), `inputs` are numbers,
+        functions of time or tables. Raises UsageError for a wrong request, PlanarcError
+        where there is no start, RunStopped (with the `result` so far) where the run fails.
+        """
+        model, settable = self._with(parameters)
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            interval=_time("interval", interval),
+            intervals=_count(intervals),
+            tolerance=_time("tolerance", tolerance),
+            solver=_choice(Solver, "solver", solver),
+            backend=self.backend if backend is None else _backend(backend),
+            values=settable,
+            starts=start_values(model.program, start),
+        )
+        return model.run(options, inputs, progress)
+
+    def run(
+        self,
+        options: RunOptions,
+        inputs: Mapping[str, Signal] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Result:
+        """As `simulate`, with options that were checked already."""
+        from planarc.solve.simulate import simulate
+
+        compiled = self.compiled(options.backend)
+        kernel = self.forced(compiled.load(), options, inputs)
+        result = Result(simulate(compiled.program, kernel, options, progress=progress))
+        ended = result.ended
+        if ended is not None and ended.severity is Severity.ERROR:
+            raise RunStopped(ended, result)
+        return result
+
+    def forced(
+        self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None
+    ) -> Kernel:
+        """The kernel with inputs that follow what is given."""
+        if not inputs:
+            return kernel
+        from planarc.signals import ForcedKernel, read_signal
+
+        program = self.program
+        for name in inputs:
+            if name not in program.inputs:
+                raise unknown_name("input", name, program.inputs)
+        signals = {program.slots[n]: read_signal(n, s) for n, s in inputs.items()}
+        begin = program.experiment.start if options.start is None else options.start
+        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in signals.items()}, begin)
+
+    def compiled(self, backend: Backend | None = None) -> Compiled:
+        """The code for a back end, made when it is first asked for."""
+        backend = backend or self.backend
+        if backend not in self._compiled:
+            from planarc.compiler import to_code
+
+            known = next(iter(self._compiled.values()))
+            code = to_code(known.program, backend)
+            self._compiled[backend] = replace(known, backend=backend, code=code)
+        return self._compiled[backend]
+
+    def _with(self, parameters: Mapping[str, Value] | None) -> tuple[Model, dict[str, float]]:
+        """The model to run, and values to set. Structural ones make another model."""
+        values = parameter_values(self.program, parameters)
+        structural = {p.name: p for p in self.program.parameter_slots if p.structural}
+        changed = {n: v for n, v in values.items() if n in structural}
+        if not changed:
+            return self, values
+        kernel = self.compiled().load()
+        kernel.parameters()
+        changed = {n: v for n, v in changed.items() if kernel.w[structural[n].slot] != v}
+        rest = {n: v for n, v in values.items() if n not in structural}
+        if not changed:
+            return self, rest
+        from planarc.variant import texts_of
+
+        key = tuple(sorted(changed.items()))
+        if key not in self._variants:
+            named = " and ".join(f"`{n}`" for n in changed)
+            verb = "is" if len(changed) == 1 else "are"
+            warnings.warn(
+                f"{named} {verb} structural: the model is compiled again", Recompiled, stacklevel=3
+            )
+            self._variants[key] = self.variant(texts_of(self.request, structural, changed))
+        return self._variants[key], rest
+
+    def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
+        """This model with some values as Modelica text, compiled anew."""
+        from planarc.variant import variant_of
+
+        model = Model(variant_of(self.request, values, declarations), self.backend)
+        model._take_name(self.program)
+        return model
+
+    def _take_name(self, of: Program) -> None:
+        for backend, compiled in self._compiled.items():
+            program = replace(
+                compiled.program,
+                name=of.name,
+                description=of.description,
+                experiment=of.experiment,
+            )
+            self._compiled[backend] = replace(compiled, program=program)
+
+    # Analyses
+
+    def linearize(
+        self,
+        at: float | Mapping[str, Value] | None = None,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Linearization:
+        """The linear model at a point: the start (default), a time, or given start values.
+
+        `at="equilibrium"` looks for the nearest stable equilibrium first.
+        """
+        from planarc.analysis.linearize import linearize
+
+        return linearize(self, at, parameters, start, inputs, outputs)
+
+    def equilibrium(
+        self,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+    ) -> Equilibrium:
+        """A state of rest near the start: stable, where there is a way down to one."""
+        from planarc.analysis.equilibrium import find_equilibrium
+
+        return find_equilibrium(self, parameters, start, inputs)
+
+    def assemble(
+        self,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        tries: int = 200,
+    ) -> tuple[Assembly, ...]:
+        """All ways to put the mechanism together that many guesses find."""
+        from planarc.analysis.assemble import assemble
+
+        return assemble(self, parameters, start, tries)
+
+    def drive(
+        self,
+        motion: str | Mapping[str, Signal | str],
+        signal: Signal | str | None = None,
+        *,
+        stop_time: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+    ) -> Driven:
+        """Inverse dynamics: the effort that a motion of joint coordinates needs.
+
+        `model.drive("crank.phi", f)`: `f` is a function of time, a table, three functions
+        (position, velocity, acceleration), or a text in Modelica such as `"sin(2*time)"`.
+        """
+        from planarc.analysis.drive import drive
+
+        motions = dict(motion) if isinstance(motion, Mapping) else {motion: signal}
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            tolerance=_time("tolerance", tolerance),
+            intervals=_count(intervals),
+            backend=self.backend,
+        )
+        return drive(self, motions, options, parameters, start)
+
+    def sensitivities(
+        self,
+        parameters: Sequence[str],
+        *,
+        stop_time: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        values: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+    ) -> Sensitivities:
+        """Derivatives of all variables with respect to some parameters, over time."""
+        from planarc.analysis.sensitivity import sensitivities
+
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            tolerance=_time("tolerance", tolerance),
+            intervals=_count(intervals),
+            backend=self.backend,
+            values=parameter_values(self.program, values),
+            starts=start_values(self.program, start),
+        )
+        return sensitivities(self, parameters, options)
+
+
+def _time(name: str, value: Any) -> float | None:
+    return None if value is None else finite(name, value)
+
+
+def _count(value: Any) -> int | None:
+    if value is None:
+        return None
+    number = finite("intervals", value)
+    if number != int(number):
+        raise UsageError(Diagnostic("C202", f"`intervals` takes an integer, not {number:g}"))
+    return int(number)
+
+
+def _choice(kind: Any, name: str, value: Any) -> Any:
+    try:
+        return kind(value)
+    except ValueError:
+        raise unknown_name(name, str(value), [k.value for k in kind]) from None
+
+
+def _backend(value: str | Backend | None) -> Backend:
+    from importlib.util import find_spec
+
+    if value is not None:
+        chosen: Backend = _choice(Backend, "back end", value)
+        if chosen is Backend.NUMPY or find_spec("llvmlite") is not None:
+            return chosen
+        raise UsageError(
+            Diagnostic("C207", "the native back end needs `llvmlite`, which is not installed")
+        )
+    return Backend.NATIVE if find_spec("llvmlite") is not None else Backend.NUMPY

@@ -1,0 +1,295 @@
+"""The result of a run, as a user holds it: arrays by name, tables, curves, the moving picture."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planarc.core.diagnostic import Diagnostic, RunError, UsageError
+from planarc.variables import unknown_name
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import xarray
+    from numpy.typing import NDArray
+
+    from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
+    from planarc.ir.result import Result as Rows
+
+    Vector = NDArray[np.float64]
+
+
+class RunStopped(RunError):
+    """The run ended before its time; `result` holds what was computed until then."""
+
+    def __init__(self, diagnostic: Diagnostic, result: Result) -> None:
+        super().__init__(diagnostic)
+        self.result = result
+
+
+class Result:
+    """What a run gave. `result["crank.phi"]` is an array over `result.time`.
+
+    Values are in SI units, as `unit(name)` says. A variable that does not change has an
+    array too.
+    """
+
+    def __init__(self, rows: Rows) -> None:
+        self.rows = rows
+
+    def __getitem__(self, name: str) -> Vector:
+        """Raises UnknownName (a UsageError and a KeyError)."""
+        if not isinstance(name, str) or name not in self.rows:
+            raise unknown_name("variable", name, self.rows.columns)
+        return self.rows[name]
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self.rows
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.rows.time)
+
+    def __repr__(self) -> str:
+        time = self.time
+        span = f"{time[0]:g} to {time[-1]:g} s" if len(time) else "no time"
+        return f"<Result of {self.name}: {len(self)} rows, {span}, {self.statistics.solver}>"
+
+    @property
+    def name(self) -> str:
+        return self.rows.program.name
+
+    @property
+    def time(self) -> Vector:
+        return self.rows.time
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all variables and parameters."""
+        return tuple(self.rows.columns)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values that the run used."""
+        known = {p.name for p in self.rows.program.parameter_slots}
+        return {
+            n: c.sign * float(self.rows.constants[c.slot])
+            for n, c in self.rows.columns.items()
+            if n in known and c.slot in self.rows.constants
+        }
+
+    @property
+    def statistics(self) -> Statistics:
+        return self.rows.statistics
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        return self.rows.events
+
+    @property
+    def states(self) -> tuple[StateChoice, ...]:
+        """Which variables were states, and from when on."""
+        return self.rows.states
+
+    @property
+    def start(self) -> tuple[Held, ...]:
+        """How each start value was used."""
+        return self.rows.held
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        return self.rows.warnings
+
+    @property
+    def ended(self) -> Diagnostic | None:
+        """Why the run ended before its stop time, if it did."""
+        return self.rows.ended
+
+    @property
+    def units(self) -> dict[str, str]:
+        return {n: c.unit for n, c in self.rows.columns.items()}
+
+    def unit(self, name: str) -> str:
+        """The unit of a variable, empty where it has none."""
+        if name == "time":
+            return "s"
+        if name not in self.rows.columns:
+            raise unknown_name("variable", name, self.rows.columns)
+        return self.rows.columns[name].unit
+
+    def description(self, name: str) -> str:
+        if name not in self.rows.columns:
+            raise unknown_name("variable", name, self.rows.columns)
+        return self.rows.columns[name].description
+
+    def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
+        """Values at other times, on straight lines between the rows."""
+        import numpy as np
+
+        return np.interp(times, self.time, self[name])
+
+    def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
+        """Names: all variables that change, those of a list, or those that match a regex."""
+        columns = self.rows.columns
+        if variables is None:
+            return [n for n, c in columns.items() if not c.constant]
+        if isinstance(variables, str):
+            if variables in columns:
+                return [variables]
+            try:
+                pattern = re.compile(variables)
+            except re.error as problem:
+                raise UsageError(
+                    Diagnostic("C220", f"`{variables}` is no regular expression: {problem}")
+                ) from None
+            found = [n for n in columns if pattern.search(n)]
+            if not found:
+                raise unknown_name("variable", variables, columns)
+            return found
+        names = list(variables)
+        for name in names:
+            if name != "time" and name not in columns:
+                raise unknown_name("variable", name, columns)
+        return names
+
+    # Tables
+
+    def to_pandas(self, variables: str | Iterable[str] | None = None) -> pandas.DataFrame:
+        """A DataFrame over `time`. Needs pandas (`pip install planarc[tables]`)."""
+        module = need("pandas", "tables")
+        names = self.select(variables)
+        index = module.Index(self.time, name="time")
+        frame: pandas.DataFrame = module.DataFrame({n: self[n] for n in names}, index=index)
+        frame.attrs["units"] = {n: self.unit(n) for n in names}
+        return frame
+
+    def to_xarray(self, variables: str | Iterable[str] | None = None) -> xarray.Dataset:
+        """A Dataset with units and descriptions. Needs xarray (`pip install planarc[tables]`)."""
+        module = need("xarray", "tables")
+        columns = {
+            n: ("time", self[n], {"units": self.unit(n), "long_name": self.description(n)})
+            for n in self.select(variables)
+        }
+        coordinate = {"time": ("time", self.time, {"units": "s"})}
+        dataset: xarray.Dataset = module.Dataset(columns, coordinate, {"model": self.name})
+        return dataset
+
+    def to_csv(self, path: str | Path) -> Path:
+        return self._write(Path(path), ".csv")
+
+    def to_mat(self, path: str | Path) -> Path:
+        """MATLAB level 4, as Modelica tools share it."""
+        return self._write(Path(path), ".mat")
+
+    def _write(self, path: Path, suffix: str) -> Path:
+        from planarc.view.table import write_table
+
+        if path.suffix.lower() != suffix:
+            path = path.with_name(path.name + suffix)
+        write_table(path, self.rows)
+        return path
+
+    # Pictures
+
+    def plot(self, *names: str, x: str = "time", axes: Any = None) -> Any:
+        """Curves against time or another variable, by matplotlib; gives the axes.
+
+        Without names, the coordinates of the joints. Needs `pip install planarc[plot]`.
+        """
+        pyplot = need("matplotlib.pyplot", "plot")
+        if not names:
+            from planarc.view.report.curves import choose_curves
+
+            names = tuple(c.name for c in choose_curves(self.rows) if c.shown)
+        for name in (*names, x):
+            self[name]
+        axes = pyplot.subplots()[1] if axes is None else axes
+        for name in names:
+            axes.plot(self[x], self[name], label=_with_unit(name, self.unit(name)))
+        axes.set_xlabel(_with_unit(x, self.unit(x)))
+        if len(names) == 1:
+            axes.set_ylabel(_with_unit(names[0], self.unit(names[0])))
+        elif names:
+            axes.legend()
+        axes.grid(True, alpha=0.3)
+        return axes
+
+    def animate(self, curves: Sequence[str] | None = None) -> Page:
+        """The moving mechanism beside curves, as a page that a notebook shows."""
+        from planarc.view.report.page import render_page
+        from planarc.view.scene import make_scene
+
+        for name in curves or ():
+            self[name]
+        shown = None if curves is None else tuple(curves)
+        return Page(render_page(self.rows, make_scene(self.rows), self._summary(), shown))
+
+    def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
+        """Write that page to a file of its own, which needs no network."""
+        from planarc.view.report import write_report
+        from planarc.view.scene import make_scene
+
+        for name in curves or ():
+            self[name]
+        write_report(Path(path), self.rows, make_scene(self.rows), self._summary(), curves)
+        return Path(path)
+
+    def _summary(self) -> tuple[tuple[str, str], ...]:
+        s = self.statistics
+        states = ", ".join(self.states[-1].states) if self.states else ""
+        return (
+            ("model", self.name),
+            ("states", states or "none"),
+            ("solver", f"{s.solver}, {s.backend} back end"),
+            ("steps", f"{s.steps}, events {s.events}"),
+        )
+
+    def _repr_html_(self) -> str:
+        return self.animate()._repr_html_()
+
+
+class Page:
+    """An HTML page; notebooks show it in place."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def save(self, path: str | Path) -> Path:
+        from planarc.view.storage import replacing
+
+        with replacing(Path(path)) as file:
+            file.write(self.text.encode())
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        import html
+
+        inside = html.escape(self.text, quote=True)
+        return (
+            f'<iframe srcdoc="{inside}" style="width:100%;height:640px;border:0" '
+            'sandbox="allow-scripts"></iframe>'
+        )
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def need(module: str, extra: str) -> Any:
+    """An optional package, or how to get it."""
+    from importlib import import_module
+
+    try:
+        return import_module(module)
+    except ImportError:
+        package = module.partition(".")[0]
+        raise UsageError(
+            Diagnostic(
+                "C221",
+                f"this needs `{package}`, which is not installed",
+                hint=f"install it with `pip install 'planarc[{extra}]'`",
+            )
+        ) from None

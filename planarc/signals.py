@@ -1,0 +1,191 @@
+"""Functions of time that a user gives: inputs of a model, and motions that drive it.
+
+A signal is a number, a function `f(t)`, or a table: a pair (times, values), or rows of
+them. Tables go through their points as a cubic spline where derivatives are needed, and
+on straight lines where they are not. A motion may also be three functions: position,
+velocity, acceleration; those that are not given come from differences of high order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.ir.program import Kernel
+
+#: A number, a function of time, or a table of (times, values).
+Signal: TypeAlias = "float | Callable[[float], float] | Sequence[Any] | Any"
+#: Position, velocity and acceleration at a time.
+Motion: TypeAlias = "Callable[[float], tuple[float, float, float]]"
+
+#: Weights of the differences of order eight, for steps 0 to 4 on either side.
+_FIRST = (0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280)
+_SECOND = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
+
+
+def read_signal(name: str, given: Signal) -> Callable[[float], float]:
+    """As a function of time that gives finite numbers. Raises UsageError C210, C211."""
+    if callable(given):
+        return _checked(name, given)
+    if isinstance(given, int | float):
+        value = _finite(name, given, 0.0)
+        return lambda t: value
+    import numpy as np
+
+    times, values = read_table(name, given)
+    return lambda t: float(np.interp(t, times, values))
+
+
+def read_motion(name: str, given: Signal, span: float) -> Motion:
+    """A motion over a run of `span` seconds, with two derivatives."""
+    if isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given)):
+        q, v, a = (_checked(name, f) for f in given)
+        return lambda t: (q(t), v(t), a(t))
+    if callable(given):
+        return _differences(_checked(name, given), span)
+    if isinstance(given, int | float):
+        value = _finite(name, given, 0.0)
+        return lambda t: (value, 0.0, 0.0)
+    times, values = read_table(name, given)
+    if len(times) < 4:
+        raise UsageError(
+            Diagnostic("C210", f"the motion of `{name}` needs at least 4 points, not {len(times)}")
+        )
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(times, values)
+    v, a = spline.derivative(1), spline.derivative(2)
+    return lambda t: (float(spline(t)), float(v(t)), float(a(t)))
+
+
+def read_table(name: str, given: Any) -> tuple[Any, Any]:
+    """Ascending times and values."""
+    import numpy as np
+
+    try:
+        table = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        table = np.empty(0)
+    if table.ndim == 2 and table.shape[0] != 2 and table.shape[1] == 2:
+        table = table.T
+    if table.ndim != 2 or table.shape[0] != 2 or table.shape[1] < 2:
+        raise UsageError(
+            Diagnostic(
+                "C210",
+                f"`{name}` takes a number, a function of time or a table (times, values)",
+                hint="give two sequences of equal length, with at least two points",
+            )
+        )
+    times, values = table
+    if not np.all(np.isfinite(table)) or not np.all(np.diff(times) > 0):
+        raise UsageError(
+            Diagnostic("C210", f"the table of `{name}` must be finite, with times that ascend")
+        )
+    return times, values
+
+
+def _checked(name: str, function: Callable[[float], Any]) -> Callable[[float], float]:
+    def call(t: float) -> float:
+        try:
+            value = function(t)
+        except Exception as problem:
+            what = f"{type(problem).__name__}: {problem}"
+            raise UsageError(
+                Diagnostic("C211", f"the function for `{name}` fails at t = {t:.6g} s: {what}")
+            ) from problem
+        return _finite(name, value, t)
+
+    return call
+
+
+def _finite(name: str, value: Any, t: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(
+            Diagnostic(
+                "C211",
+                f"the value for `{name}` at t = {t:.6g} s is no finite number: {value!r:.40}",
+            )
+        )
+    return number
+
+
+def _differences(f: Callable[[float], float], span: float) -> Motion:
+    h = max(span, 1e-6) / 2000
+
+    def motion(t: float) -> tuple[float, float, float]:
+        middle = f(t)
+        v, a = 0.0, _SECOND[0] * middle
+        for k in range(1, 5):
+            above, below = f(t + k * h), f(t - k * h)
+            v += _FIRST[k] * (above - below)
+            a += _SECOND[k] * (above + below)
+        return middle, v / h, a / h**2
+
+    return motion
+
+
+class ForcedKernel:
+    """A kernel whose inputs, or parameters, follow functions of time.
+
+    `force(t)` gives the values by slot. It stands between an integrator and the kernel,
+    so that every evaluation sees the values of its own time.
+    """
+
+    def __init__(
+        self, kernel: Kernel, force: Callable[[float], Mapping[int, float]], begin: float
+    ) -> None:
+        self._kernel, self._force, self._begin = kernel, force, begin
+        self.w: MutableSequence[float] = kernel.w
+
+    def _set(self, t: float) -> None:
+        for slot, value in self._force(t).items():
+            self.w[slot] = value
+
+    @property
+    def failed_block(self) -> int:
+        return self._kernel.failed_block
+
+    @property
+    def failed_equation(self) -> int:
+        return self._kernel.failed_equation
+
+    def parameters(self) -> int:
+        flag = self._kernel.parameters()
+        self._set(self._begin)
+        return flag
+
+    def select(self, selection: Sequence[int]) -> None:
+        self._kernel.select(selection)
+
+    def accept(self, t: float) -> None:
+        self._kernel.accept(t)
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        self._set(t)
+        return self._kernel.rhs(t, y, ydot)
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        self._set(t)
+        return self._kernel.outputs(t, y)
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        self._set(t)
+        return self._kernel.residuals(t, u, r)
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        return self._kernel.jacobian(block)
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        self._set(t)
+        return self._kernel.roots(t, y, g)
+
+    def discrete(self) -> int:
+        return self._kernel.discrete()

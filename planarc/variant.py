@@ -1,0 +1,110 @@
+"""Requests for a model that differs from another one: other structural parameters, more
+declarations. The variant is a model that extends the one asked for:
+
+    model FourBarVariant
+      extends FourBar(revA(drivenFlange = true));
+    end FourBarVariant;
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeAlias
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.request import Request, open_target
+
+if TYPE_CHECKING:
+    from planarc.ir.program import ParameterSlot
+
+#: The name of the variant, which no user's class has.
+NAME = "'a variant'"
+
+_Tree: TypeAlias = "dict[str, _Tree | str]"
+
+
+def variant_of(
+    request: Request, values: Mapping[str, str] | None = None, declarations: str = ""
+) -> Request:
+    """A request for the same class with some values as Modelica text, and more declarations."""
+    target = open_target(request)
+    name = target.class_name
+    if request.text is not None:
+        text = request.text
+    elif request.file is not None:
+        text = request.file.read_text("utf-8-sig")
+    else:
+        text = ""
+    extends = f"extends {name}{_modifier(_tree(values or {}))};"
+    full = f"{text}\nmodel {NAME}\n  {extends}\n{declarations}\nend {NAME};\n"
+    within = name.rpartition(".")[0] if _begins_within(text) else ""
+    wanted = f"{within}.{NAME}" if within else NAME
+    return replace(request, class_name=wanted, text=full)
+
+
+def texts_of(
+    request: Request, parameters: Mapping[str, ParameterSlot], values: Mapping[str, float]
+) -> dict[str, str]:
+    """Values of structural parameters as Modelica text."""
+    types: dict[str, str] = {}
+    if any(parameters[n].literals for n in values):
+        from planarc.compiler import flatten
+
+        types = {v.name: v.type.name for v in flatten(open_target(request)).variables}
+    return {n: _literal(parameters[n], v, types.get(n, "")) for n, v in values.items()}
+
+
+def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:
+    match parameter.kind.value:
+        case "Boolean":
+            return "true" if value else "false"
+        case "Integer":
+            if value != int(value):
+                raise UsageError(
+                    Diagnostic("C204", f"`{parameter.name}` takes an integer, not {value:g}")
+                )
+            return str(int(value))
+        case "enumeration":
+            if not 1 <= value <= len(parameter.literals) or value != int(value):
+                raise UsageError(
+                    Diagnostic("C204", f"`{parameter.name}` has no literal number {value:g}")
+                )
+            return f".{type_name}.{parameter.literals[int(value) - 1]}"
+    return repr(float(value))
+
+
+def _begins_within(text: str) -> bool:
+    return any(line.lstrip().startswith("within ") for line in text.splitlines())
+
+
+def _tree(values: Mapping[str, str]) -> _Tree:
+    root: _Tree = {}
+    for name, value in values.items():
+        if "[" in name:
+            raise UsageError(
+                Diagnostic(
+                    "C205",
+                    f"`{name}` is structural and one of an array: it cannot be changed from here",
+                    hint="change it in the model",
+                )
+            )
+        node = root
+        *path, last = name.split(".")
+        for part in path:
+            inside = node.setdefault(part, {})
+            assert isinstance(inside, dict)
+            node = inside
+        node[last] = value
+    return root
+
+
+def _modifier(tree: _Tree) -> str:
+    """`(a(b = 1))`; names nest no deeper than a model does."""
+    if not tree:
+        return ""
+    parts = [
+        f"{name} = {inside}" if isinstance(inside, str) else f"{name}{_modifier(inside)}"
+        for name, inside in tree.items()
+    ]
+    return f"({', '.join(parts)})"

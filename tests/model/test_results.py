@@ -1,0 +1,95 @@
+"""A result in Python: arrays, tables, curves, pages."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planarc import Model, Result, UsageError
+from planarc.view.table import read_table
+
+
+@pytest.fixture(scope="module")
+def result(four_bar: Model) -> Result:
+    return four_bar.simulate(1, intervals=100)
+
+
+def test_columns_have_units_and_the_length_of_time(result: Result) -> None:
+    assert len(result) == len(result.time) == len(result["revA.phi"]) == 101
+    assert (result.unit("revA.phi"), result.unit("time")) == ("rad", "s")
+    assert result.units["crankBody.m"] == "kg"
+    assert "crankBody.m" in result
+    assert result.description("revA.w").startswith("Relative")
+
+
+def test_values_between_the_rows_lie_between(result: Result) -> None:
+    between = result.at("revA.phi", [0.0, 0.005, 0.01])
+    assert between[1] == pytest.approx((between[0] + between[2]) / 2)
+
+
+def test_variables_are_selected_by_list_and_pattern(result: Result) -> None:
+    assert result.select(r"^rev[AB]\.phi$") == ["revA.phi", "revB.phi"]
+    assert "crankBody.m" not in result.select()
+    with pytest.raises(UsageError, match="regular expression"):
+        result.select("(")
+    with pytest.raises(UsageError, match="no variable"):
+        result.select(["revA.fi"])
+
+
+def test_tables_hold_the_same_numbers(result: Result, tmp_path: Path) -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    frame, dataset = result.to_pandas(), result.to_xarray(["revA.phi"])
+    assert np.array_equal(frame["revA.phi"], result["revA.phi"])
+    assert frame.index.name == "time"
+    assert frame.attrs["units"]["revA.phi"] == "rad"
+    assert np.array_equal(dataset["revA.phi"], result["revA.phi"])
+    assert dataset["revA.phi"].attrs["units"] == "rad"
+    for path in (result.to_csv(tmp_path / "a.csv"), result.to_mat(str(tmp_path / "b"))):
+        assert np.allclose(read_table(path)["revA.phi"], result["revA.phi"], atol=0)
+
+
+def test_a_table_that_cannot_be_written_says_so(result: Result, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no folder"):
+        result.to_csv(tmp_path / "nowhere" / "a.csv")
+
+
+def test_curves_are_those_asked_for(result: Result) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    axes = result.plot("revD.phi", x="revA.phi")
+    assert np.array_equal(axes.lines[0].get_xdata(), result["revA.phi"])
+    assert np.array_equal(axes.lines[0].get_ydata(), result["revD.phi"])
+    assert axes.get_xlabel() == "revA.phi [rad]"
+    assert len(result.plot().lines) == 4
+    with pytest.raises(UsageError, match="no variable"):
+        result.plot("revD.fi")
+
+
+def test_a_notebook_shows_the_moving_mechanism(result: Result, tmp_path: Path) -> None:
+    shown = result._repr_html_()
+    assert shown.startswith("<iframe srcdoc=")
+    assert "<script" not in shown  # it is inside the frame, escaped
+    saved = result.animate(["revD.phi"]).save(tmp_path / "a.html").read_text("utf-8")
+    assert "revD.phi" in saved
+    assert "FourBar" in result.report(tmp_path / "b.html").read_text("utf-8")
+    with pytest.raises(UsageError, match="no variable"):
+        result.report(tmp_path / "c.html", ["revD.fi"])
+
+
+def test_a_missing_package_is_named(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, call in (
+        ("pandas", result.to_pandas),
+        ("xarray", result.to_xarray),
+        ("matplotlib", result.plot),
+    ):
+        monkeypatch.setitem(sys.modules, name, None)
+        monkeypatch.setitem(sys.modules, f"{name}.pyplot", None)
+        with pytest.raises(UsageError) as caught:
+            call()
+        (found,) = caught.value.diagnostics
+        assert f"`{name}`" in found.message
+        assert "pip install" in str(found.hint)

@@ -1,0 +1,202 @@
+"""Studies: many runs of one model, on all cores, that nothing stops."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc import Model, Result, UsageError
+from planarc.study import Outcome, StudyInterrupted
+
+KS = [0.5, 1.0, 1.5, 2.0]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_grid_gives_a_row_for_each_combination(decay: Model, workers: int) -> None:
+    points = {"k": KS, "x.start": [1.0, 2.0]}
+    study = planarc.sweep(decay, points, "x", workers=workers)
+    assert study.columns == ("k", "x.start", "x")
+    assert list(study["k"]) == [k for k in KS for _ in range(2)]
+    exact = study["x.start"] * np.exp(-study["k"])
+    assert np.max(np.abs(study["x"] - exact)) < 1e-6
+    assert study.failures == ()
+
+
+def test_metrics_are_texts_functions_and_mappings(decay: Model) -> None:
+    def both(result: Result) -> dict[str, float]:
+        return {"first": result["x"][0], "last": result["x"][-1]}
+
+    metric = {"mean": "mean(x)", "top": "max(x)", "f": lambda r: len(r), "g": both}
+    study = planarc.sweep(decay, {"k": [2.0]}, metric, intervals=2000)
+    (row,) = study
+    assert row["mean"] == pytest.approx((1 - math.exp(-2)) / 2, abs=1e-6)
+    assert (row["top"], row["f"], row["first"]) == (1.0, 2001, 1.0)
+    assert row["last"] == pytest.approx(math.exp(-2), abs=1e-6)
+    assert planarc.sweep(decay, {"k": KS}).metrics == ("x",)
+    rms = planarc.sweep(decay, {"k": [1.0]}, ["rms(x)", "range(x)", "min(x)", "maxabs(x)"])
+    assert rms["rms(x)"][0] == pytest.approx(math.sqrt((1 - math.exp(-2)) / 2), abs=1e-5)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_failed_points_say_why_and_the_others_go_on(decay: Model, workers: int) -> None:
+    def metric(result: Result) -> Any:
+        if result.parameters["k"] == 1.0:
+            raise ValueError("no good")
+        return "text" if result.parameters["k"] == 1.5 else result["x"][-1]
+
+    ks = [0.5, 1.0, 1.5, 60.0, float("nan"), 2.0]
+    study = planarc.sweep(decay, {"k": ks}, metric, workers=workers)
+    reasons = {f.index: f.reason for f in study.failures}
+    assert sorted(reasons) == [1, 2, 3, 4]
+    assert "ValueError: no good" in reasons[1]
+    assert "metric" in reasons[2]
+    assert "k is too large" in reasons[3]
+    assert "finite" in reasons[4]
+    assert list(np.isfinite(study["metric"])) == [True, False, False, False, False, True]
+
+
+def test_a_worker_that_dies_takes_one_point_with_it(decay: Model) -> None:
+    def metric(result: Result) -> float:
+        if result.parameters["k"] == KS[2]:
+            os._exit(1)
+        return float(result["x"][-1])
+
+    study = planarc.sweep(decay, {"k": KS * 20}, metric, workers=2)
+    assert [f.index % 4 for f in study.failures] == [2] * 20
+    assert all("died" in f.reason for f in study.failures)
+    assert np.sum(np.isfinite(study["metric"])) == 60
+
+
+def test_a_point_that_takes_too_long_is_given_up(decay: Model) -> None:
+    def metric(result: Result) -> float:
+        if result.parameters["k"] == KS[1]:
+            time.sleep(60)
+        return 1.0
+
+    study = planarc.sweep(decay, {"k": KS}, metric, workers=2, limit=1.0)
+    assert [f.index for f in study.failures] == [1]
+    assert "longer than 1 s" in study.failures[0].reason
+
+
+def test_an_interrupted_study_is_taken_up_again(decay: Model, tmp_path: Path) -> None:
+    journal, counted = tmp_path / "study.jsonl", []
+
+    def interrupt(done: int, total: int, failed: int) -> None:
+        if done >= 5:
+            raise KeyboardInterrupt
+
+    def metric(result: Result) -> float:
+        counted.append(result)
+        return float(result["x"][-1])
+
+    points = {"k": [0.1 * i for i in range(1, 21)]}
+
+    def study(progress: Any = False) -> planarc.Study:
+        return planarc.sweep(decay, points, metric, workers=1, journal=journal, progress=progress)
+
+    with pytest.raises(StudyInterrupted) as caught:
+        study(interrupt)
+    finished = len(counted)
+    assert 5 <= finished < 20
+    assert len(caught.value.study.failures) == 20 - finished
+    whole = journal.read_text("utf-8")
+    journal.write_text(whole + '{"point": 19, "val', "utf-8")  # a line that was cut off
+    found = study()
+    assert len(counted) == 20
+    assert np.allclose(found["metric"], np.exp(-found["k"]), atol=1e-6)
+    again = study()
+    assert len(counted) == 20
+    assert list(again) == list(found)
+    lines = [json.loads(line) for line in whole.splitlines()]
+    assert len(lines) == finished + 1
+
+
+def test_a_journal_of_another_study_is_refused(decay: Model, tmp_path: Path) -> None:
+    journal = tmp_path / "study.jsonl"
+    planarc.sweep(decay, {"k": [1.0]}, "x", journal=journal)
+    for points, metric in (({"k": [2.0]}, "x"), ({"k": [1.0]}, "max(x)")):
+        with pytest.raises(UsageError, match="another study"):
+            planarc.sweep(decay, points, metric, journal=journal)
+    with pytest.raises(UsageError, match="cannot write"):
+        planarc.sweep(decay, {"k": [1.0]}, "x", journal=tmp_path)
+
+
+WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
+    ("name", lambda m: planarc.sweep(m, {"kk": [1.0]}), "no parameter `kk`"),
+    ("structural", lambda m: planarc.sweep(m, {"linear": [True, False]}), "is structural"),
+    ("metric", lambda m: planarc.sweep(m, {"k": [1.0]}, "max(z)"), "no variable `z`"),
+    ("reduction", lambda m: planarc.sweep(m, {"k": [1.0]}, "maximum(x)"), "did you mean `max"),
+    ("no metric", lambda m: planarc.sweep(m, {"k": [1.0]}, 3), "not int"),  # type: ignore[arg-type]
+    ("no points", lambda m: planarc.sweep(m, []), "no points"),
+    ("no list", lambda m: planarc.sweep(m, {"k": 3}), "sequence"),  # type: ignore[dict-item]
+    ("nothing", lambda m: planarc.sweep(m, 3), "not int"),  # type: ignore[arg-type]
+    ("workers", lambda m: planarc.sweep(m, {"k": KS}, workers=0), "above 0"),
+    ("range", lambda m: planarc.random({"k": (2, 1)}, 3), "low and high"),
+    ("count", lambda m: planarc.latin_hypercube({"k": (1, 2)}, 0), "above 0"),
+]
+
+
+@pytest.mark.parametrize("wrong", [w[1:] for w in WRONG], ids=[w[0] for w in WRONG])
+def test_a_wrong_study_says_what_is_wrong(decay: Model, wrong: Any) -> None:
+    request, words = wrong
+    with pytest.raises(UsageError) as caught:
+        request(decay)
+    assert words in " ".join(f"{d.message} {d.hint}" for d in caught.value.diagnostics)
+
+
+def test_samples_are_repeated_by_their_seed_and_fill_the_ranges() -> None:
+    ranges = {"a": (0.0, 1.0), "b": (-2.0, 2.0)}
+    for sample in (planarc.random, planarc.latin_hypercube):
+        points = sample(ranges, 50, seed=3)
+        assert points == sample(ranges, 50, seed=3) != sample(ranges, 50, seed=4)
+        assert all(-2 <= p["b"] <= 2 and 0 <= p["a"] <= 1 for p in points)
+    slices = sorted(int(50 * p["a"]) for p in planarc.latin_hypercube(ranges, 50))
+    assert slices == list(range(50))
+
+
+def test_the_table_goes_to_files_and_to_pandas(decay: Model, tmp_path: Path) -> None:
+    study = planarc.sweep(decay, {"k": KS, "c": [[1.0, 3.0]]}, "x")
+    pandas = pytest.importorskip("pandas")
+    assert np.array_equal(study.to_pandas()["x"], study["x"])
+    read = pandas.read_csv(study.to_csv(tmp_path / "a.csv"))
+    assert np.array_equal(read["x"], study["x"])
+    assert study._repr_html_().count("<tr>") == 5
+    with pytest.raises(UsageError, match="no column"):
+        study["z"]
+
+
+def test_memory_does_not_grow_with_the_number_of_points(decay: Model) -> None:
+    planarc.sweep(decay, {"k": KS * 25}, "x", workers=1)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    planarc.sweep(decay, {"k": KS * 150}, "x", workers=1)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # kB
+
+
+def test_a_cluster_gives_the_same_table(decay: Model) -> None:
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        found = planarc.sweep(decay, {"k": KS}, {"x": lambda r: r["x"][-1]}, client=client)
+    here = planarc.sweep(decay, {"k": KS}, "x", workers=1)
+    assert list(found) == list(here)
+
+
+def test_an_outcome_can_be_pickled() -> None:
+    import pickle
+
+    outcome = Outcome(1, {"x": 1.0})
+    assert pickle.loads(pickle.dumps(outcome)) == outcome
