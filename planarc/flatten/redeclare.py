@@ -19,9 +19,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planarc.core.diagnostic import Related, error
+from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
-from planarc.flatten import lookup
+from planarc.flatten import lookup, subtype
 from planarc.flatten.modify import compile_modification, merge
 from planarc.flatten.tree import (
     NO_MOD,
@@ -78,7 +78,32 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
     original = None
     if isinstance(new.body, syntax.ExtendsClass) or _names_itself(new):
         original = Class(definition, element.scope, name, NO_MOD, element.entry)
-    return Class(new, redeclaration.scope, name, merge(rest, under), None, original)
+    cls = Class(new, redeclaration.scope, name, merge(rest, under), None, original)
+    if original is None:
+        _check_class_constraint(element, definition, cls)
+    return cls
+
+
+def _check_class_constraint(element: Element, definition: syntax.ClassDef, cls: Class) -> None:
+    """The new class must fit the constraining class, or the class that it replaces."""
+    if definition.constraint is not None:
+        constraint = lookup.find_class(element.scope, definition.constraint.base)
+    else:
+        constraint = Class(definition, element.scope, element.name, NO_MOD, element.entry)
+    reason = subtype.obstacle(cls, constraint)
+    if reason is not None:
+        raise _does_not_fit(element, definition.name_span, cls.span, cls, reason)
+
+
+def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: str) -> PlanarcError:
+    body = cls.definition.body
+    name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
+    return error(
+        "F242",
+        f"`{name}` cannot replace `{element.name}`: {reason}",
+        new,
+        related=[Related("declared here", old)],
+    )
 
 
 def _names_itself(definition: syntax.ClassDef) -> bool:
@@ -139,12 +164,26 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
             related=[Related("declared here", definition.span)],
         )
     _check_replaceable(element, definition.span, new.span)
+    _check_component_constraint(element, definition, new, redeclaration)
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)
     whole = merge(outer, _own_mod(new, redeclaration), element.name)
     whole = merge(whole, _constraint_mod(definition, element.scope), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:
         whole = replace(whole, final=True)
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
+
+
+def _check_component_constraint(
+    element: Element,
+    definition: syntax.Component,
+    new: syntax.Component,
+    redeclaration: Redeclaration,
+) -> None:
+    base = definition.type if definition.constraint is None else definition.constraint.base
+    cls = lookup.find_class(redeclaration.scope, new.type)
+    reason = subtype.obstacle(cls, lookup.find_class(element.scope, base))
+    if reason is not None:
+        raise _does_not_fit(element, definition.span, new.span, cls, reason)
 
 
 def _merge_declared(mod: Mod, own: Mod, element: Element) -> Mod:
