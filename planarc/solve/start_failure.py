@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from planarc.solve.start import Choice, System
 
 _WORST = 3
+#: Below this a length (m) or an angle (rad) is a zero of Newton's method.
+_SMALL = 1e-6
 
 
 def not_evaluated(system: System, flag: int) -> PlanarcError:
@@ -106,7 +108,17 @@ def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, 
 
 
 def _related(worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
-    return tuple(Related(f"`{i.text}` is off by {v:.3g}", i.span) for v, i in worst)
+    return tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
+
+
+def _off(residual: float) -> str:
+    """A residual to two digits: the next ones depend on the machine."""
+    return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{residual:.2g}"
+
+
+def _start(value: float) -> str:
+    """A start value to try; what Newton's method leaves of a zero is zero."""
+    return "0" if abs(value) < _SMALL else f"{value:.3g}"
 
 
 def _components(infos: Sequence[EquationInfo]) -> list[str]:
@@ -154,11 +166,11 @@ def _not_assembled(
 
 def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: Vector) -> str:
     moved = max(columns, key=lambda c: abs(point[c] - u0[c]), default=None)
-    if moved is None or abs(point[moved] - u0[moved]) < 1e-6:
+    if moved is None or abs(point[moved] - u0[moved]) < _SMALL:
         return ""
     return (
-        f"; if they do, try `{program.candidates[moved].display}(start = {point[moved]:.4g})` "
-        f"instead of {u0[moved]:.4g}"
+        f"; if they do, try `{program.candidates[moved].display}(start = {_start(point[moved])})` "
+        f"instead of {_start(u0[moved])}"
     )
 
 
@@ -178,7 +190,7 @@ def _not_reachable(
     loop = _loop(system, rows, columns, root.residuals) or "the mechanism"
     wanted = trouble.listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
     nearest = trouble.listed(
-        f"`{program.candidates[c].display}(start = {free.point[c]:.4g})`" for c in held
+        f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
     return PlanarcError(
         Diagnostic(
