@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.ir.program import Column
+from planarc.ir.result import Result
 
 
 @contextmanager
@@ -52,3 +54,8 @@ def _reason(target: Path, problem: OSError) -> str:
     if isinstance(problem, IsADirectoryError):
         return "it is a folder"
     return (problem.strerror or str(problem)).lower()
+
+
+def shown(result: Result) -> tuple[Column, ...]:
+    """The columns that a user knows of: names made by planarc itself begin with `$`."""
+    return tuple(c for c in result.program.columns if not c.name.startswith("$"))

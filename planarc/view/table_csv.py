@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.storage import shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +23,7 @@ _CHUNK = 4096
 
 
 def write(file: BinaryIO, result: Result) -> None:
-    columns = [c for c in result.program.columns if not c.constant]
+    columns = [c for c in shown(result) if not c.constant]
     header = ",".join(_quoted(name) for name in ("time", *(c.name for c in columns)))
     file.write((header + _END).encode())
     for first in range(0, len(result.time), _CHUNK):

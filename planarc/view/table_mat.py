@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.storage import shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +35,7 @@ _CLASS = ("Atrajectory", "1.1", "", "binTrans")
 def write(file: BinaryIO, result: Result) -> None:
     import numpy as np
 
-    columns = result.program.columns
+    columns = shown(result)
     names = ["time", *(c.name for c in columns)]
     descriptions = ["Simulation time [s]", *(_description(c) for c in columns)]
     constants = list(dict.fromkeys(c.slot for c in columns if _constant(result, c)))
