@@ -1,0 +1,160 @@
+"""Large linear blocks: eliminated in a fixed order, or with pivoting where that is not safe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc.codegen.native.machine import compile_object
+from planarc.codegen.numpy.printer import source
+from planarc.codegen.pipeline import generate
+from planarc.ir.program import Program
+from planarc.ir.programcheck import check
+from planarc.ir.sorted import Block, SortedDae
+from planarc.solve.kernels import load
+
+PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
+    "numpy": source,
+    "native": compile_object,
+}
+
+
+def chain(build: Callable[[str], Any], n: int) -> SortedDae:
+    """Unknowns z, with a[i] = p[i]*z[i] + q[i]*z[i+1] and a[i] + s[i]*a[i-1] = x*(i + 1)."""
+    b = build(f"Chain{n}")
+    t = b.t
+    x = b.variable("x")
+    b.candidate(x, 1.0)
+    b.level(1, Block((x,)))
+    p, q, s = (
+        [b.parameter(f"{name}[{i}]", scale * (1.0 + 0.3 * ((i * step) % 5))) for i in range(n)]
+        for name, step, scale in (("p", 1, 1.0), ("q", 2, 0.3), ("s", 3, 0.2))
+    )
+    z = [b.variable(f"z[{i}]") for i in range(n)]
+    a = [b.variable(f"a[{i}]") for i in range(n)]
+    inner, residuals = [], []
+    for i in range(n):
+        after = t.mul(q[i], z[i + 1]) if i + 1 < n else t.zero
+        inner.append(b.assign(a[i], t.add(t.mul(p[i], z[i]), after)))
+        before = t.mul(s[i], a[i - 1]) if i else t.zero
+        right = t.mul(x, t.const(i + 1.0))
+        residuals.append(b.residual(t.add(a[i], before, t.neg(right))))
+    b.level(
+        0,
+        Block(tuple(z), tuple(inner), tuple(residuals), linear=True),
+        b.assign(t.der(x), t.add(*z)),
+    )
+    sorted_model: SortedDae = b.sorted()
+    return sorted_model
+
+
+def expected(values: Callable[[str], float], n: int, x: float) -> np.ndarray[Any, Any]:
+    """z by a dense solve."""
+    a, r = np.zeros((n, n)), np.eye(n)
+    for i in range(n):
+        a[i, i] = values(f"p[{i}]")
+        if i + 1 < n:
+            a[i, i + 1] = values(f"q[{i}]")
+        if i:
+            r[i, i - 1] = values(f"s[{i}]")
+    return np.linalg.solve(r @ a, x * np.arange(1.0, n + 1.0))
+
+
+@pytest.fixture(params=PRINTERS)
+def backend(request: pytest.FixtureRequest) -> Callable[[Program], Any]:
+    print_program = PRINTERS[request.param]
+    return lambda program: load(program, print_program(program))
+
+
+def solved(program: Program, kernel: Any, n: int, x: float) -> list[float]:
+    assert kernel.parameters() == 0
+    kernel.select([0])
+    assert kernel.outputs(0.0, [x]) == 0
+    return [float(kernel.w[program.slots[f"z[{i}]"]]) for i in range(n)]
+
+
+@pytest.mark.parametrize("n", [8, 30])
+def test_elimination_solves_the_block(
+    build: Callable[[str], Any], backend: Callable[[Program], Any], n: int
+) -> None:
+    program = generate(chain(build, n))
+    check(program)
+    assert program.blocks[-1].direct is not None
+    kernel = backend(program)
+    found = solved(program, kernel, n, 2.0)
+    reference = expected(lambda name: kernel.w[program.slots[name]], n, 2.0)
+    assert found == pytest.approx(reference.tolist(), rel=1e-10)
+
+
+@pytest.mark.parametrize("zero", ["q[3]", "s[3]", "q[0]", "s[8]"])
+@pytest.mark.parametrize("value", [0.0, 1e-14, 1e9])
+def test_parameters_may_change_after_compiling(
+    build: Callable[[str], Any], backend: Callable[[Program], Any], zero: str, value: float
+) -> None:
+    n = 9
+    program = generate(chain(build, n))
+    kernel = backend(program)
+    kernel.w[program.slots[zero]] = value
+    found = solved(program, kernel, n, 1.5)
+    reference = expected(lambda name: kernel.w[program.slots[name]], n, 1.5)
+    assert found == pytest.approx(reference.tolist(), rel=1e-7)
+
+
+def test_singular_block_is_said(
+    build: Callable[[str], Any], backend: Callable[[Program], Any]
+) -> None:
+    program = generate(chain(build, 9))
+    kernel = backend(program)
+    kernel.w[program.slots["p[8]"]] = 0.0
+    kernel.parameters()
+    kernel.select([0])
+    assert kernel.outputs(0.0, [1.5]) > 0
+    assert kernel.failed_block == len(program.blocks) - 1
+
+
+def test_elimination_without_good_pivots_falls_back(
+    build: Callable[[str], Any], backend: Callable[[Program], Any]
+) -> None:
+    """What the order took for large becomes tiny: the answer is still that of pivoting."""
+    n = 12
+    program = generate(chain(build, n))
+    kernel = backend(program)
+    for i in range(n):
+        kernel.w[program.slots[f"p[{i}]"]] = 1e-9 if i % 2 else 1.0
+        kernel.w[program.slots[f"s[{i}]"]] = 1e3 if i % 3 else 1e-3
+    found = solved(program, kernel, n, 1.0)
+    z, x = np.array(found), 1.0
+    w = {name: float(kernel.w[slot]) for name, slot in program.slots.items()}
+    a = [w[f"p[{i}]"] * z[i] + (w[f"q[{i}]"] * z[i + 1] if i + 1 < n else 0) for i in range(n)]
+    sizes = [
+        abs(w[f"p[{i}]"] * z[i]) + (abs(w[f"q[{i}]"] * z[i + 1]) if i + 1 < n else 0)
+        for i in range(n)
+    ]
+    for i in range(n):
+        before = w[f"s[{i}]"] * a[i - 1] if i else 0.0
+        size = sizes[i] + (abs(w[f"s[{i}]"]) * sizes[i - 1] if i else 0.0) + x * (i + 1)
+        assert abs(a[i] + before - x * (i + 1)) < 1e-10 * size
+
+
+def test_code_grows_with_the_length_of_the_chain_only(build: Callable[[str], Any]) -> None:
+    def length(n: int) -> int:
+        program = generate(chain(build, n))
+        return sum(map(len, program.levels)) + sum(len(b.jacobian_body) for b in program.blocks)
+
+    assert length(80) < 2.2 * length(40)
+
+
+def test_asked_matrix_is_that_of_the_block(
+    build: Callable[[str], Any], backend: Callable[[Program], Any]
+) -> None:
+    n = 8
+    program = generate(chain(build, n))
+    kernel = backend(program)
+    solved(program, kernel, n, 1.0)
+    matrix = np.array(kernel.jacobian(len(program.blocks) - 1))
+    right = np.arange(1.0, n + 1.0)
+    found = [float(kernel.w[program.slots[f"z[{i}]"]]) for i in range(n)]
+    assert np.linalg.solve(matrix, right) == pytest.approx(found, rel=1e-10)
