@@ -28,7 +28,7 @@ from typing import Generic, TypeVar
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-#: Bytes that one process may take, where the system can hold it to that.
+#: Bytes that one process may take.
 MEMORY = 4 * 1024**3
 
 
@@ -50,11 +50,19 @@ class _Worker(Generic[Job]):
 class Crew(Generic[Job, Result]):
     """Iterate over it for the jobs and their results, in the order in which they end.
 
-    `work` is a function of a module and must not raise; `limit` in seconds.
+    `work` is a function of a module and must not raise; `limit` in wall seconds, `memory`
+    in bytes, where the system can hold a process to that.
     """
 
-    def __init__(self, work: Callable[[Job], Result], workers: int, limit: float) -> None:
+    def __init__(
+        self,
+        work: Callable[[Job], Result],
+        workers: int,
+        limit: float,
+        memory: int = MEMORY,
+    ) -> None:
         self._work = work
+        self._memory = memory
         self._count = max(1, workers)
         self._limit = limit
         self._jobs: deque[Job] = deque()
@@ -121,7 +129,7 @@ class Crew(Generic[Job, Result]):
 
     def _hire(self, job: Job) -> _Worker[Job]:
         ours, theirs = multiprocessing.Pipe()
-        process = self._start(target=_serve, args=(theirs, self._work), daemon=True)
+        process = self._start(target=_serve, args=(theirs, self._work, self._memory), daemon=True)
         process.start()
         theirs.close()
         return _Worker(process, ours, job, 0.0)
@@ -139,9 +147,9 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _serve(connection: Connection, work: Callable[[Job], Result]) -> None:
+def _serve(connection: Connection, work: Callable[[Job], Result], memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
-    _bound_memory()
+    _bound_memory(memory)
     while True:
         try:
             job: Job = connection.recv()
@@ -150,13 +158,13 @@ def _serve(connection: Connection, work: Callable[[Job], Result]) -> None:
         connection.send(work(job))
 
 
-def _bound_memory() -> None:
+def _bound_memory(memory: int) -> None:
     try:
         import resource
     except ImportError:  # Windows
         return
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    limit = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
     try:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
     except (ValueError, OSError):

@@ -138,7 +138,7 @@ def _nodes(tree: object) -> Iterator[object]:
 def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
     scope = Scope(model, events=False)
     result: list[dae.Parameter] = []
-    for v in _in_order([v for v in source.variables if is_parameter(v)]):
+    for v in in_order([v for v in source.variables if is_parameter(v)]):
         given = v.binding if v.binding is not None else v.attributes.start
         if given is None:
             value: Value = Text(("",)) if v.type.base is Base.STRING else _default(model, v)
@@ -194,11 +194,11 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
         )
 
 
-def _in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
+def in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
     """Every parameter after those that its value refers to; else as declared."""
     by_name = {v.name: v for v in variables}
     needs = {
-        v.name: [n for n in _referenced((v.binding, v.attributes.start)) if n in by_name]
+        v.name: [n for n in referenced((v.binding, v.attributes.start)) if n in by_name]
         for v in variables
     }
     done: dict[str, bool] = {}  # False while its needs are being looked at
@@ -232,7 +232,7 @@ def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
     )
 
 
-def _referenced(roots: object) -> Iterator[str]:
+def referenced(roots: object) -> Iterator[str]:
     """Names of the variables that expressions refer to, in their order."""
     stack = [roots]
     while stack:

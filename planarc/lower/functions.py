@@ -19,7 +19,7 @@ Promises:  no call is left; what cannot be run so is refused with the function's
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
@@ -49,7 +49,7 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         function = scope.model.functions[passed.function]
         given = iter(arguments)
         arguments = [
-            bound[v.name] if v.name in bound else next(given, _default(scope, v))
+            bound[v.name] if v.name in bound else _next_or_default(scope, given, v)
             for v in function.inputs
         ]
         return inline(_deeper(scope), passed.function, arguments, span)
@@ -65,8 +65,11 @@ def _deeper(scope: Scope) -> Scope:
     return Scope(scope.model, scope.locals, scope.events, scope.at_event, scope.depth + 1)
 
 
-def _default(scope: Scope, variable: flat.Variable) -> Value:
-    assert variable.binding is not None
+def _next_or_default(scope: Scope, given: Iterator[Value], variable: flat.Variable) -> Value:
+    value = next(given, None)
+    if value is not None:
+        return value
+    assert variable.binding is not None, f"the flat model passes no `{variable.name}`"
     return scalar.lower_expression(scope, variable.binding)
 
 

@@ -23,6 +23,7 @@ from planarc.ir.expr import Exprs, Op, Substitution, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
+from planarc.lower.free_parameters import release_parameters
 from planarc.lower.scope import Model
 from planarc.lower.values import Value
 from planarc.lower.visuals import lower_visual
@@ -39,6 +40,7 @@ def lower(source: flat.FlatModel) -> dae.Dae:
 
 
 def _lower(source: flat.FlatModel) -> dae.Dae:
+    source = release_parameters(source)
     model = Model(Exprs(), {f.name: f for f in source.functions})
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))

@@ -14,6 +14,7 @@ Serves functions (`functions`) and the algorithm sections of models (`algorithms
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
@@ -25,10 +26,11 @@ from planarc.ir.expr import Expr
 from planarc.lower import functions, scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.scope import Scope
-from planarc.lower.values import Text, Value, elements, expr, shape_of
+from planarc.lower.values import Text, Value, elements, expr, fixed_dims, shape_of
 
 MAX_TURNS = 100_000  # of one loop whose conditions are known
 MAX_WAYS = 1_000  # ways through one call
+MAX_ENTRIES = 1_000_000  # of one array
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +139,7 @@ class Runner:
         has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
         if has_parts and None not in type_.dims:
             # Entries and fields may be assigned one by one; until then they are zero.
+            _bound(math.prod(fixed_dims(type_)), variable)
             self.values[variable.name] = zero_of(type_, self.scope.table)
 
     def _dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
@@ -144,9 +147,17 @@ class Runner:
         dims = list(variable.type.dims)
         for k, size in enumerate(variable.sizes):
             if dims[k] is None and size is not None:
-                value = expr(self.value(size))
-                dims[k] = int(value.data) if value.is_const else None
+                dims[k] = self._entries(size, variable)
         return tuple(dims)
+
+    def _entries(self, size: flat.Expression, variable: flat.Variable) -> int | None:
+        value = self.value(size)
+        if not isinstance(value, Expr):
+            raise error("L323", f"a size of `{variable.name}` is no number", size.span)
+        if not value.is_const:
+            return None
+        _bound(value.data, variable)
+        return int(value.data)
 
     def here(self) -> Scope:
         outer = self.scope
@@ -298,3 +309,9 @@ Runner.handlers = {
     flat.Terminate: Runner.refuse,
     flat.Reinit: Runner.refuse,
 }
+
+
+def _bound(entries: float, variable: flat.Variable) -> None:
+    if not 0 <= entries <= MAX_ENTRIES:
+        message = f"`{variable.name}` cannot have {entries:g} entries"
+        raise error("L323", message, variable.span)

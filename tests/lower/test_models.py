@@ -273,3 +273,81 @@ def test_discrete_start_values_that_depend_on_the_start_time(backend: Backend) -
 def test_refusals_name_what_is_wrong(text: str, message: str) -> None:
     with pytest.raises(PlanarcError, match=message):
         compiler.compile_model(Request(text=text))
+
+
+def test_parameters_that_the_start_decides(backend: Backend) -> None:
+    result = run(
+        """model M
+          parameter Real p(fixed=false, start=1);
+          parameter Real q = 2*p;
+          parameter Real v[2](each fixed=false);
+          Real x(start=1, fixed=true);
+        initial equation
+          der(x) = 3;
+          v = {q, 7};
+        equation
+          der(x) = q*x;
+        end M;""",
+        backend,
+        stop=0.5,
+    )
+    assert result["p"] == pytest.approx(np.full_like(result.time, 1.5))
+    assert result["x"] == pytest.approx(np.exp(3 * result.time), rel=1e-6)
+    assert result["v[2]"][-1] == 7
+
+
+def test_a_parameter_from_an_initial_algorithm(backend: Backend) -> None:
+    result = run(
+        """model M
+          parameter Real p(fixed=false);
+          Real x = p*time;
+        initial algorithm
+          p := 3;
+          p := p + 1;
+        end M;""",
+        backend,
+    )
+    assert result["x"] == pytest.approx(4 * result.time)
+
+
+def test_an_integer_parameter_that_the_start_decides_is_refused() -> None:
+    with pytest.raises(PlanarcError, match="`fixed = false` for a parameter that is no `Real`"):
+        run(
+            """model M
+              parameter Integer n(fixed=false);
+              Real x = n;
+            initial equation
+              n = 2;
+            end M;""",
+            Backend.NUMPY,
+        )
+
+
+def test_a_functional_argument_leaves_defaults_alone(backend: Backend) -> None:
+    result = run(
+        """model M
+          partial function F input Real x; output Real y; end F;
+          function square input Real x; input Real k = 2; output Real y;
+          algorithm y := k*x^2; end square;
+          function mean input F f; input Real a; input Real b; output Real y;
+          algorithm y := (f(a) + f(b))/2; end mean;
+          Real y = mean(square, 0, time);
+          Real z = mean(function square(k=3), 0, time);
+        end M;""",
+        backend,
+    )
+    assert result["y"] == pytest.approx(result.time**2)
+    assert result["z"] == pytest.approx(1.5 * result.time**2)
+
+
+def test_an_array_in_a_function_is_bounded() -> None:
+    with pytest.raises(PlanarcError, match="`w` cannot have 1e\\+09 entries"):
+        run(
+            """model M
+              function f input Integer n; output Real y;
+              protected Real w[n];
+              algorithm w[1] := 1; y := w[1]; end f;
+              Real y = f(1000000000)*time;
+            end M;""",
+            Backend.NUMPY,
+        )

@@ -1,0 +1,73 @@
+"""A small sample of the fuzz run; `python tests/fuzz/fuzz.py --count 20000` is the whole one."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import fuzz
+from extremes import EXTREMES
+
+from planarc.crew import Lost, cores
+
+SAMPLE = 200
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(fuzz, "LIMIT", 60.0)  # the machine may be busy with other tests
+
+
+def test_the_files_that_are_mutated_are_mostly_right() -> None:
+    """Cases of refusals are among them."""
+    models = fuzz.corpus()
+    outcomes = [fuzz.judge(model) for model in models[::10]]
+    assert len(models) > 300
+    assert [o.trouble for o in outcomes if o.trouble] == []
+    assert sum(not o.codes for o in outcomes) > 0.4 * len(outcomes)
+
+
+def test_mutated_models_end_in_a_diagnostic() -> None:
+    troubles = {}
+    kinds = set()
+    for number, outcome in fuzz.run(seed=2, numbers=range(SAMPLE), workers=cores()):
+        trouble = fuzz.trouble_of(outcome)
+        if trouble is not None:
+            troubles[number] = trouble
+        elif isinstance(outcome, fuzz.Outcome):
+            kinds.update(code[0] for code in outcome.codes)
+    assert troubles == {}
+    assert kinds >= {"P", "F", "S"}  # the sample reaches all of these stages
+
+
+def test_the_same_number_gives_the_same_input() -> None:
+    assert fuzz.mutated(3, 17) == fuzz.mutated(3, 17)
+    assert len({fuzz.mutated(3, number) for number in range(50)}) > 40
+
+
+#: Left to `fuzz.py --extremes`: these take many seconds.
+SLOW = {
+    *("tree of components", "huge step", "nested for", "huge identity", "chain of bases"),
+    *("endless while", "many errors", "long sum", "dots"),
+}
+
+#: Extreme inputs that are right: they compile.
+RIGHT = {
+    *("empty", "long sum in bounds", "nested classes in bounds", "deep annotation", "powers"),
+    *("extends its inner class", "many components", "string length", "huge string"),
+    *("mod by zero", "root of a negative", "infinite exponent"),  # found when it runs
+}
+
+
+def test_extreme_inputs_end_in_a_diagnostic() -> None:
+    names = [name for name in EXTREMES if name not in SLOW]
+    outcomes = dict(fuzz.run_extremes(names, cores()))
+    assert set(outcomes) == set(names)
+    assert {n: t for n, o in outcomes.items() if (t := fuzz.trouble_of(o)) is not None} == {}
+    silent = {n for n, o in outcomes.items() if not isinstance(o, Lost) and not o.codes}
+    assert silent <= RIGHT
