@@ -78,9 +78,9 @@ class BlockCode:
     The first `inner` statements of `body` give every unknown of the block; the others
     only the residuals. A `linear` block has no others: its residuals where all tears
     are zero, and its constant Jacobian, are known before it; where it has a `direct`
-    solution, `jacobian_body` computes them when that one does not count. A large block has no `jacobian` but a `tangent`: run
-    `jacobian_body` once, then the tangent for each column j with seed j = 1, all
-    other seeds 0.
+    solution, `jacobian_body` computes them when that one does not count. A large block
+    has no `jacobian` but a `tangent`: run `jacobian_body` once, then the tangent for
+    each column j with seed j = 1, all other seeds 0.
     """
 
     height: int
