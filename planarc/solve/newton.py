@@ -42,29 +42,21 @@ class Root:
     converged: bool
 
 
-def derivative(f: Residuals, z: Vector, r: Vector, central: bool = False) -> Vector | None:
-    """The Jacobian by differences; one-sided ones err by 1e-8, central ones by 1e-10."""
+def derivative(f: Residuals, z: Vector, r: Vector) -> Vector | None:
+    """The Jacobian by differences, with errors of 1e-8; None where f has no value near z."""
     import numpy as np
 
     jacobian = np.empty((len(r), len(z)))
     for j in range(len(z)):
-        h = (6e-6 if central else 1.5e-8) * max(1.0, abs(z[j]))
-        moved = z.copy()
-        moved[j] = z[j] + h
-        above = f(moved)
-        if central or above is None:
-            moved[j] = z[j] - h
-            below = f(moved)
-            if above is None and below is None:
-                return None
+        for h in (1.5e-8 * max(1.0, abs(z[j])), -1.5e-8 * max(1.0, abs(z[j]))):
+            moved = z.copy()
+            moved[j] = z[j] + h
+            beside = f(moved)
+            if beside is not None:
+                jacobian[:, j] = (beside - r) / (moved[j] - z[j])
+                break
         else:
-            below = None
-        if above is not None and below is not None:
-            jacobian[:, j] = (above - below) / (2 * h)
-        elif above is not None:
-            jacobian[:, j] = (above - r) / h
-        elif below is not None:
-            jacobian[:, j] = (r - below) / h
+            return None
     return jacobian
 
 
