@@ -22,18 +22,16 @@ from typing import TYPE_CHECKING
 from planarc.codegen import jacobian as forward
 from planarc.codegen.affine import Steps, at_zero
 from planarc.codegen.factoring import Factoring
+from planarc.codegen.reach import FEWEST
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
 from planarc.ir.program import Direct as DirectCode
-from planarc.ir.sorted import Block
+from planarc.ir.sorted import Assignment, Block
 
 if TYPE_CHECKING:
     from planarc.codegen.elimination import Direct
     from planarc.codegen.samples import Samples
-
-#: Linear blocks of the top level with fewer tears are solved as they are: not sparse.
-FEWEST = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +46,7 @@ class Derived:
     zero: Steps  # inner unknowns of a linear block at zero
     residuals: tuple[Expr, ...]  # of a linear block at zero
     direct: Direct | None
+    late: frozenset[Expr]  # inner unknowns that the block need not give
     size_steps: Steps  # what its residuals are compared with
     sizes: tuple[Expr, ...]
 
@@ -55,7 +54,7 @@ class Derived:
     def formulas(self) -> list[Expr]:
         """Everything that the section will have to write, in order."""
         found = [value for _, value in self.direct.steps] if self.direct else []
-        found.extend(a.value for a in self.block.inner)
+        found.extend(a.value for a in self.inner)
         if self.direct is not None:
             found.extend(r.value for r in self.block.residuals)
             found.extend(value for _, value in self.size_steps)
@@ -65,6 +64,11 @@ class Derived:
         found.extend(value for _, value in self.steps)
         found.extend(value for _, _, value in self.entries)
         return found
+
+    @property
+    def inner(self) -> list[Assignment]:
+        """What the block computes itself."""
+        return [a for a in self.block.inner if a.target not in self.late]
 
     @property
     def steps(self) -> tuple[tuple[Expr, Expr], ...]:
@@ -85,10 +89,11 @@ def derive_block(
     first: int,
     factoring: Factoring,
     samples: Samples | None,
+    late: frozenset[Expr],
 ) -> Derived:
     """Choose the form of the Jacobian by its size, and write it."""
     if not (block.linear and block.residuals):  # else the matrix may not use them
-        _learn(factoring, block)
+        _learn(factoring, block, late)
     inner = tuple((a.target, a.value) for a in block.inner)
     residuals = tuple(r.value for r in block.residuals)
     slopes = forward.local_slopes(table, block.tears, inner, residuals)
@@ -111,15 +116,26 @@ def derive_block(
             direct = eliminate(table, block, slopes, samples)
             if direct is not None:
                 size_steps, sizes = size_terms(table, block)
-        _learn(factoring, block)
+        _learn(factoring, block, late)
     return Derived(
-        block, height, first, unrolled, tangent, zero, residuals, direct, size_steps, sizes
+        block,
+        height,
+        first,
+        unrolled,
+        tangent,
+        zero,
+        residuals,
+        direct,
+        late,
+        size_steps,
+        sizes,
     )
 
 
-def _learn(factoring: Factoring, block: Block) -> None:
+def _learn(factoring: Factoring, block: Block, late: frozenset[Expr]) -> None:
     for a in block.inner:
-        factoring.learn(a.target, a.value)
+        if a.target not in late:
+            factoring.learn(a.target, a.value)
 
 
 class BlockWriter:
@@ -146,7 +162,7 @@ class BlockWriter:
     def _linear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         residuals, jacobian, tangent = self._matrix(before, lister, derived)
         body: list[Let] = []
-        for a in derived.block.inner:
+        for a in derived.inner:
             lister.let(body, a.target, a.value, a.equation)
         return _code(derived, body, len(body), residuals, [], jacobian, tangent)
 
@@ -168,7 +184,7 @@ class BlockWriter:
             lister.name(before, symbol, value)
         tears = tuple(lister.value(before, e) for e in direct.tears)
         body: list[Let] = []
-        for a in block.inner:
+        for a in derived.inner:
             lister.let(body, a.target, a.value, a.equation)
         mark = lister.mark()
         check: list[Let] = []
@@ -200,7 +216,7 @@ class BlockWriter:
                     steps.append((symbol, value))
             lister.hold(before, invariants(derived.formulas, varying))
         body: list[Let] = []
-        for a in block.inner:
+        for a in derived.inner:
             lister.let(body, a.target, a.value, a.equation)
         inner = len(body)
         mark = lister.mark()

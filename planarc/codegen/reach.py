@@ -10,8 +10,12 @@ Example: with the states phi, der(phi) and nothing that asks for `power`
     der(der(phi)) = f/L2 level
     power = f*der(phi)   rest
 
+A small linear block is solved from its matrix alone (`blocks`), so its inner unknowns
+may be late: those that only results need are computed with the rest.
+
 Needs:     steps stand in the order of evaluation.
-Promises:  order is kept; every step is in exactly one of the three parts.
+Promises:  order is kept; every step is in exactly one of the three parts; a late
+           assignment is in `rest` and no longer computed by its block.
 """
 
 from __future__ import annotations
@@ -22,12 +26,17 @@ from dataclasses import dataclass
 from planarc.ir.expr import Expr, Op, postorder, symbols
 from planarc.ir.sorted import Assignment, Block, Level, Step
 
+#: Linear blocks of the top level with fewer tears are solved from their matrix as it is:
+#: it is hardly sparse.
+FEWEST = 8
+
 
 @dataclass(frozen=True, slots=True)
 class Reach:
     constant: tuple[Assignment, ...]
     levels: tuple[tuple[Step, ...], ...]
     rest: tuple[Step, ...]
+    late: frozenset[Expr] = frozenset()
 
 
 def split_steps(
@@ -46,11 +55,19 @@ def split_steps(
                     names.add(step.target.name)
             else:
                 moving[-1].append(step)
-    kept = _needed(moving, set(derivatives))
+    late: set[Expr] = set()
+    kept = _needed(moving, set(derivatives), late)
+    rest: list[Step] = []
+    for step in (s for steps in moving for s in steps):
+        if id(step) not in kept:
+            rest.append(step)
+        elif isinstance(step, Block):
+            rest.extend(a for a in step.inner if a.target in late)
     return Reach(
         tuple(constant),
         tuple(tuple(s for s in steps if id(s) in kept) for steps in moving),
-        tuple(s for steps in moving for s in steps if id(s) not in kept),
+        tuple(rest),
+        frozenset(late),
     )
 
 
@@ -65,7 +82,7 @@ def is_constant(value: Expr, parameters: set[str]) -> bool:
 def needed_steps(steps: Iterable[Step], wanted: Iterable[Expr]) -> tuple[Step, ...]:
     """The steps that the wanted symbols need, in their order."""
     steps = tuple(steps)
-    kept = _needed([list(steps)], set(wanted), always=False)
+    kept = _needed([list(steps)], set(wanted), None)
     return tuple(s for s in steps if id(s) in kept)
 
 
@@ -83,13 +100,33 @@ def values(step: Step) -> tuple[Expr, ...]:
     return (*(a.value for a in step.inner), *(r.value for r in step.residuals))
 
 
-def _needed(levels: list[list[Step]], wanted: set[Expr], *, always: bool = True) -> set[int]:
-    """The steps, by identity, that the wanted symbols need, and all that find states."""
+def _needed(levels: list[list[Step]], wanted: set[Expr], late: set[Expr] | None) -> set[int]:
+    """The steps, by identity, that the wanted symbols need; with `late`, also all that
+    find states, and the inner unknowns that may come late are added there."""
     kept: set[int] = set()
     for steps in reversed(levels):
         for step in reversed(steps):
-            finds_states = always and isinstance(step, Block) and step.free > 0
+            finds_states = late is not None and isinstance(step, Block) and step.free > 0
             if finds_states or not wanted.isdisjoint(defined(step)):
                 kept.add(id(step))
+                if late is not None and isinstance(step, Block) and is_small_linear(step):
+                    late.update(_unwanted(step, wanted))
                 wanted.update(symbols(*values(step)))
     return kept
+
+
+def is_small_linear(block: Block) -> bool:
+    """Whether a block of the top level is solved from its matrix alone."""
+    return block.linear and not block.free and 0 < len(block.tears) < FEWEST
+
+
+def _unwanted(block: Block, wanted: set[Expr]) -> list[Expr]:
+    """The inner unknowns that nothing behind the block needs, directly or not."""
+    needed = set(wanted)
+    found = []
+    for a in reversed(block.inner):
+        if a.target in needed:
+            needed.update(symbols(a.value))
+        else:
+            found.append(a.target)
+    return found

@@ -21,10 +21,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planarc.codegen.aliases import Aliases
-from planarc.codegen.blocks import FEWEST, BlockWriter, Derived, derive_block
+from planarc.codegen.blocks import BlockWriter, Derived, derive_block
 from planarc.codegen.factoring import Factoring, shorten_levels
 from planarc.codegen.layout import Layout
-from planarc.codegen.reach import Reach, defined, is_constant, needed_steps, split_steps, values
+from planarc.codegen.reach import (
+    FEWEST,
+    Reach,
+    defined,
+    is_constant,
+    needed_steps,
+    split_steps,
+    values,
+)
 from planarc.codegen.statements import Lister, Temporaries, is_trivial
 from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.expr import Expr, Op, postorder, symbols
@@ -66,6 +74,7 @@ class _Writer:
         self._blocks = BlockWriter(self._table, self._temporaries)
         self._layout = Layout()
         self._parts: dict[Expr, Expr] = {}  # formulas of parameters alone -> their symbols
+        self._late: frozenset[Expr] = frozenset()
         self._samples: Samples | None = None
         self._short = shorten_levels(self._table, sorted.levels)
         self._first = {c.symbol: i for i, c in enumerate(sorted.candidates)}
@@ -79,6 +88,7 @@ class _Writer:
         names = {p.name for p in self._dae.parameters}
         names.update(a.target.name for a in reach.constant if a.target.order == 0)
         homes, fixed_lets, moving_lets = self._home_aliases(names)
+        self._late = reach.late
         levels, rest = self._derive(reach)
         moving = [f for steps in (*levels, rest) for s in steps for f in _formulas(s)]
         moving += [*zeros, *initial, *(v for _, v, _ in discrete), *(v for _, v in moving_lets)]
@@ -162,7 +172,7 @@ class _Writer:
                 self._samples.assign(step.target, step.value)
             return step
         first = self._first[step.tears[0]] if height and step.tears else -1
-        return derive_block(self._table, step, height, first, factoring, self._samples)
+        return derive_block(self._table, step, height, first, factoring, self._samples, self._late)
 
     def _home_aliases(
         self, names: set[str]
