@@ -15,7 +15,7 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9 and 7.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
-from planarc.flatten import expressions, lookup, references
+from planarc.flatten import expressions, lookup, naming, references
 from planarc.flatten.conform import expect, type_text
 from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
@@ -185,7 +185,7 @@ def check_attribute_names(leaf: Leaf) -> None:
                 "F222",
                 f"the variable `{leaf.name}` has no attribute `{name}` to modify",
                 mod.span,
-                hint=lookup.suggestion(name, ATTRIBUTES),
+                hint=naming.suggestion(name, ATTRIBUTES),
             )
 
 

@@ -6,7 +6,14 @@ Reference: Modelica Language Specification 3.6, sections 12.6 and 4.9.5.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.flatten import evaluate, expressions, functions, lookup, redeclare
+from planarc.flatten import (
+    evaluate,
+    expressions,
+    function_variables,
+    lookup,
+    naming,
+    redeclare,
+)
 from planarc.flatten.conform import expect
 from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
@@ -32,7 +39,7 @@ def record_type(cls: Class, session: Session) -> flat.Type:
 def _field_type(element: Element, session: Session) -> flat.Type:
     definition, scope, _ = redeclare.effective_component(element)
     cls = lookup.find_class(scope, definition.type)
-    type_, layout = functions.variable_type(cls, session, definition.span)
+    type_, layout = function_variables.variable_type(cls, session, definition.span)
     written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
     written += layout.dimensions
     dims: list[int | None] = []
@@ -69,7 +76,7 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
                 "F290",
                 f"the record `{cls.name}` has no field `{named.name}`",
                 named.span,
-                hint=lookup.suggestion(named.name, names),
+                hint=naming.suggestion(named.name, names),
             )
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)

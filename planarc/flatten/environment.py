@@ -9,7 +9,7 @@ from planarc.flatten.tree import Scope, Session
 from planarc.ir import flat
 
 if TYPE_CHECKING:
-    from planarc.flatten.functions import FunctionBuilder
+    from planarc.flatten.function_signature import FunctionBuilder
 
 
 @dataclass(slots=True, frozen=True)

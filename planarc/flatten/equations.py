@@ -20,7 +20,8 @@ from typing import Any
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import evaluate
-from planarc.flatten.calls import result_types, type_call
+from planarc.flatten.call_arguments import result_types
+from planarc.flatten.calls import type_call
 from planarc.flatten.comprehension import iteration_values
 from planarc.flatten.conform import type_text, unify
 from planarc.flatten.environment import Env

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 from planarc.core.diagnostic import error
-from planarc.flatten import calls, comprehension, evaluate, operators, references
+from planarc.flatten import calls, comprehension, evaluate, function_values, operators, references
 from planarc.flatten.conform import expect_scalar, type_text, unify
 from planarc.flatten.environment import Env
 from planarc.flatten.select import array, boolean, integer, string
@@ -146,7 +146,7 @@ def _call(node: syntax.Call, env: Env) -> flat.Expression:
 
 
 def _partial(node: syntax.PartialApplication, env: Env) -> flat.Expression:
-    return calls.type_partial(node, env)
+    return function_values.type_partial(node, env)
 
 
 def _comprehension(node: syntax.Comprehension, env: Env) -> flat.Expression:

@@ -23,7 +23,7 @@ from typing import cast
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
-from planarc.flatten import lookup
+from planarc.flatten import lookup, naming
 from planarc.flatten.tree import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
@@ -170,7 +170,7 @@ def _check_names(modification: syntax.Modification | None, known: Layout, base: 
                 "F222",
                 f"`{base.name}` has no element `{name}` to modify",
                 argument.span,
-                hint=lookup.suggestion(name, known.members),
+                hint=naming.suggestion(name, known.members),
             )
 
 

@@ -17,7 +17,7 @@ from itertools import product
 from math import prod
 
 from planarc.core.diagnostic import PlanarcError, Related, error
-from planarc.flatten import annotation, evaluate, inherit, lookup, outer, redeclare, shape
+from planarc.flatten import annotation, evaluate, inherit, lookup, naming, outer, redeclare, shape
 from planarc.flatten.modify import merge, subscript
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import (
@@ -278,7 +278,7 @@ def check_modifier(instance: Instance) -> None:
                 "F222",
                 f"`{instance.cls.name}` has no element `{name}` to modify",
                 mod.span,
-                hint=lookup.suggestion(name, members),
+                hint=naming.suggestion(name, members),
             )
         if name in members and mod.redeclaration is None:
             _check_modified(instance, name, mod)

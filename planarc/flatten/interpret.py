@@ -12,7 +12,7 @@ from contextlib import suppress
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten import compute, evaluate
+from planarc.flatten import compute, evaluator
 from planarc.flatten.constant import NotConstant, Value
 from planarc.ir import flat
 
@@ -30,7 +30,7 @@ class _Leave(Exception):
 class _Run:
     """One call: the variables and a share of the steps."""
 
-    def __init__(self, function: flat.Function, evaluator: evaluate.Evaluator, depth: int) -> None:
+    def __init__(self, function: flat.Function, evaluator: evaluator.Evaluator, depth: int) -> None:
         self.function = function
         self.frame: dict[str, Value] = {}
         self.evaluator = evaluator.with_frame(self.frame)
@@ -174,7 +174,7 @@ def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -
 
 
 def run_function(
-    function: flat.Function, arguments: list[Value], evaluator: evaluate.Evaluator, span: Span
+    function: flat.Function, arguments: list[Value], evaluator: evaluator.Evaluator, span: Span
 ) -> list[Value]:
     """The results of a call with known arguments."""
     depth = evaluator.depth + 1

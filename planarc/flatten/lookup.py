@@ -17,12 +17,9 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from difflib import get_close_matches
-
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
-from planarc.flatten import inherit, instantiate, predefined, redeclare
+from planarc.flatten import inherit, instantiate, naming, predefined, redeclare
 from planarc.flatten.modify import compile_modification, merge
 from planarc.flatten.tree import (
     Class,
@@ -207,7 +204,9 @@ def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
             "F210",
             f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist",
             span,
-            hint=suggestion(path[-1], scope.session.library.class_names(".".join(path[:-1]))),
+            hint=naming.suggestion(
+                path[-1], scope.session.library.class_names(".".join(path[:-1]))
+            ),
         )
     return element
 
@@ -243,9 +242,9 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
     for step in names[1:]:
         found = member(static_instance(cls), step)
         if found is None:
-            raise missing_member(cls, step, name.span)
+            raise naming.missing_member(cls, step, name.span)
         if found.protected:
-            raise protected_error(step, cls.name, name.span)
+            raise naming.protected_error(step, cls.name, name.span)
         cls = _as_class(found, step, name.span)
     return cls
 
@@ -260,7 +259,7 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
         return element
     found = find(scope, name)
     if found is None:
-        raise unknown(scope, name, ref.span)
+        raise naming.unknown(scope, name, ref.span)
     return found[0]
 
 
@@ -273,13 +272,13 @@ def _class_through_component(element: Element, names: tuple[str, ...], ref: synt
             break
         found = member(node, step)
         if found is None:
-            raise missing_member(node.cls, step, ref.span)
+            raise naming.missing_member(node.cls, step, ref.span)
         if found.is_class:
             cls = redeclare.class_of(found, ref.span)
             for rest in names[index + 1 :]:
                 inside = member(static_instance(cls), rest)
                 if inside is None:
-                    raise missing_member(cls, rest, ref.span)
+                    raise naming.missing_member(cls, rest, ref.span)
                 cls = _as_class(inside, rest, ref.span)
             return cls
         node = instantiate.node_of(found)
@@ -298,60 +297,3 @@ def _as_class(element: Element, name: str, span: Span) -> Class:
 
 
 # Messages ----------------------------------------------------------------------------------------
-
-
-def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:
-    where = scope.instance.cls.name
-    return error(
-        "F210",
-        f"unknown {what} `{name}`" + (f" in `{where}`" if where else ""),
-        span,
-        hint=suggestion(name, names_in_sight(scope)),
-    )
-
-
-def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
-    return error(
-        "F213",
-        f"`{cls.name}` has no element `{name}`",
-        span,
-        hint=suggestion(name, member_names(static_instance(cls))),
-    )
-
-
-def protected_error(name: str, owner: str, span: Span) -> PlanarcError:
-    return error("F214", f"`{name}` is protected in `{owner}`", span)
-
-
-def names_in_sight(scope: Scope) -> list[str]:
-    names: list[str] = []
-    current: Scope | None = scope
-    while current is not None:
-        names += sorted(current.part.visible)
-        for clause in current.part.imports:
-            names += clause.names or ([] if clause.wildcard else [clause.alias or clause.path[-1]])
-        for entry in current.part.entries:
-            names += entry.child_names()
-        current = None if current.part.definition.encapsulated else current.parent
-    return [*names, *predefined.NAMES]
-
-
-def member_names(instance: Instance) -> list[str]:
-    names = list(instance.layout.members)
-    if instance.layout.builtin is not None:
-        names += instance.layout.builtin.literals
-    for part in instance.layout.parts:
-        if part.cls.entry is not None and part.cls.entry.open:
-            names += part.cls.entry.child_names()
-    return names
-
-
-def suggestion(name: str, candidates: Iterable[str]) -> str | None:
-    """A hint that names what the user may have meant."""
-    near = get_close_matches(name, list(dict.fromkeys(candidates)), 3, 0.65)
-    if not near:
-        lower = name.lower()
-        near = [c for c in dict.fromkeys(candidates) if c.lower() == lower][:1]
-    if not near:
-        return None
-    return "did you mean " + " or ".join(f"`{n}`" for n in near) + "?"

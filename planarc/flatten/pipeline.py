@@ -28,7 +28,8 @@ from planarc.flatten.gather import Gathered, gather, variable_of
 from planarc.flatten.inherit import layout_of
 from planarc.flatten.instantiate import check_modifier, instantiate_model
 from planarc.flatten.library import Library, split_name
-from planarc.flatten.lookup import member, static_instance, suggestion
+from planarc.flatten.lookup import member, static_instance
+from planarc.flatten.naming import suggestion
 from planarc.flatten.occurrences import names_in
 from planarc.flatten.parameters import check_parameters
 from planarc.flatten.reachable import called_functions

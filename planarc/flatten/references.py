@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
-from planarc.flatten import bindings, evaluate, expressions, instantiate, lookup, redeclare
+from planarc.flatten import bindings, evaluate, expressions, instantiate, lookup, naming, redeclare
 from planarc.flatten.conform import counted, type_text
 from planarc.flatten.environment import Env
 from planarc.flatten.select import array, integer, subscripted
@@ -76,7 +76,7 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
         found = lookup.find(env.scope, first.name)
         element, own = found if found is not None else (None, False)
     if element is None:
-        raise lookup.unknown(env.scope, first.name, ref.span)
+        raise naming.unknown(env.scope, first.name, ref.span)
     view = _open(element, own, first, ref, env)
     for part in ref.parts[1:]:
         view = step(view, part, ref, env)
@@ -115,9 +115,9 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, Instance):
         element = lookup.member(view, part.name)
         if element is None:
-            raise lookup.missing_member(view.cls, part.name, ref.span)
+            raise naming.missing_member(view.cls, part.name, ref.span)
         if element.protected:
-            raise lookup.protected_error(part.name, view.cls.name, ref.span)
+            raise naming.protected_error(part.name, view.cls.name, ref.span)
         if element.is_class:
             return redeclare.class_of(element, ref.span)
         return select(instantiate.node_of(element), part.subscripts, env, ref)
@@ -135,9 +135,9 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
         return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
     element = lookup.member(instance, part.name)
     if element is None:
-        raise lookup.missing_member(cls, part.name, ref.span)
+        raise naming.missing_member(cls, part.name, ref.span)
     if element.protected:
-        raise lookup.protected_error(part.name, cls.name, ref.span)
+        raise naming.protected_error(part.name, cls.name, ref.span)
     if element.is_class:
         return redeclare.class_of(element, ref.span)
     return select(instantiate.node_of(element), part.subscripts, env, ref)

@@ -18,6 +18,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import (
     bindings,
+    call_arguments,
     calls,
     comprehension,
     evaluate,
@@ -125,7 +126,7 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
     call = calls.type_call(node.value, env, results=True)
     if not isinstance(call, flat.Call):
         raise error("F302", f"`{node.value.function}` has one result only", node.span)
-    types = calls.result_types(call, env)
+    types = call_arguments.result_types(call, env)
     check_result_count(len(node.targets), len(types), node.value, node.span)
     targets: list[flat.Reference | None] = []
     for target, type_ in zip(node.targets, types, strict=False):

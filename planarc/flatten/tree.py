@@ -26,7 +26,7 @@ from planarc.ir import flat, syntax
 
 if TYPE_CHECKING:
     from planarc.flatten.constant import Value
-    from planarc.flatten.functions import FunctionInfo, Signature
+    from planarc.flatten.function_signature import FunctionInfo, Signature
     from planarc.flatten.library import Entry, Library
     from planarc.flatten.rooting import Rooting
 

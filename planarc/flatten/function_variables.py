@@ -1,0 +1,159 @@
+"""The variables of a function: inputs, outputs and locals, with types and sizes.
+
+A size that depends on an argument is kept as an expression; a type may be built-in, a
+record, or the interface of a function that is handed in.
+
+Reference: Modelica Language Specification 3.6, sections 12.1, 12.2 and 12.4.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten import (
+    constructors,
+    evaluate,
+    expressions,
+    function_signature,
+    inherit,
+    lookup,
+    redeclare,
+)
+from planarc.flatten.conform import expect
+from planarc.flatten.environment import Env
+from planarc.flatten.modify import merge
+from planarc.flatten.tree import Class, Instance, Layout, Scope, Session
+from planarc.ir import flat, syntax
+
+
+def declare_variables(
+    instance: Instance,
+    builder: function_signature.FunctionBuilder,
+    signature: function_signature.Signature,
+) -> list[tuple[flat.Variable, syntax.Causality]]:
+    """The variables of a function, in order of declaration."""
+    found: list[tuple[flat.Variable, syntax.Causality]] = []
+    names: dict[str, flat.Expression] = {}
+    for name, (_, definition) in instance.layout.members.items():
+        if isinstance(definition, syntax.ClassDef):
+            continue
+        variable, causality = _declare(instance, name, names, builder, signature)
+        names[name] = flat.Reference(variable.type, variable.span, name)
+        found.append((variable, causality))
+    return found
+
+
+def _declare(
+    instance: Instance,
+    name: str,
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+    signature: function_signature.Signature,
+) -> tuple[flat.Variable, syntax.Causality]:
+    element = lookup.member(instance, name)
+    assert element is not None
+    definition, scope, mod = redeclare.effective_component(element)
+    env = Env(scope, dict(names), builder)
+    cls = lookup.find_class(scope, definition.type)
+    type_, layout = variable_type(cls, env.session, definition.span)
+    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
+    written += layout.dimensions
+    merged = merge(mod, cls.mod, name) if cls.mod else mod
+    binding = merged.binding
+    causality = (
+        layout.causality if definition.causality is syntax.Causality.NONE else definition.causality
+    )
+    value = None
+    is_input = causality is syntax.Causality.INPUT
+    if binding is not None and is_input:
+        signature.defaults[name] = (binding.expression, binding.scope)
+    elif binding is not None:
+        own = env if binding.scope is scope else Env(binding.scope, dict(names), builder)
+        value = expressions.type_expression(binding.expression, own)
+    own_type = type_.with_dims((None,) * len(written))
+    itself = flat.Reference(own_type, definition.span, name)
+    dims, sizes = _dims(written, {**names, name: itself}, builder, value)
+    type_ = type_.with_dims(dims + type_.dims)
+    if value is not None:
+        expect(type_, value, f"the value of `{name}`")
+    if value is not None and definition.variability is syntax.Variability.CONSTANT:
+        signature.constants[name] = value
+    if (
+        not is_input
+        and causality is syntax.Causality.NONE
+        and instance.layout.parts[0].definition.kind is syntax.ClassKind.FUNCTION
+        and not (definition.prefixes.protected or element.protected)
+        and definition.variability is not syntax.Variability.CONSTANT
+    ):
+        env.session.warn(
+            "F296",
+            f"the local variable `{name}` of the function `{instance.cls.name}` is public",
+            definition.span,
+            "declare it under `protected`",
+        )
+    return (
+        flat.Variable(
+            name,
+            type_,
+            flat.Variability.CONTINUOUS,
+            definition.span,
+            value,
+            causality=causality.value,
+            description=definition.comment,
+            sizes=sizes,
+        ),
+        causality,
+    )
+
+
+def _dims(
+    written: list[tuple[syntax.Expression, Scope]],
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+    value: flat.Expression | None,
+) -> tuple[tuple[int | None, ...], tuple[flat.Expression | None, ...]]:
+    """Sizes that are known, and expressions for those that are known only when run."""
+    dims: list[int | None] = []
+    sizes: list[flat.Expression | None] = []
+    for k, (expression, scope) in enumerate(written):
+        if isinstance(expression, syntax.Colon):
+            known = None
+            if value is not None and k < len(value.type.dims):
+                known = value.type.dims[k]
+            dims.append(known)
+            sizes.append(None)
+            continue
+        typed = expressions.type_expression(expression, Env(scope, dict(names), builder))
+        size = evaluate.try_value(typed, Env(scope, dict(names), builder), mark=True)
+        dims.append(size if isinstance(size, int) else None)
+        sizes.append(None if isinstance(size, int) else typed)
+    if all(s is None for s in sizes):
+        return tuple(dims), ()
+    return tuple(dims), tuple(sizes)
+
+
+def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, Layout]:
+    """The type of a variable of a function: built-in, record, or a function itself."""
+    layout = inherit.layout_of(cls)
+    if layout.builtin is not None:
+        return layout.builtin, layout
+    if layout.kind is syntax.ClassKind.RECORD:
+        return constructors.record_type(cls, session), layout
+    if layout.kind is syntax.ClassKind.FUNCTION:
+        return _formal_type(cls, session), layout
+    raise error(
+        "F297", f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`", span
+    )
+
+
+def _formal_type(cls: Class, session: Session) -> flat.Type:
+    """The type of an input that is a function: the interface that it declares."""
+    if cls.name not in session.formals:
+        signature = function_signature.Signature(cls.name)
+        variables = declare_variables(
+            lookup.static_instance(cls), function_signature.FunctionBuilder(signature), signature
+        )
+        signature.inputs = tuple(v for v, c in variables if c is syntax.Causality.INPUT)
+        signature.outputs = tuple(v for v, c in variables if c is syntax.Causality.OUTPUT)
+        session.formals[cls.name] = signature
+    return flat.Type(flat.Base.FUNCTION, name=cls.name)
