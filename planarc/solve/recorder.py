@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
+from planarc.core.diagnostic import error
 from planarc.ir.program import Kernel, Program
 
 if TYPE_CHECKING:
@@ -42,8 +43,15 @@ class Recorder:
         #: An event this near to a row asked for takes its place.
         self.near = 1e-9 * float(np.min(np.diff(grid))) if len(grid) > 1 else 0.0
         self._copy = _copier(kernel, self.slots)
-        self.time = np.empty(len(grid) + 16)
-        self.data = np.empty((len(grid) + 16, len(self.slots)))
+        rows = len(grid) + 16
+        try:
+            self.time, self.data = np.empty(rows), np.empty((rows, len(self.slots)))
+        except MemoryError:
+            raise error(
+                "R403",
+                f"{len(grid)} rows of {len(self.slots)} numbers do not fit into memory",
+                hint="choose a longer interval",
+            ) from None
 
     def reserve(self, rows: int) -> None:
         """Makes room for so many rows more. New arrays count one `edition` up."""
