@@ -131,7 +131,7 @@ class NativeKernel:
 
     def parameters(self) -> int:
         self._started = False
-        return self._call_parameters(0.0)
+        return self._call_parameters(float(self.w[0]))
 
     def select(self, selection: Sequence[int]) -> None:
         program, numbers = self._program, self._numbers
