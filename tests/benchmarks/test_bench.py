@@ -26,3 +26,13 @@ def test_a_four_bar_is_run_again_and_again() -> None:
     number, unit = row.split()[-2:]
     assert float(number) > 0
     assert unit == "ms"
+
+
+def test_flattening_is_measured() -> None:
+    command = [sys.executable, str(BENCH.with_name("flatten_bench.py")), "--only", "20"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    _, first, *rest = done.stdout.splitlines()
+    assert first.startswith("flatten, 20 links ")
+    assert float(first.split()[3]) > 0
+    assert [row.split()[:3] for row in rest] == [["flatten,", "40", "links"]]
+    assert 1 < float(rest[0].split()[5]) < 10
