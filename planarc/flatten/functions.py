@@ -170,7 +170,8 @@ def _plain_builtin(
 
 
 def _hidden_input(leaf: Leaf) -> flat.Variable:
-    return flat.Variable(leaf.name, leaf.type, leaf.variability, leaf.span, causality="input")
+    kind = flat.Variability.CONTINUOUS
+    return flat.Variable(leaf.name, leaf.type, kind, leaf.span, causality="input")
 
 
 # Special functions -----------------------------------------------------------------------------

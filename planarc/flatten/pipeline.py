@@ -32,7 +32,7 @@ from planarc.flatten.lookup import member, static_instance
 from planarc.flatten.naming import suggestion
 from planarc.flatten.occurrences import names_in
 from planarc.flatten.parameters import check_parameters
-from planarc.flatten.reachable import called_functions
+from planarc.flatten.reachable import with_functions
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.redundancy import redundant_unknowns
 from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Part, Scope, Session
@@ -148,6 +148,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     check_modifier(root)
     found = gather(root)
     connections = found.joined.connections
+    experiment = annotation.experiment_of(root, session)
     buses = any(is_expandable(i) for i in found.instances)
     used = names_in(found.equations) if buses else set()
     connected = connect_all(connections, found.leaves, found.rooting, used, session)
@@ -156,7 +157,6 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
-    experiment = annotation.experiment_of(root, session)
     if not session.errors:
         check_parameters(pairs, session)
         problem = check_balance(
@@ -187,14 +187,14 @@ def _model(
         for i in found.instances
         if i.prefix
     )
-    return flat.FlatModel(
+    model = flat.FlatModel(
         root.cls.name,
         tuple(variables),
         tuple(equations),
         tuple(found.initial_equations),
         tuple(found.algorithms),
         tuple(found.initial_algorithms),
-        called_functions(root.session, variables, equations, found),
+        (),
         tuple(found.visuals),
         parts,
         tuple(connected.physical),
@@ -202,3 +202,4 @@ def _model(
         definition.comment,
         definition.name_span,
     )
+    return with_functions(model, root.session)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from planarc.flatten.tree import Session
 from planarc.ir import flat
+from planarc.ir.flatwalk import children
 
 _CONSTANT = flat.Variability.CONSTANT
 _DISCRETE = flat.Variability.DISCRETE
@@ -75,33 +76,3 @@ def _highest(
         if highest is _CONTINUOUS:
             break
     return highest
-
-
-def children(expression: flat.Expression) -> tuple[flat.Expression, ...]:
-    """The direct parts of an expression."""
-    match expression:
-        case flat.Literal() | flat.Slice():
-            return ()
-        case flat.Reference(subscripts=subscripts):
-            return subscripts
-        case flat.Unary(operand=operand):
-            return (operand,)
-        case flat.Binary(left=left, right=right):
-            return (left, right)
-        case flat.If(branches=branches, otherwise=otherwise):
-            return (*(e for b in branches for e in b), otherwise)
-        case flat.Array(items=items) | flat.Record(items=items):
-            return items
-        case flat.Range(start=start, step=step, stop=stop):
-            return (start, stop) if step is None else (start, step, stop)
-        case flat.Index(base=base, subscripts=subscripts):
-            return (base, *subscripts)
-        case flat.Field(base=base):
-            return (base,)
-        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
-            return arguments
-        case flat.PartialCall(bound=bound):
-            return tuple(e for _, e in bound)
-        case flat.Comprehension(body=body, iterators=iterators):
-            return (body, *(e for _, e in iterators))
-    raise TypeError(f"not an expression: {expression!r}")

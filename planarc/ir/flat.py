@@ -407,6 +407,7 @@ class Function:
     derivative_of: tuple[str, tuple[str, ...]] | None = None
     derivatives: tuple[tuple[str, int], ...] = ()  # annotation: (function, order)
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    partial: bool = False  # only the interface of an input that is a function; has no body
 
 
 # What is drawn and how it is run ----------------------------------------------------------------

@@ -11,6 +11,7 @@ bindings fit their variables, conditions are Boolean.
 from __future__ import annotations
 
 from planarc.ir import flat
+from planarc.ir.flatwalk import children
 
 
 class BrokenPromise(AssertionError):
@@ -37,6 +38,8 @@ class _Checker:
         while stack:
             node = stack.pop()
             self.node(node)
+            if isinstance(node, flat.Comprehension):
+                continue  # its body sees its iterators, which are not declared
             stack.extend(children(node))
 
     def node(self, node: flat.Expression) -> None:
@@ -205,32 +208,6 @@ class _Checker:
         self.where = f"the function `{function.name}`"
         self.statements(function.body)
         self.types = outer
-
-
-def children(node: flat.Expression) -> tuple[flat.Expression, ...]:
-    """The direct parts; those of a comprehension are left out, they see its iterators."""
-    match node:
-        case flat.Reference(subscripts=subscripts):
-            return subscripts
-        case flat.Unary(operand=operand):
-            return (operand,)
-        case flat.Binary(left=left, right=right):
-            return (left, right)
-        case flat.If(branches=branches, otherwise=otherwise):
-            return (*(e for b in branches for e in b), otherwise)
-        case flat.Array(items=items) | flat.Record(items=items):
-            return items
-        case flat.Range(start=start, step=step, stop=stop):
-            return (start, stop) if step is None else (start, step, stop)
-        case flat.Index(base=base, subscripts=subscripts):
-            return (base, *subscripts)
-        case flat.Field(base=base):
-            return (base,)
-        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
-            return arguments
-        case flat.PartialCall(bound=bound):
-            return tuple(e for _, e in bound)
-    return ()
 
 
 def same_shape(left: flat.Type, right: flat.Type) -> bool:

@@ -18,10 +18,12 @@ Example:
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from planarc.ir import flat
+from planarc.ir.flatwalk import expressions_of_function, expressions_of_model, nodes_of
 
-_PLAIN = re.compile(r"^[A-Za-z_][A-Za-z_0-9]*$")
+_PLAIN = re.compile(r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$")
 
 #: strength of operators; an operand that binds less is put in parentheses (3.2)
 _STRENGTH = {
@@ -371,7 +373,8 @@ def print_function(function: flat.Function) -> str:
     if function.derivative_of is not None:
         of, inputs = function.derivative_of
         return f"function {name} = der({quoted(of)}, {', '.join(inputs)});"
-    lines = [f"function {name}"]
+    head = "partial function" if function.partial else "function"
+    lines = [f"{head} {name}"]
     lines += [f"  {print_variable(v)};" for v in (*function.inputs, *function.outputs)]
     if function.locals:
         lines += ["protected", *(f"  {print_variable(v)};" for v in function.locals)]
@@ -379,7 +382,7 @@ def print_function(function: flat.Function) -> str:
         arguments = ", ".join(quoted(v.name) for v in function.inputs)
         result = quoted(function.outputs[0].name)
         lines.append(f'external "builtin" {result} = {function.external}({arguments});')
-    else:
+    elif not function.partial:
         own = (*function.outputs, *function.locals)
         records = frozenset(v.name for v in own if v.type.base is flat.Base.RECORD)
         lines += ["algorithm", *_body(function.body, 0, records)]
@@ -390,12 +393,16 @@ def print_function(function: flat.Function) -> str:
 
 
 def _named_types(model: flat.FlatModel) -> dict[str, flat.Type]:
-    """Enumerations and records that declarations name, in order."""
+    """Enumerations and records that are named somewhere, in order."""
     found: dict[str, flat.Type] = {}
     variables = list(model.variables)
+    expressions = list(expressions_of_model(replace(model, visuals=())))
     for function in model.functions:
         variables += [*function.inputs, *function.outputs, *function.locals]
-    stack = [v.type for v in reversed(variables)]
+        expressions += expressions_of_function(function)
+    stack = [v.type for v in variables]
+    stack += [e.type for e in nodes_of(expressions) if isinstance(e, flat.Literal | flat.Record)]
+    stack.reverse()
     while stack:
         type_ = stack.pop()
         if type_.name and type_.name not in found and type_.base in _RECORD_NAMES:

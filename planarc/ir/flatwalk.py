@@ -1,0 +1,134 @@
+"""Walks over the flat model: the parts of expressions, the expressions of equations.
+
+All walks are iterative and keep the order of the text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from planarc.ir import flat
+
+
+def children(expression: flat.Expression) -> tuple[flat.Expression, ...]:
+    """The direct parts of an expression."""
+    match expression:
+        case flat.Literal() | flat.Slice():
+            return ()
+        case flat.Reference(subscripts=subscripts):
+            return subscripts
+        case flat.Unary(operand=operand):
+            return (operand,)
+        case flat.Binary(left=left, right=right):
+            return (left, right)
+        case flat.If(branches=branches, otherwise=otherwise):
+            return (*(e for b in branches for e in b), otherwise)
+        case flat.Array(items=items) | flat.Record(items=items):
+            return items
+        case flat.Range(start=start, step=step, stop=stop):
+            return (start, stop) if step is None else (start, step, stop)
+        case flat.Index(base=base, subscripts=subscripts):
+            return (base, *subscripts)
+        case flat.Field(base=base):
+            return (base,)
+        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
+            return arguments
+        case flat.PartialCall(bound=bound):
+            return tuple(e for _, e in bound)
+        case flat.Comprehension(body=body, iterators=iterators):
+            return (body, *(e for _, e in iterators))
+    raise TypeError(f"not an expression: {expression!r}")
+
+
+def nodes_of(expressions: Iterable[flat.Expression]) -> Iterator[flat.Expression]:
+    """Expressions and all their parts, from left to right."""
+    stack = list(expressions)
+    stack.reverse()
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(reversed(children(node)))
+
+
+def expressions_of_variable(variable: flat.Variable) -> Iterator[flat.Expression]:
+    """The binding, the attributes, and the sizes."""
+    a = variable.attributes
+    values = (variable.binding, a.start, a.fixed, a.min, a.max, a.nominal, *variable.sizes)
+    yield from (v for v in values if v is not None)
+
+
+def expressions_of_equations(
+    equations: Iterable[flat.Equation],
+) -> Iterator[flat.Expression]:
+    """The expressions of equations, those inside branches too."""
+    stack = list(equations)
+    stack.reverse()
+    while stack:
+        equation = stack.pop()
+        match equation:
+            case flat.Equality(left=left, right=right):
+                items = left.items if isinstance(left, flat.Targets) else (left,)
+                yield from (i for i in items if i is not None)
+                yield right
+            case flat.IfEquation(branches=branches, otherwise=otherwise):
+                yield from (c for c, _ in branches)
+                inner = [e for _, body in branches for e in body] + list(otherwise)
+                stack.extend(reversed(inner))
+            case flat.WhenEquation(branches=branches):
+                yield from (c for c, _ in branches)
+                stack.extend(reversed([e for _, body in branches for e in body]))
+            case flat.Reinit(variable=variable, value=value):
+                yield from (variable, value)
+            case flat.Assert(condition=condition, message=message):
+                yield from (condition, message)
+            case flat.Terminate(message=message):
+                yield message
+
+
+def expressions_of_statements(
+    statements: Iterable[flat.Statement],
+) -> Iterator[flat.Expression]:
+    """The expressions of statements, targets and those inside branches and loops too."""
+    stack = list(statements)
+    stack.reverse()
+    while stack:
+        statement = stack.pop()
+        match statement:
+            case flat.Assignment(target=target, value=value):
+                yield from (target, value)
+            case flat.TupleAssignment(targets=targets, value=call):
+                yield from (t for t in targets if t is not None)
+                yield call
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                yield from (c for c, _ in branches)
+                inner = [s for _, body in branches for s in body] + list(otherwise)
+                stack.extend(reversed(inner))
+            case flat.WhenStatement(branches=branches):
+                yield from (c for c, _ in branches)
+                stack.extend(reversed([s for _, body in branches for s in body]))
+            case flat.ForStatement(range=range_, body=body):
+                yield range_
+                stack.extend(reversed(body))
+            case flat.WhileStatement(condition=condition, body=body):
+                yield condition
+                stack.extend(reversed(body))
+            case flat.Assert() | flat.Terminate() | flat.Reinit():
+                yield from expressions_of_equations([statement])
+
+
+def expressions_of_function(function: flat.Function) -> Iterator[flat.Expression]:
+    for variable in (*function.inputs, *function.outputs, *function.locals):
+        yield from expressions_of_variable(variable)
+    yield from expressions_of_statements(function.body)
+
+
+def expressions_of_model(model: flat.FlatModel) -> Iterator[flat.Expression]:
+    """All expressions of a model but those of its functions."""
+    for variable in model.variables:
+        yield from expressions_of_variable(variable)
+    yield from expressions_of_equations(model.initial_equations)
+    yield from expressions_of_equations(model.equations)
+    for algorithm in (*model.initial_algorithms, *model.algorithms):
+        yield from expressions_of_statements(algorithm.statements)
+    for visual in model.visuals:
+        yield from (value for _, value in visual.attributes)
