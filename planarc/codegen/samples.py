@@ -77,7 +77,8 @@ class Samples:
             moved = self._spread * self._random.uniform(-1.0, 1.0, len(SPREAD))
             x[:, j] = self._starts.get(tear, np.ones(len(SPREAD))) + moved
         with np.errstate(all="ignore"):
-            for _ in range(_STEPS if block.free else 0):
+            below = any(tear in self._starts for tear in block.tears)
+            for _ in range(_STEPS if below and block.residuals else 0):
                 self._put(block, x)
                 step = _least(*self._linearised(block, formulas))
                 x -= np.clip(step, -0.5, 0.5)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.codegen.native.printer import ir
 from planarc.codegen.native.runtime import runtime_text
+from planarc.core import cache as store
 
 if TYPE_CHECKING:
     from planarc.ir.program import Program
@@ -48,8 +49,15 @@ def key() -> str:
 
 @cache
 def _runtime() -> bytes:
-    passes = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
-    return _compiled(runtime_text(), 1, passes)
+    """The runtime's object code; it is the same for all models, and kept on disk."""
+    text = runtime_text()
+    name = store.key("runtime", key(), text)
+    known = store.load("native", name)
+    if known is None:
+        passes = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
+        known = _compiled(text, 1, passes)
+        store.store("native", name, known)
+    return known
 
 
 def _features() -> str:

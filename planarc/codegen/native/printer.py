@@ -9,7 +9,7 @@ Out:  one module with the functions
 and the constant `pc_blocks`: how many blocks, then each block's record
 (`planarc.ir.frame`). A function reads and writes the workspace, gives 0 or the flag
 of a block that failed, and solves blocks with `pc_start`, `pc_step` and `pc_linear`,
-which are the same for all models (`runtime`).
+which are the same for all models (`newton`).
 
 Example, a block of one tear, compare with the NumPy text:
 
@@ -32,7 +32,7 @@ from collections.abc import Iterable, Sequence
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import DECLARATIONS, formula, real
-from planarc.codegen.native.runtime import NOT_FINITE
+from planarc.codegen.native.newton import NOT_FINITE
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS

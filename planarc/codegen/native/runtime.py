@@ -1,25 +1,16 @@
-"""Newton's method and the kernel's functions, in LLVM: the same for every model.
+"""The native kernel's functions, in LLVM: the same for every model.
 
-The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
-`solve.kernels.numpy_block`, which says the same in Python.
+    pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.program.Kernel`
+    pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
 
-    pc_start(frame, t, record)       the tears' first values into w
-    pc_step(frame, record) -> flag   better tears from residuals and Jacobian
-    pc_linear(frame, record) -> flag tears of a linear block, from its residuals at zero
-    pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate
-    pc_cv_rhs, pc_cv_roots           the first two as CVODE calls them
+and Newton's method (`newton`). The model's own functions are `printer`'s.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
-from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
-from planarc.ir.newton import FAR, HALVINGS, QUADRATIC, SINGULAR, STEPS_BELOW, STEPS_TOP
-
-#: Flags that `pc_step` gives.
-DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
+from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.ir.frame import Frame, Mode, Number, Record
 
 _DECLARED = """
 declare double @llvm.fabs.f64(double)
@@ -34,283 +25,24 @@ declare i32 @pc_zeros(ptr, double, ptr)
 def runtime_text() -> str:
     """The whole module."""
     functions = (
-        _start(), _step(), _linear(), _solve(), _states(), _rhs(), _outputs(), _roots(), _accept(),
-        _evaluate(), _cv_rhs(), _cv_roots(),
-    )  # fmt: skip
+        *newton_functions(),
+        _states(),
+        _rhs(),
+        _outputs(),
+        _roots(),
+        _accept(),
+        _evaluate(),
+        _cv_rhs(),
+        _cv_roots(),
+    )
     return _DECLARED + "\n".join(functions)
-
-
-def _frame(frame: Value) -> tuple[Value, Value, Value, Value]:
-    """w, numbers, accepted, area."""
-    w, numbers, accepted, area = (
-        frame.load(POINTER, i) for i in (Frame.W, Frame.NUMBERS, Frame.ACCEPTED, Frame.AREA)
-    )
-    return w, numbers, accepted, area
-
-
-class _Block:
-    """A block's numbers and arrays, by the names of `numpy_block`."""
-
-    def __init__(self, frame: Value, record: Value) -> None:
-        self.w, self.numbers, self.accepted, area = _frame(frame)
-        self.index = record.load(INT, Record.INDEX)
-        self.n = record.load(INT, Record.TEARS)
-        self.m = record.load(INT, Record.RESIDUALS)
-        self.below = record.load(INT, Record.BELOW).equals(1)
-        self.total = record.load(INT, Record.TOTAL)
-        self.first = record.load(INT, Record.ACCEPTED)
-        self.solved = self.numbers.at(record.load(INT, Record.SOLVED))
-        self.slots = record.at(Record.SLOTS)
-        self.state = area.at(record.load(INT, Record.AREA))
-        self.residuals = self.state.at(ARRAYS)
-        self.jacobian = self.residuals.at(self.m)
-        self.seeds = self.jacobian.at(self.m * self.n)
-        self.change = self.seeds.at(self.n)
-        self.sizes = self.change.at(self.m)
-        self.before = self.sizes.at(self.m)
-        self.origin = self.before.at(self.n)
-        self.matrix = area.at(record.load(INT, Record.SHARED))
-
-    def x(self, tear: Value) -> Value:
-        """Where the value of a tear is."""
-        return self.w.at(self.slots.load(INT, tear))
-
-
-def _start() -> str:
-    c = Code("pc_start", "void", [(POINTER, "frame"), (REAL, "t"), (POINTER, "record")])
-    frame, t, record = c.arguments
-    b = _Block(frame, record)
-    b.state.store(0.0, COUNT)
-    top, below, moved = c.label(), c.label(), c.label()
-    c.branch(b.below, below, top)
-    c.begin(top)
-    with c.loop(b.n) as i:
-        b.x(i).store(b.accepted.load(REAL, b.first + i))
-    c.give()
-    c.begin(below)
-    given = c.label()
-    c.branch((b.numbers.load(INT, Number.MODE) > 0), given, moved)
-    c.begin(given)
-    c.give()
-    c.begin(moved)
-    h = t - b.accepted.load(REAL, b.total * 3)
-    half = h * h * 0.5
-    with c.loop(b.m) as k:
-        i = b.solved.load(INT, k)
-        value = b.accepted.at(b.first + i)
-        velocity = value.load(REAL, b.total)
-        acceleration = value.load(REAL, b.total * 2)
-        x = value.load(REAL) + h * velocity + half * acceleration
-        b.x(i).store(x)
-        b.origin.store(x, i)
-    c.give()
-    return c.text()
-
-
-def _step() -> str:
-    c = Code("pc_step", FLAG, [(POINTER, "frame"), (POINTER, "record")])
-    frame, record = c.arguments
-    b = _Block(frame, record)
-    with c.when(b.below & (b.numbers.load(INT, Number.MODE) > 0), leaves=True):
-        c.give(DONE)
-
-    def position(k: Value) -> Value:
-        """The k-th unknown's position among the tears."""
-        return c.select(b.below, b.solved.load(INT, k), k)
-
-    count = b.state.load(REAL, COUNT)
-    with c.when(count > 0.0):
-        _halve_if_worse(c, b, position)
-    with c.loop(b.m) as i, c.loop(b.m) as k:
-        b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
-    right = b.matrix.at(b.m * b.m)
-    with c.loop(b.m) as i:
-        right.store(b.residuals.load(REAL, i), i)
-    flag = c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m)
-    with c.when(flag < 0, leaves=True):
-        b.numbers.store(b.index, Number.FAILED)
-        c.give(flag)
-    size = c.variable(0.0)
-    with c.loop(b.m) as k:
-        i = position(k)
-        place = b.x(i)
-        x = place.load(REAL)
-        d = b.change.load(REAL, k)
-        moved = x - d
-        b.before.store(x, i)
-        place.store(moved)
-        relative = c.absolute(d) / c.largest(c.absolute(moved), c.constant(1.0, REAL))
-        size.set(c.largest(size.get(), relative))
-    with c.when(~(size.get() < 1e300), leaves=True):
-        _fail(c, b)
-    b.state.store(count + 1.0, COUNT)
-    b.state.store(1.0, FACTOR)
-    b.state.store(_norm(c, b), NORM)
-    with c.when(size.get() < QUADRATIC, leaves=True):
-        _finish(c, b)
-    limit = c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP))
-    with c.when(count + 1.0 >= limit, leaves=True):
-        _fail(c, b)
-    c.give(MORE)
-    return c.text()
-
-
-def _linear() -> str:
-    """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
-    c = Code("pc_linear", FLAG, [(POINTER, "frame"), (POINTER, "record")])
-    frame, record = c.arguments
-    b = _Block(frame, record)
-    right = b.matrix.at(b.m * b.m)
-    given = c.variable(0, INT)
-    with c.when(b.below):
-        given.set(b.numbers.load(INT, Number.MODE))
-        with c.when(given.get().equals(0)), c.loop(b.m) as k:
-            b.x(b.solved.load(INT, k)).store(0.0)
-        with c.loop(b.m) as i:
-            total = c.variable(b.residuals.load(REAL, i))
-            row = b.jacobian.at(i * b.n)
-            with c.loop(b.n) as j:
-                total.set(total.get() + row.load(REAL, j) * b.x(j).load(REAL))
-            b.residuals.store(total.get(), i)
-    with c.when(given.get() > 0, leaves=True):
-        c.give(DONE)
-
-    def position(k: Value) -> Value:
-        return c.select(b.below, b.solved.load(INT, k), k)
-
-    with c.loop(b.m) as i:
-        right.store(b.residuals.load(REAL, i), i)
-        with c.loop(b.m) as k:
-            b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
-    flag = c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m)
-    with c.when(flag < 0, leaves=True):
-        b.numbers.store(b.index, Number.FAILED)
-        c.give(flag)
-    with c.loop(b.m) as k:
-        b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
-    c.give(DONE)
-    return c.text()
-
-
-def _fail(c: Code, b: _Block) -> None:
-    b.numbers.store(b.index, Number.FAILED)
-    c.give(UNSOLVED)
-
-
-def _norm(c: Code, b: _Block) -> Value:
-    """The largest residual, each relative to the size of its row."""
-    norm = c.variable(0.0)
-    with c.loop(b.m) as i:
-        r = c.absolute(b.residuals.load(REAL, i)) / b.sizes.load(REAL, i)
-        norm.set(c.largest(norm.get(), r))
-    return norm.get()
-
-
-def _halve_if_worse(c: Code, b: _Block, position: Callable[[Value], Value]) -> None:
-    worse = ~(_norm(c, b) <= b.state.load(REAL, NORM))
-    with c.when(worse, leaves=True):
-        factor = b.state.load(REAL, FACTOR) * 0.5
-        b.state.store(factor, FACTOR)
-        with c.when(factor < 0.5**HALVINGS, leaves=True):
-            _fail(c, b)
-        with c.loop(b.m) as k:
-            i = position(k)
-            b.x(i).store(b.before.load(REAL, i) - factor * b.change.load(REAL, k))
-        c.give(MORE)
-
-
-def _finish(c: Code, b: _Block) -> None:
-    """Converged; below the top only when not far from where it started."""
-    far = c.variable(0, INT)
-    with c.when(b.below), c.loop(b.m) as k:
-        i = b.solved.load(INT, k)
-        origin = b.origin.load(REAL, i)
-        moved = c.absolute(b.x(i).load(REAL) - origin)
-        limit = c.largest(c.absolute(origin), c.constant(1.0, REAL)) * FAR
-        with c.when(moved > limit):
-            far.set(c.constant(1, INT))
-    with c.when(far.get().equals(1), leaves=True):
-        _fail(c, b)
-    c.give(DONE)
-
-
-def _solve() -> str:
-    """Gaussian elimination in place; pivots are compared relative to their rows.
-
-    m^3/3 operations, and m*b^2 for a matrix of bandwidth b, whose zeros are skipped.
-    """
-    c = Code(
-        "pc_solve",
-        FLAG,
-        [(POINTER, "a"), (POINTER, "r"), (POINTER, "x"), (POINTER, "sizes"), (INT, "m")],
-    )
-    a, r, x, sizes, m = c.arguments
-    with c.loop(m) as i:
-        largest = c.variable(0.0)
-        with c.loop(m) as k:
-            largest.set(c.largest(largest.get(), c.absolute(a.load(REAL, i * m + k))))
-        # Sums with the right side are not finite when one of the two is not.
-        size = largest.get()
-        with c.when(~((size + c.absolute(r.load(REAL, i))) < 1e300), leaves=True):
-            c.give(NOT_FINITE)
-        with c.when(size.equals(0.0), leaves=True):
-            c.give(UNSOLVED)
-        sizes.store(size, i)
-        x.store(size, i)  # exchanged with the rows
-    with c.loop(m) as k:
-        best, most = c.variable(k, INT), c.variable(0.0)
-        with c.loop(m, k) as i:
-            pivot = c.absolute(a.load(REAL, i * m + k)) / x.load(REAL, i)
-            with c.when(pivot > most.get()):
-                best.set(i)
-                most.set(pivot)
-        with c.when(~(most.get() > SINGULAR), leaves=True):
-            c.give(UNSOLVED)
-        p = best.get()
-        with c.when(~p.equals(k)):
-            _exchange(c, a, m, p, k)
-            for array in (r, x):
-                one, two = array.load(REAL, p), array.load(REAL, k)
-                array.store(two, p)
-                array.store(one, k)
-        pivot_row = a.at(k * m)
-        inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, k)
-        end = c.variable(k + 1, INT)  # behind the last entry: narrow bands stay narrow
-        with c.loop(m, k + 1) as j, c.when(~pivot_row.load(REAL, j).equals(0.0)):
-            end.set(j + 1)
-        width = end.get() - k - 1
-        with c.loop(m, k + 1) as i:
-            row = a.at(i * m)
-            factor = row.load(REAL, k) * inverse
-            with c.when(~factor.equals(0.0)):
-                c.subtract(row.at(k + 1), pivot_row.at(k + 1), factor, width)
-                r.store(r.load(REAL, i) - factor * r.load(REAL, k), i)
-    with c.loop(m) as back:
-        i = m - 1 - back
-        total = c.variable(r.load(REAL, i))
-        row = a.at(i * m)
-        with c.loop(m, i + 1) as j:
-            total.set(total.get() - row.load(REAL, j) * x.load(REAL, j))
-        x.store(total.get() / row.load(REAL, i), i)
-    c.give(MORE)
-    return c.text()
-
-
-def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
-    with c.loop(m) as j:
-        one, two = a.load(REAL, p * m + j), a.load(REAL, k * m + j)
-        a.store(two, p * m + j)
-        a.store(one, k * m + j)
-
-
-# The kernel's functions ----------------------------------------------------------------------
 
 
 def _states() -> str:
     """Time and states into the workspace."""
     c = Code("pc_states", "void", [(POINTER, "frame"), (REAL, "t"), (POINTER, "y")])
     frame, t, y = c.arguments
-    w, numbers, _, _ = _frame(frame)
+    w, numbers, _, _ = open_frame(frame)
     w.store(t)
     numbers.store(c.constant(-1, INT), Number.FAILED)
     slots = numbers.at(Number.FIRST_STATE)
@@ -332,7 +64,7 @@ def _rhs() -> str:
     frame, t, y, d = c.arguments
     c.line(f"call void @pc_states(ptr {frame.text}, double {t.text}, ptr {y.text})")
     _try(c, "pc_levels", frame, t)
-    w, numbers, _, _ = _frame(frame)
+    w, numbers, _, _ = open_frame(frame)
     states = numbers.load(INT, Number.STATES)
     slots = numbers.at(states + Number.FIRST_STATE)
     total = c.variable(0.0)
@@ -366,7 +98,7 @@ def _evaluate() -> str:
     """Everything, with all candidates as they are in the workspace; gives `initial`."""
     c = Code("pc_evaluate", FLAG, [(POINTER, "frame"), (INT, "mode"), (POINTER, "initial")])
     frame, mode, initial = c.arguments
-    w, numbers, _, _ = _frame(frame)
+    w, numbers, _, _ = open_frame(frame)
     t = w.load(REAL)
     numbers.store(c.constant(-1, INT), Number.FAILED)
     numbers.store(mode, Number.MODE)
@@ -384,7 +116,7 @@ def _accept() -> str:
     """The present values of all tears become the last accepted ones."""
     c = Code("pc_accept", FLAG, [(POINTER, "frame"), (REAL, "t")])
     frame, t = c.arguments
-    w, _, accepted, _ = _frame(frame)
+    w, _, accepted, _ = open_frame(frame)
     table = Value(c, POINTER, "@pc_blocks")
     row = c.variable(c.constant(1, INT), INT)
     with c.loop(table.load(INT)):

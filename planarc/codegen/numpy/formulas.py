@@ -123,17 +123,19 @@ def _power(e: Expr, args: list[Text], careful: bool) -> Text:
     return _call("pow", [args[0][0], args[1][0]], careful), _ATOM
 
 
-def evaluated_always(lets: Iterable[Let], wanted: Iterable[Expr]) -> set[Expr]:
+def evaluated_always(
+    lets: Iterable[Let], wanted: Iterable[Expr], is_part: Callable[[Expr], bool]
+) -> set[Expr]:
     """The nodes that are used outside the branches of every condition.
 
-    `wanted` are values that are used as they are; of the statements, those that do
-    not set a temporary count.
+    `wanted` are values that are used as they are; `is_part` tells targets that are
+    parts of formulas, and count only when a formula needs them.
     """
     always: set[Expr] = set()
     for value in wanted:
         always.update(_unconditional(value))
     for let in reversed(list(lets)):
-        if let.target in always or not is_hidden(let.target):
+        if let.target in always or not is_part(let.target):
             always.update(_unconditional(let.value))
     return always
 

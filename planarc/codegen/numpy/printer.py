@@ -93,7 +93,13 @@ def _evaluated_always(program: Program) -> set[Expr]:
         wanted += _taken(code)
         if code.direct is not None:
             wanted += [*code.direct.residuals, *code.direct.sizes]
-    return evaluated_always(lets, wanted)
+    return evaluated_always(lets, wanted, lambda e: _is_part(program, e))
+
+
+def _is_part(program: Program, symbol: Expr) -> bool:
+    """Whether it holds a part of a formula: a temporary, or `$p3`."""
+    name = text(symbol)
+    return name not in program.slots or (name[:2] == "$p" and name[2:].isdigit())
 
 
 def _taken(code: BlockCode) -> list[Expr]:
@@ -174,7 +180,7 @@ class _Section:
 
     def _let(self, let: Let, indent: str) -> str:
         target = let.target
-        careful = is_hidden(target) and target not in self._always
+        careful = target not in self._always and _is_part(self._program, target)
         right = formula(let.value, self._leaf, careful=careful)
         if is_truth(let.value) and text(target) in self._slots:
             if let.value.is_const:
