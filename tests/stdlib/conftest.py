@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 HEAD = """
-  import PlanarMultiBody.{Forces, Frames, Joints, Parts, Types, World};
+  import PlanarMultiBody.{Forces, Frames, Interfaces, Joints, Parts, Sensors, Types, World};
 """
 
 
@@ -21,7 +21,7 @@ def simulate(body: str, stop: float = 1.0, tolerance: float = 1e-9, world: str =
     from planarc.core.options import RunOptions
     from planarc.request import Request
 
-    ground = "" if "inner" in body else f"  inner World world({world});\n"
+    ground = "" if "inner " in body else f"  inner World world({world});\n"
     text = f"model Test{HEAD}{ground}{body}\nend Test;\n"
     options = RunOptions(stop=stop, intervals=100, tolerance=tolerance)
     return run(compile_model(Request(text=text)), options)
