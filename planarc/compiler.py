@@ -75,7 +75,8 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     seconds = (clock or Clock()).seconds
     begin, parsed = perf_counter(), target.reader.seconds
     try:
-        return run_stage(target.library, target.class_name)
+        model = run_stage(target.library, target.class_name)
+        return replace(model, warnings=(*target.warnings, *model.warnings))
     finally:
         # Files of libraries are parsed on the way; that time counts as parsing.
         seconds["parse"] = target.reader.seconds

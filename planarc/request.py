@@ -71,6 +71,7 @@ class Target:
     library: Library
     class_name: str
     reader: Reader
+    warnings: tuple[Diagnostic, ...] = ()  # of the request, such as versions of libraries
 
 
 def shown_name(path: Path) -> str:
@@ -116,8 +117,11 @@ def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
 
 def open_target(request: Request) -> Target:
     """The class that a request means. Raises UsageError when it is not one."""
+    from planarc.uses import check_versions
+
     library, reader, names = open_library(request)
-    return Target(library, _class_of(request, library, names), reader)
+    name = _class_of(request, library, names)
+    return Target(library, name, reader, tuple(check_versions(library, name)))
 
 
 def _class_of(request: Request, library: Library, names: Sequence[str]) -> str:

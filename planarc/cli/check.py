@@ -65,7 +65,7 @@ def _check_all(
     if class_name is not None:
         raise UsageError(
             Diagnostic(
-                "C110",
+                "C118",
                 f"`--all` checks all of `{target}`, not only `{class_name}`",
                 hint="leave out the class, or leave out `--all`",
             )

@@ -91,3 +91,73 @@ def test_every_class_of_planarc_can_be_listed(capsys: pytest.CaptureFixture[str]
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("model PlanarMultiBody.Joints.Revolute ") for line in lines)
     assert all(' "' in line for line in lines), [line for line in lines if ' "' not in line]
+
+
+def test_the_highest_version_in_a_folder_is_taken(capsys: pytest.CaptureFixture[str]) -> None:
+    for slope, version in enumerate(("1.2", "1.10", "1.9.9"), 5):
+        package = Path("third") / f"Sundials {version}"
+        package.mkdir(parents=True)
+        (package / "package.mo").write_text("package Sundials\nend Sundials;\n", "utf-8")
+        text = "within Sundials;\n" + CLOCK.format(version, slope)
+        (package / "Clock.mo").write_text(text, "utf-8")
+    assert rate(capsys, "Sundials.Clock", "--library", "third") == 6
+
+
+def test_a_file_must_be_where_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    path = Path("first/Watches/Clock.mo")
+    path.write_text("within Elsewhere;\n" + CLOCK.format("", 1), "utf-8")
+    assert run(["check", "Watches.Clock", "--library", "first"]) == 1
+    err = capsys.readouterr().err
+    assert "says `within Elsewhere`" in err
+    assert "hint: write `within Watches;`" in err
+
+
+def test_a_file_must_hold_the_class_of_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("first/Watches/Dial.mo").write_text("within Watches;\n" + CLOCK.format("", 1), "utf-8")
+    assert run(["check", "Watches.Dial", "--library", "first"]) == 1
+    assert "the file `Dial.mo` holds no class `Dial`" in capsys.readouterr().err
+
+
+def test_classes_come_in_the_order_of_package_order(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("Alarm", "Bell"):
+        text = f"within Watches;\nmodel {name}\nend {name};\n"
+        Path(f"first/Watches/{name}.mo").write_text(text, "utf-8")
+    Path("first/Watches/package.order").write_text("Clock\nBell\nGone\n", "utf-8")
+    assert run(["list", "Watches", "--library", "first"]) == 0
+    names = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
+    assert names == ["Watches", "Watches.Clock", "Watches.Bell", "Watches.Alarm"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "warned"), [("2.0", False), ("1.9", False), ("1.0", True), ("3.0", True)]
+)
+def test_another_version_than_the_model_uses_is_warned_of(
+    wanted: str, warned: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    versions = 'version="2.0", conversion(noneFromVersion="1.9", noneFromVersion="1.8")'
+    text = f"package Watches\n  annotation({versions});\nend Watches;\n"
+    Path("first/Watches/package.mo").write_text(text, "utf-8")
+    uses = f'annotation(uses(Watches(version="{wanted}"), Nowhere(version="1")))'
+    Path("wrist.pmo").write_text(f"model Wrist\n  extends Watches.Clock;\n  {uses};\nend Wrist;\n")
+    assert run(["check", "wrist.pmo", "--library", "first"]) == 0
+    err = capsys.readouterr().err
+    message = f"warning[C119]: `Wrist` is written for Watches {wanted}, but Watches 2.0 is found"
+    assert (message in err) == warned
+    assert ("warning" in err) == warned
+
+
+def test_only_the_classes_that_are_used_are_read() -> None:
+    """The others need not even be readable."""
+    from planarc.compiler import flatten
+    from planarc.request import Request, open_target
+
+    package = Path("first/Watches")
+    for i in range(300):
+        text = f"model Wheel{i} Real x = {i}; end Wheel{i};" if i < 30 else "this is no class"
+        (package / f"Wheel{i}.mo").write_text(f"within Watches;\n{text}\n", "utf-8")
+    used = "".join(f"Watches.Wheel{i} w{i};\n" for i in range(30))
+    Path("train.pmo").write_text(f"model Train\n{used}end Train;\n", "utf-8")
+    target = open_target(Request(Path("train.pmo"), libraries=(Path("first"),)))
+    assert len(flatten(target).equations) + len(flatten(target).variables) >= 30
+    read = sorted(path.name for path in target.reader.files)
+    assert read == sorted(["train.pmo", "package.mo", *(f"Wheel{i}.mo" for i in range(30))])
