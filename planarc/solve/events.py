@@ -32,8 +32,13 @@ from planarc.solve.values import Reader, text_of
 
 #: Iterations at one instant before it is called endless.
 MOST_ITERATIONS = 100
+#: Relations of which all choices are tried when they chase each other.
+MOST_SEARCHED = 10
 #: A zero function below this part of its largest value has no sign.
 NOISE = 1e-14
+#: One that was never above this is zero by its equations; what is seen of it are rounding
+#: errors (the torque limit of an open clutch).
+SILENCE = 1e-12
 
 
 @dataclass(slots=True)
@@ -108,7 +113,8 @@ class Events:
         return {
             i: truth
             for i, truth in found.items()
-            if directions[i] * rises[i] >= -4 * NOISE * self._largest[i]
+            if self._largest[i] > SILENCE
+            and directions[i] * rises[i] >= -4 * NOISE * self._largest[i]
         }
 
     def amplitude(self, i: int, rise: float, since: float) -> float:
@@ -148,6 +154,8 @@ class Events:
         self._act(t, self._edges(initial=True), done, {})
         self._keep_pre()
         self.set_flag(INITIAL, False)
+        # Sizes seen while the start was searched for say nothing of the run.
+        self._largest = [0.0] * len(self._largest)
         return done
 
     def _sign(self, i: int) -> bool:
@@ -201,29 +209,80 @@ class Events:
     def _settle(
         self, t: float, done: Processed, held: dict[int, bool], bound: dict[int, float]
     ) -> bool:
-        """Iterates with fixed pre-values until nothing changes; false where that fails."""
-        kernel = self.kernel
-        seen = []
+        """Iterates with fixed pre-values until nothing changes; false where that fails.
+
+        Relations inside of an algebraic loop (friction that sticks or slides) can chase each
+        other. When a state of the iteration comes back, first only those that want to become
+        false do so; when one comes back again, all choices of the restless ones are tried,
+        the nearest to the present one first.
+        """
+        seen: set[tuple[float, ...]] = set()
+        careful = False
+        restless: set[int] = set()
         for _ in range(MOST_ITERATIONS):
             before = self._snapshot()
-            if kernel.outputs(t, done.y) != 0 or kernel.discrete() < 0:
-                self._failed(t, done)
+            if not self._evaluate(t, done):
                 return False
-            self._assign(t, self._edges())
-            if self._roots(t, done.y) != 0:
-                self._failed(t, done)
-                return False
-            self._take_signs(held, bound)
+            restless |= self._take_signs(held, bound, careful)
             now = self._snapshot()
             if now == before:
                 return True
-            seen.append(now)
-        done.ended = self._endless(t, seen[-2])
+            if now in seen:
+                if careful:
+                    return self._search(t, done, held, bound, sorted(restless), before)
+                careful = True
+                seen.clear()
+                restless.clear()
+            seen.add(now)
+        done.ended = self._endless(t, before)
         return False
 
-    def _take_signs(self, held: dict[int, bool], bound: dict[int, float]) -> None:
-        """Truth from the zero functions, but not for those that are at zero here."""
+    def _evaluate(self, t: float, done: Processed) -> bool:
+        """The equations and the zero functions with the stored truths as they are."""
+        if self.kernel.outputs(t, done.y) != 0 or self.kernel.discrete() < 0:
+            self._failed(t, done)
+            return False
+        self._assign(t, self._edges())
+        if self._roots(t, done.y) != 0:
+            self._failed(t, done)
+            return False
+        return True
+
+    def _search(
+        self,
+        t: float,
+        done: Processed,
+        held: dict[int, bool],
+        bound: dict[int, float],
+        restless: Sequence[int],
+        before: tuple[float, ...],
+    ) -> bool:
+        """Try all truths of the restless relations until one agrees with its own equations."""
+        w, relations = self.kernel.w, self.program.relations
+        slots = [relations[i].slot for i in restless[:MOST_SEARCHED]]
+        present = [w[s] for s in slots]
+        for flips in sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n)):
+            for k, (slot, value) in enumerate(zip(slots, present, strict=True)):
+                w[slot] = 1.0 - value if flips >> k & 1 else value
+            for _ in range(MOST_ITERATIONS):  # discrete equations follow the truths
+                discrete = self._snapshot()
+                if not self._evaluate(t, done):
+                    done.ended = None  # no solution here; another choice may have one
+                    break
+                if self._snapshot() == discrete:
+                    if not self._take_signs(held, bound, False):
+                        return True
+                    break
+        done.ended = self._endless(t, before)
+        return False
+
+    def _take_signs(
+        self, held: dict[int, bool], bound: dict[int, float], careful: bool
+    ) -> set[int]:
+        """Truth from the zero functions, but not for those that are at zero here; gives those
+        that changed. `careful`: none becomes true while another one becomes false."""
         w = self.kernel.w
+        wanted: dict[int, bool] = {}
         for i, relation in enumerate(self.program.relations):
             size = abs(self._g[i])
             if i in held:
@@ -231,8 +290,15 @@ class Events:
                     del held[i]
                 else:
                     continue
-            if size > NOISE * self._largest[i] or relation.time_only:
-                w[relation.slot] = float(self._sign(i))
+            if size > max(NOISE * self._largest[i], SILENCE) or relation.time_only:
+                truth = self._sign(i)
+                if truth != (w[relation.slot] != 0):
+                    wanted[i] = truth
+        if careful and not all(wanted.values()):
+            wanted = {i: truth for i, truth in wanted.items() if not truth}
+        for i, truth in wanted.items():
+            w[self.program.relations[i].slot] = float(truth)
+        return set(wanted)
 
     def _look_ahead(
         self,
