@@ -18,7 +18,7 @@ from typing import Annotated
 
 import typer
 
-from planarc.cli import check, console, equations, flatten, simulate
+from planarc.cli import check, console, doc, equations, flatten, simulate
 from planarc.cli import compile as compile_command
 from planarc.cli import list as list_command
 from planarc.cli.exits import Exit, exit_code
@@ -39,6 +39,7 @@ app.command("flatten")(flatten.flatten)
 app.command("equations")(equations.equations)
 app.command("compile")(compile_command.compile_model)
 app.command("list")(list_command.list_classes)
+app.command("doc")(doc.doc)
 
 #: What typer raises when the command line itself cannot be understood.
 _CommandLineError: type[Exception] = typer.BadParameter.__mro__[1]

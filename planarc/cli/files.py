@@ -48,13 +48,24 @@ def destinations(
     )
 
 
+def page_destination(name: str, named: Path | None) -> Path:
+    """The page to write for `--output`, or the default one of something called `name`."""
+    return _destination(named, f"{file_stem(name)}.html", PAGES, "--output", optional=False)
+
+
 def file_stem(model: str) -> str:
     """The last part of a class name, safe as a file name."""
     last = re.findall(r"'(?:[^'\\]|\\.)*'|[^.]+", model)[-1]
     return re.sub(r"[^\w-]", "_", last.strip("'")) or "model"
 
 
-def _destination(named: Path | None, default: str, suffixes: tuple[str, ...], option: str) -> Path:
+def _destination(
+    named: Path | None,
+    default: str,
+    suffixes: tuple[str, ...],
+    option: str,
+    optional: bool = True,
+) -> Path:
     path = Path(default) if named is None else named
     if path.suffix.lower() not in suffixes:
         known = " or ".join(f"`{s}`" for s in suffixes)
@@ -63,10 +74,11 @@ def _destination(named: Path | None, default: str, suffixes: tuple[str, ...], op
         )
     check_writable(path, option)
     if named is None and path.exists() and not _is_own(path):
+        without = f", or use `--no{option[1:]}`" if optional else ""
         raise _refusal(
             "C122",
             f"`{path}` exists and was not written by planarc",
-            f"move it away, or name another file with `{option}`, or use `--no{option[1:]}`",
+            f"move it away, or name another file with `{option}`{without}",
         )
     return path
 

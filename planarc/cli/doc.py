@@ -1,0 +1,59 @@
+"""`planarc doc`: the handbook of a library as one HTML page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import Libraries, names_file
+
+
+def doc(
+    target: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[LIBRARY|CLASS|FILE]",
+            help="What to describe; without, all libraries that are found.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The page to write; by default the name of the library and `.html`.",
+            show_default=False,
+        ),
+    ] = None,
+    library: Libraries = None,
+) -> int:
+    """Write a page that describes all classes of a library.
+
+    Tree, descriptions, icons, parameters with units and defaults, equations and source,
+    with links between the classes. The page needs no network.
+    """
+    from planarc.cli.files import page_destination
+    from planarc.handbook.gather import gather
+    from planarc.request import Request, open_library, open_target
+    from planarc.view.doc.page import write_handbook
+
+    folders = tuple(library or ())
+    if target is None:
+        classes, _, _ = open_library(Request(None, None, folders))
+        names = classes.top_names()
+    elif names_file(target):
+        classes, _, names = open_library(Request(Path(target), None, folders))
+    else:
+        named = open_target(Request(None, target, folders))
+        classes, names = named.library, (named.class_name,)
+    title = ", ".join(names)
+    path = page_destination(title if len(names) == 1 else "libraries", output)
+    pages = gather(classes, names)
+    write_handbook(path, title, pages)
+    console.say(f"written    {path} ({len(pages)} classes)")
+    return 0

@@ -1,0 +1,1 @@
+"""The handbook of a library, gathered from its syntax trees: no class is flattened."""

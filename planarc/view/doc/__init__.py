@@ -1,0 +1,1 @@
+"""The handbook of a library: classes in, one HTML page out."""
