@@ -173,6 +173,7 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
     frozen = v.variability is Variability.CONSTANT or v.final or v.structural
     if frozen and all(e.is_const for e in values):
         model.values[v.name] = Tensor(dims, values) if dims else values[0]
+    model.parameter_values.update(zip(names, values, strict=True))
     low, high = (_limits(model, v, a) for a in (v.attributes.min, v.attributes.max))
     for i, (name, value) in enumerate(zip(names, values, strict=True)):
         yield dae.Parameter(

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from planarc.core.diagnostic import Related, error
+from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
@@ -29,7 +29,7 @@ from planarc.ir.expr import FUNCTIONS, Expr, Substitution
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.statements import Runner
-from planarc.lower.values import FunctionValue, Value, each, expr
+from planarc.lower.values import FunctionValue, Struct, Tensor, Value, each, expr
 
 MAX_DEPTH = 100  # of calls inside calls
 
@@ -58,7 +58,22 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         return (_external(scope, function, arguments, span),)
     if function.derivative_of is not None:
         return _derivative(scope, function, arguments, span)
-    return _results(_deeper(scope), function, arguments, span)
+    try:
+        return _results(_deeper(scope), function, arguments, span)
+    except PlanarcError as problem:
+        numbers = [_number(scope, a) for a in arguments]
+        if problem.diagnostics[0].code != "L322" or numbers == list(arguments):
+            raise
+    # Its course depends on parameters in too many ways: their values become structural.
+    return _results(_deeper(scope), function, numbers, span)
+
+
+def _number(scope: Scope, value: Value) -> Value:
+    if isinstance(value, Struct):
+        return Struct(tuple((n, _number(scope, v)) for n, v in value.fields))
+    if isinstance(value, Tensor):
+        return Tensor(value.shape, tuple(_number(scope, v) for v in value.items))
+    return scope.model.number(value) if isinstance(value, Expr) else value
 
 
 def _deeper(scope: Scope) -> Scope:

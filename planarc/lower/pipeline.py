@@ -14,7 +14,7 @@ Promises:  every name in an equation is a variable or parameter of the Dae, or r
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from planarc.core.diagnostic import error
@@ -58,7 +58,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         name=source.name,
         table=model.table,
         variables=classified.variables,
-        parameters=(*start_time, *classified.parameters),
+        parameters=(*start_time, *_freeze(model, classified.parameters)),
         equations=tuple(into.continuous),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
@@ -110,6 +110,13 @@ def _start_discretes(
         replace(v, start=starts[v.name], fixed=True) if v.name in starts else v for v in discretes
     ]
     return rest, changed
+
+
+def _freeze(model: Model, parameters: Sequence[dae.Parameter]) -> Iterator[dae.Parameter]:
+    """Parameters whose values shaped the equations cannot be set any more."""
+    for p in parameters:
+        frozen = p.name in model.frozen
+        yield replace(p, structural=True, settable=False) if frozen else p
 
 
 def _start_time(

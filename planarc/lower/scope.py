@@ -26,6 +26,10 @@ class Model:
     values: dict[str, Value] = field(default_factory=dict)
     parameters: set[str] = field(default_factory=set)
     discretes: set[str] = field(default_factory=set)
+    #: what each parameter is, so far
+    parameter_values: dict[str, Expr] = field(default_factory=dict)
+    #: parameters whose present values shaped the equations
+    frozen: set[str] = field(default_factory=set)
     relations: list[dae.Relation] = field(default_factory=list)
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
@@ -37,6 +41,21 @@ class Model:
         self.time_derivative = time_derivative(
             self.table, lambda name: name in self.parameters or name in self.discretes
         )
+
+    def number(self, e: Expr) -> Expr:
+        """An expression of parameters with their present values put in, which are then frozen.
+
+        What is no expression of parameters comes back with its variables.
+        """
+        memo: dict[Expr, Expr] = {}
+        for n in postorder((e,)):
+            known = self.parameter_values.get(n.name) if n.op is Op.SYMBOL else None
+            if known is not None:
+                self.frozen.add(n.name)
+                memo[n] = self.number(known)
+            else:
+                memo[n] = self.table.rebuild(n, tuple(memo[a] for a in n.args))
+        return memo[e]
 
     def is_steady(self, e: Expr) -> bool:
         """True when the value cannot change between events."""

@@ -92,6 +92,31 @@ def test_search_through_a_table(backend: Backend) -> None:
     assert result["v"] == pytest.approx(np.interp(result.time, [0, 0.5, 1, 2], [0, 1, -1, 0]))
 
 
+def test_parameters_that_decide_the_course_of_a_function_become_structural() -> None:
+    text = """model M
+      function steps "how often u can be halved until it is below 1"
+        input Real u;
+        output Integer n = 0;
+      protected
+        Real v = u;
+      algorithm
+        while v >= 1 loop
+          v := v/2;
+          n := n + 1;
+        end while;
+      end steps;
+      parameter Real u = 40, factor = 2;
+      Real x = steps(u)*factor*time;
+    end M;"""
+    compiled = compiler.compile_model(Request(text=text), Backend.NUMPY)
+    slots = {p.name: p for p in compiled.program.parameter_slots}
+    assert slots["u"].structural
+    assert not slots["u"].settable
+    assert slots["factor"].settable
+    result = compiler.run(compiled, RunOptions(stop=1.0, backend=Backend.NUMPY))
+    assert result["x"][-1] == pytest.approx(6 * 2)
+
+
 def test_return_and_break_under_unknown_conditions(backend: Backend) -> None:
     result = run(
         """model M
