@@ -24,6 +24,7 @@ from planarc.codegen.aliases import Aliases
 from planarc.codegen.blocks import BlockWriter, Derived, derive_block
 from planarc.codegen.factoring import Factoring, shorten_levels
 from planarc.codegen.layout import Layout
+from planarc.codegen.parts import name_parts
 from planarc.codegen.reach import (
     FEWEST,
     Reach,
@@ -33,9 +34,10 @@ from planarc.codegen.reach import (
     split_steps,
     values,
 )
-from planarc.codegen.statements import Lister, Temporaries, is_trivial
+from planarc.codegen.starts import start_values
+from planarc.codegen.statements import Lister, Temporaries
 from planarc.ir.dae import INITIAL, TERMINAL
-from planarc.ir.expr import Expr, Op, postorder, symbols
+from planarc.ir.expr import Expr, Op, symbols
 from planarc.ir.program import BlockCode, Let, Statement
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step
 
@@ -92,7 +94,7 @@ class _Writer:
         levels, rest = self._derive(reach)
         moving = [f for steps in (*levels, rest) for s in steps for f in _formulas(s)]
         moving += [*zeros, *initial, *(v for _, v, _ in discrete), *(v for _, v in moving_lets)]
-        self._find_parts(moving, names)
+        self._parts = name_parts(self._table, moving, names)
 
         parameters = self._parameters(reach, fixed_lets)
         constant_slots = frozenset(layout.slots.values()) - {0}
@@ -195,23 +197,6 @@ class _Writer:
             homes[alias.name] = by_formula[e]
         return homes, fixed, moving
 
-    def _find_parts(self, formulas: Iterable[Expr], names: set[str]) -> None:
-        """Name the largest parts of the formulas that parameters alone make."""
-        constant: dict[Expr, bool] = {}
-        found: dict[Expr, None] = {}
-        roots = list(formulas)
-        for e in postorder(roots):
-            constant[e] = (
-                all(constant[a] for a in e.args)
-                if e.args
-                else e.is_const or (e.is_symbol and e.order == 0 and e.name in names)
-            )
-            if not constant[e]:
-                found.update((a, None) for a in e.args if constant[a] and not is_trivial(a))
-        found.update((e, None) for e in roots if constant[e] and not is_trivial(e))
-        for e in found:
-            self._parts[e] = self._table.symbol(f"$p{len(self._parts) + 1}")
-
     # Lists
 
     def _parameters(
@@ -227,33 +212,15 @@ class _Writer:
         lets.extend((a.target, a.value, a.equation) for a in reach.constant)
         lets.extend((symbol, value, None) for symbol, value in aliases)
         lets.extend((symbol, value, None) for value, symbol in self._parts.items())
-        lets.extend((symbol, value, None) for symbol, value in self._starts())
+        lets.extend(
+            (symbol, value, None) for symbol, value in start_values(self._sorted, self._aliases)
+        )
         layout.add(*(target for target, _, _ in lets))
         lister = Lister(table, self._temporaries, [v for _, v, _ in lets])
         out: list[Let] = []
         for target, value, equation in lets:
             lister.let(out, target, value, equation)
         return tuple(out)
-
-    def _starts(self) -> list[tuple[Expr, Expr]]:
-        """Start and nominal values as (symbol, formula)."""
-        sorted, zero = self._sorted, self._table.zero
-        found: dict[str, Expr] = {}
-        for c in sorted.candidates:
-            found[f"start({c.symbol})"] = c.start or zero
-        for f in sorted.fixed:
-            found.setdefault(f"start({f.symbol})", f.start)
-        for symbol, start in sorted.guesses:
-            found.setdefault(f"start({symbol})", start)
-        for step in sorted.levels[-1].steps if sorted.levels else ():
-            for tear in step.tears if isinstance(step, Block) else ():
-                found.setdefault(f"start({tear})", zero)
-        for d in (*self._dae.discretes, *self._dae.inputs):
-            found[f"start({d.name})"] = d.start or zero
-        for c in sorted.candidates:
-            if c.nominal is not None:
-                found[f"nominal({c.symbol})"] = c.nominal
-        return [(self._table.symbol(name), self._aliases(e)) for name, e in found.items()]
 
     def _add_discretes(self) -> None:
         dae, layout = self._dae, self._layout

@@ -116,7 +116,16 @@ class Tables:
 
     def fixed(self) -> tuple[FixedSlot, ...]:
         return tuple(
-            FixedSlot(f.display, self._layout[f.symbol], self._start(f.symbol), f.span)
+            FixedSlot(
+                f.display,
+                self._layout[f.symbol],
+                self._start(f.symbol),
+                f.span,
+                f.fixed,
+                f.written,
+                f.select,
+                f.height,
+            )
             for f in self._sorted.fixed
         )
 

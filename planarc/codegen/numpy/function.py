@@ -1,0 +1,239 @@
+"""One function of the NumPy text: values out of the workspace, statements, values back.
+
+A block stands where it is solved:
+
+    position loop      start, then inner unknowns, residuals and Jacobian until done
+    linear block       solved at once from residuals at zero and Jacobian
+    large linear one   tears from an elimination, checked by the residuals; solved as
+                       above only where these are not small
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from planarc.codegen.numpy.formulas import formula, is_hidden, is_truth
+from planarc.codegen.numpy.names import Names, comment
+from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+
+Parts = Sequence[tuple[str, tuple[Statement, ...]]]  # with titles
+
+
+def all_lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]:
+    """All assignments, those of blocks included."""
+    for s in statements:
+        if isinstance(s, Let):
+            yield s
+        else:
+            code = program.blocks[s.block]
+            yield from (*code.body, *code.jacobian_body)
+            if code.direct is not None:
+                yield from code.direct.check
+            if code.tangent is not None:
+                yield from code.tangent.body
+
+
+def is_part(program: Program, symbol: Expr) -> bool:
+    """Whether it holds a part of a formula: a temporary, or `$p3`."""
+    name = text(symbol)
+    return name not in program.slots or (name[:2] == "$p" and name[2:].isdigit())
+
+
+def taken_values(code: BlockCode) -> list[Expr]:
+    """The values that solving a block takes."""
+    entries = [value for _, _, value in code.jacobian]
+    columns = code.tangent.entries if code.tangent is not None else ()
+    return [*code.residuals, *entries, *columns]
+
+
+class FunctionText:
+    """One function of the text."""
+
+    def __init__(self, program: Program, names: Names, always: set[Expr], parts: Parts) -> None:
+        self._program = program
+        self._names = names
+        self._always = always
+        self._parts = parts
+        self._slots = program.slots
+        self._defined: dict[Expr, None] = {}
+
+    def lines(self, results: Sequence[Expr]) -> list[str]:
+        body: list[str] = []
+        for title, statements in self._parts:
+            if title:
+                body.append(f"    # {title}")
+            for s in statements:
+                body += [self._let(s, "    ")] if isinstance(s, Let) else self._solve(s)
+        head = self._loads(results)
+        tail = self._stores()
+        if results:
+            tail.append(f"    return {_tuple(self._names(r) for r in results)}")
+        return [*head, *body, *tail] or ["    pass"]
+
+    # Workspace
+
+    def _loads(self, results: Sequence[Expr]) -> list[str]:
+        """Every stored value that the function reads and does not compute, by slot."""
+        statements = [s for _, part in self._parts for s in part]
+        roots = [let.value for let in all_lets(self._program, statements)] + list(results)
+        for s in statements:
+            if isinstance(s, Solve):
+                code = self._program.blocks[s.block]
+                roots += taken_values(code)
+                roots += code.direct.tears if code.direct is not None else ()
+        read = {
+            self._slots[text(e)]: e
+            for e in postorder(roots)
+            if e.op in (Op.SYMBOL, Op.PRE, Op.EVENT)
+            and e not in self._defined
+            and text(e) in self._slots
+        }
+        return [f"    {self._leaf(e)} = w[{slot}]" for slot, e in sorted(read.items())]
+
+    def _stores(self) -> list[str]:
+        """What the function computed goes back, runs of slots at once."""
+        stored = sorted((self._slots[text(e)], e) for e in self._defined if text(e) in self._slots)
+        lines = []
+        run: list[tuple[int, Expr]] = []
+        for slot, e in stored:
+            if run and slot != run[-1][0] + 1:
+                lines.append(self._store(run))
+                run = []
+            run.append((slot, e))
+        return [*lines, self._store(run)] if run else lines
+
+    def _store(self, run: list[tuple[int, Expr]]) -> str:
+        names = ", ".join(self._names(e) for _, e in run)
+        first, last = run[0][0], run[-1][0]
+        place = f"w[{first}]" if first == last else f"w[{first}:{last + 1}]"
+        return f"    {place} = {names}"
+
+    # Statements
+
+    def _leaf(self, e: Expr) -> str:
+        if e.op is Op.TIME:
+            return "t"
+        return self._names(e)
+
+    def _let(self, let: Let, indent: str) -> str:
+        target = let.target
+        careful = target not in self._always and is_part(self._program, target)
+        right = formula(let.value, self._leaf, careful=careful)
+        if is_truth(let.value) and text(target) in self._slots:
+            if let.value.is_const:
+                right = "1.0" if let.value.data else "0.0"
+            else:
+                right = f"1.0 if {right} else 0.0"
+        self._defined[target] = None
+        line = f"{indent}{self._names(target)} = {right}"
+        if is_hidden(target) and let.equation is None:
+            return line
+        note = "" if let.equation is None else f"e{let.equation} "
+        return f"{line}  # {note}{'' if is_hidden(target) else comment(text(target))}".rstrip()
+
+    def _solve(self, statement: Solve) -> list[str]:
+        code = self._program.blocks[statement.block]
+        self._defined.update((tear, None) for tear in code.tears)
+        if not code.residuals:
+            return [*self._states(statement, code), *(self._let(s, "    ") for s in code.body)]
+        kind = "linear" if code.linear else "nonlinear"
+        equations = ", ".join(f"e{e}" for e in code.equations)
+        head = f"    # block {statement.block}, {kind}: {_count(code)}; residuals {equations}"
+        write = self._linear if code.linear else self._nonlinear
+        if code.direct is not None:
+            write = self._direct
+        return [head, *write(f"blocks[{statement.block}]", code)]
+
+    def _linear(self, block: str, code: BlockCode) -> list[str]:
+        return [
+            *self._matrix(code, "    ", f"{self._tears(code)} = {block}.solve"),
+            *(self._let(s, "    ") for s in code.body),
+        ]
+
+    def _direct(self, block: str, code: BlockCode) -> list[str]:
+        assert code.direct is not None
+        indent = " " * 8
+        tears = _tuple(formula(e, self._leaf, careful=True) for e in code.direct.tears)
+        residuals = _tuple(self._names(r) for r in code.direct.residuals)
+        sizes = _tuple(self._names(s) for s in code.direct.sizes)
+        return [
+            f"    block = {block}",
+            f"    tears = block.take({tears})",
+            "    while True:",
+            f"{indent}{self._tears(code)} = tears",
+            *(self._let(s, indent) for s in code.body),
+            f"{indent}if block.done:",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in code.direct.check),
+            f"{indent}if block.fits({residuals}, {sizes}):",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in code.jacobian_body),
+            *self._matrix(code, indent, "tears = block.solve"),
+        ]
+
+    def _nonlinear(self, block: str, code: BlockCode) -> list[str]:
+        inner, outer = code.body[: code.inner], code.body[code.inner :]
+        indent = " " * 8
+        return [
+            f"    block = {block}",
+            "    tears = block.start(t)",
+            "    while True:",
+            f"{indent}{self._tears(code)} = tears",
+            *(self._let(s, indent) for s in inner),
+            f"{indent}if block.done:",
+            f"{indent}    break",
+            *(self._let(s, indent) for s in (*outer, *code.jacobian_body)),
+            *self._matrix(code, indent, "tears = block.step"),
+        ]
+
+    def _tears(self, code: BlockCode) -> str:
+        names = ", ".join(self._names(tear) for tear in code.tears)
+        return names + "," if len(code.tears) == 1 else names
+
+    def _states(self, statement: Solve, code: BlockCode) -> list[str]:
+        names = ", ".join(comment(text(tear)) for tear in code.tears)
+        lines = [f"    # block {statement.block}: states {names}"]
+        for tear in code.tears:
+            lines.append(f"    {self._names(tear)} = w[{self._slots[text(tear)]}]")
+        return lines
+
+    def _matrix(self, code: BlockCode, indent: str, call: str) -> list[str]:
+        """The call that takes residuals and Jacobian."""
+        residuals = _tuple(self._names(r) for r in code.residuals)
+        if code.tangent is not None:
+            columns = self._columns(code, indent)
+            return [*columns, f"{indent}{call}({residuals}, by_columns(columns))"]
+        rows: list[list[str]] = [["0.0"] * len(code.tears) for _ in code.residuals]
+        for i, j, value in code.jacobian:
+            rows[i][j] = formula(value, self._leaf)
+        lines = [f"{indent}{call}(", f"{indent}    {residuals},", f"{indent}    ("]
+        lines += [f"{indent}        {_tuple(row)}," for row in rows]
+        return [*lines, f"{indent}    ),", f"{indent})"]
+
+    def _columns(self, code: BlockCode, indent: str) -> list[str]:
+        """The Jacobian column by column."""
+        assert code.tangent is not None
+        n, seeds = len(code.tears), ", ".join(self._names(s) for s in code.tangent.seeds)
+        deeper = indent + "    "
+        self._defined.update((s, None) for s in code.tangent.seeds)
+        entries = _tuple(formula(e, self._leaf) for e in code.tangent.entries)
+        return [
+            f"{indent}columns = []",
+            f"{indent}for column in range({n}):",
+            f"{deeper}seeds = [0.0]*{n}",
+            f"{deeper}seeds[column] = 1.0",
+            f"{deeper}{seeds}{',' if n == 1 else ''} = seeds",
+            *(self._let(s, deeper) for s in code.tangent.body),
+            f"{deeper}columns.append({entries})",
+        ]
+
+
+def _tuple(parts: Iterable[str]) -> str:
+    found = list(parts)
+    return f"({found[0]},)" if len(found) == 1 else f"({', '.join(found)})"
+
+
+def _count(code: BlockCode) -> str:
+    tears = f"{len(code.tears)} tear{'s' if len(code.tears) > 1 else ''}"
+    return f"{tears}, {code.free} free" if code.height else tears
