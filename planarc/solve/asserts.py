@@ -99,6 +99,31 @@ class AssertWatch:
         return assertion_diagnostic(float(columns.time[row]), assertion, "".join(parts))
 
 
+def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnostic | None:
+    """The first error among the assertions on parameters alone, before there is a start.
+
+    Where a start cannot be found, this is the reason: a radius of zero, a rod without length.
+    """
+    constant = {c.slot for c in program.columns if c.constant}
+    constant |= {p.slot for p in program.parameter_slots}
+    read = Reader(program, kernel, t)
+    for assertion in program.assertions:
+        nodes = postorder((assertion.condition,))
+        if assertion.warning or any(_varies(e, program, constant) for e in nodes):
+            continue
+        try:
+            holds = bool(read(assertion.condition))
+        except (ArithmeticError, ValueError):
+            continue
+        if not holds:
+            parts = (
+                part if isinstance(part, str) else formatted(float(read(part[0])), part[1])
+                for part in assertion.message.parts
+            )
+            return assertion_diagnostic(t, assertion, "".join(parts))
+    return None
+
+
 def _varies(e: Expr, program: Program, constant: set[int]) -> bool:
     """Whether a leaf changes during the run."""
     if e.op is Op.TIME:

@@ -27,7 +27,7 @@ from planarc.core.options import RunOptions
 from planarc.ir.program import Addresses, Kernel, Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
 from planarc.solve import failure
-from planarc.solve.asserts import AssertWatch
+from planarc.solve.asserts import AssertWatch, impossible_parameters
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
 from planarc.solve.recorder import Recorder
@@ -64,10 +64,18 @@ def simulate(
     Raises `UsageError` for a wrong request, `PlanarcError` where no start exists.
     """
     request = resolve(program, options)
-    set_workspace(program, kernel, request)
-    run = Run(program, kernel, request, str(options.backend))
     try:
-        run.begin()
+        set_workspace(program, kernel, request)
+        run = Run(program, kernel, request, str(options.backend))
+    except PlanarcError:
+        _blame_parameters(program, kernel, request)
+        raise
+    try:
+        try:
+            run.begin()
+        except PlanarcError:
+            _blame_parameters(program, kernel, request)
+            raise
         try:
             run.go(progress)
         except KeyboardInterrupt:
@@ -77,6 +85,13 @@ def simulate(
         return run.result()
     finally:
         run.close()
+
+
+def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> None:
+    """Raise the assertion on parameters that fails, instead of what came of it."""
+    reason = impossible_parameters(program, kernel, request.start)
+    if reason is not None:
+        raise PlanarcError(reason) from None
 
 
 def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
