@@ -11,6 +11,7 @@ from __future__ import annotations
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten import (
+    bindings,
     constructors,
     evaluate,
     expressions,
@@ -22,7 +23,7 @@ from planarc.flatten import (
 from planarc.flatten.conform import expect
 from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
-from planarc.flatten.tree import Class, Instance, Layout, Scope, Session
+from planarc.flatten.tree import Class, Instance, Layout, Mod, Scope, Session
 from planarc.ir import flat, syntax
 
 
@@ -98,12 +99,20 @@ def _declare(
             flat.Variability.CONTINUOUS,
             definition.span,
             value,
+            flat.Attributes(unit=_unit(merged, layout)),
             causality=causality.value,
             description=definition.comment,
             sizes=sizes,
         ),
         causality,
     )
+
+
+def _unit(mod: Mod, layout: Layout) -> str:
+    """The unit of a variable, where it is written as a plain text."""
+    binding = mod.sub("unit").binding or bindings.type_mod(layout).sub("unit").binding
+    written = None if binding is None else binding.expression
+    return written.value if isinstance(written, syntax.String) else ""
 
 
 def _dims(

@@ -192,6 +192,10 @@ class Library:
             names += sorted(self._root_names(root))
         return tuple(dict.fromkeys(names))
 
+    def user_files(self) -> set[str]:
+        """The names of the files that were added."""
+        return {definition.span.source.name for definition in self._added.values()}
+
     def nearest(self, name: str) -> tuple[str, ...]:
         """Names of classes that look like `name`, for hints."""
         package, _, last = name.rpartition(".")

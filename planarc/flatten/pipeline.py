@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.source import NOWHERE
 from planarc.flatten import annotation
 from planarc.flatten.balance import check_balance
@@ -36,6 +36,7 @@ from planarc.flatten.reachable import with_functions
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.redundancy import redundant_unknowns
 from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Part, Scope, Session
+from planarc.flatten.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled
@@ -43,12 +44,14 @@ _RECURSION = 12_000  # nesting of expressions and of classes that is still handl
 _MODEL_KINDS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
 
 
-def flatten(library: Library, class_name: str) -> flat.FlatModel:
+def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN) -> flat.FlatModel:
     """Flatten a model. Raises PlanarcError with all errors found."""
     session = open_session(library)
     try:
         with _large_work():
             model = _flatten(session, class_name)
+            if not session.errors and units is not UnitCheck.OFF:
+                _compare_units(model, units, session)
     except PlanarcError as problem:
         raise PlanarcError(_ordered([*session.errors, *problem.diagnostics])) from None
     except RecursionError:
@@ -56,6 +59,15 @@ def flatten(library: Library, class_name: str) -> flat.FlatModel:
     if session.errors:
         raise PlanarcError(_ordered(session.errors))
     return replace(model, warnings=_ordered(session.warnings))
+
+
+def _compare_units(model: flat.FlatModel, units: UnitCheck, session: Session) -> None:
+    files = session.library.user_files() | {model.span.source.name}
+    differing = check_units(model, files)
+    if units is UnitCheck.ERROR:
+        session.errors += [replace(d, severity=Severity.ERROR) for d in differing]
+    else:
+        session.warnings += differing
 
 
 def open_session(library: Library) -> Session:

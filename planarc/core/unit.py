@@ -1,0 +1,162 @@
+"""Units: their text as dimensions, and back.
+
+A dimension is the exponents of the seven SI base units. Angles count as numbers, as in
+SI, and scale factors are left out: `kN` and `N` have one dimension.
+
+Example: `parse("kg.m2/s2")` and `parse("N.m")` and `parse("J")` are equal.
+
+Reference: Modelica Language Specification 3.6, chapter 19.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from functools import lru_cache
+from typing import TypeAlias
+
+#: exponents of m, kg, s, A, K, mol, cd
+Dimension: TypeAlias = tuple[Fraction, ...]
+
+_BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
+NUMBER: Dimension = (Fraction(0),) * len(_BASE)
+
+
+def _of(**exponents: int) -> Dimension:
+    return tuple(Fraction(exponents.get(name, 0)) for name in _BASE)
+
+
+_SYMBOLS: dict[str, Dimension] = {
+    "1": NUMBER,
+    "m": _of(m=1),
+    "g": _of(kg=1),
+    "s": _of(s=1),
+    "A": _of(A=1),
+    "K": _of(K=1),
+    "mol": _of(mol=1),
+    "cd": _of(cd=1),
+    "rad": NUMBER,
+    "sr": NUMBER,
+    "deg": NUMBER,
+    "rev": NUMBER,
+    "Hz": _of(s=-1),
+    "N": _of(kg=1, m=1, s=-2),
+    "Pa": _of(kg=1, m=-1, s=-2),
+    "bar": _of(kg=1, m=-1, s=-2),
+    "J": _of(kg=1, m=2, s=-2),
+    "Wh": _of(kg=1, m=2, s=-2),
+    "eV": _of(kg=1, m=2, s=-2),
+    "W": _of(kg=1, m=2, s=-3),
+    "var": _of(kg=1, m=2, s=-3),
+    "VA": _of(kg=1, m=2, s=-3),
+    "C": _of(A=1, s=1),
+    "V": _of(kg=1, m=2, s=-3, A=-1),
+    "F": _of(kg=-1, m=-2, s=4, A=2),
+    "Ohm": _of(kg=1, m=2, s=-3, A=-2),
+    "S": _of(kg=-1, m=-2, s=3, A=2),
+    "Wb": _of(kg=1, m=2, s=-2, A=-1),
+    "T": _of(kg=1, s=-2, A=-1),
+    "H": _of(kg=1, m=2, s=-2, A=-2),
+    "degC": _of(K=1),
+    "lm": _of(cd=1),
+    "lx": _of(cd=1, m=-2),
+    "Bq": _of(s=-1),
+    "Gy": _of(m=2, s=-2),
+    "Sv": _of(m=2, s=-2),
+    "kat": _of(mol=1, s=-1),
+    "min": _of(s=1),
+    "h": _of(s=1),
+    "d": _of(s=1),
+    "l": _of(m=3),
+    "t": _of(kg=1),
+}
+_PREFIXES = ("da", *"yzafpnumcdhkMGTPEZY")
+_FACTOR = re.compile(r"([A-Za-z]+|1|%)([+-]?\d+)?")
+
+
+@lru_cache(maxsize=4096)
+def parse(text: str) -> Dimension | None:
+    """The dimension of a unit, None when it is empty or not known."""
+    found = _expression(text.strip(), 0)
+    if found is None or found[1] != len(text.strip()):
+        return None
+    return found[0]
+
+
+def _expression(text: str, at: int) -> tuple[Dimension, int] | None:
+    """`numerator / denominator`, each a product with dots."""
+    left = _product(text, at)
+    if left is None or left[1] >= len(text) or text[left[1]] != "/":
+        return left
+    right = _product(text, left[1] + 1)
+    return None if right is None else (divide(left[0], right[0]), right[1])
+
+
+def _product(text: str, at: int) -> tuple[Dimension, int] | None:
+    total = NUMBER
+    while True:
+        factor = _factor(text, at)
+        if factor is None:
+            return None
+        total, at = multiply(total, factor[0]), factor[1]
+        if at >= len(text) or text[at] != ".":
+            return total, at
+        at += 1
+
+
+def _factor(text: str, at: int) -> tuple[Dimension, int] | None:
+    if text[at : at + 1] == "(":
+        inner = _expression(text, at + 1)
+        if inner is None or text[inner[1] : inner[1] + 1] != ")":
+            return None
+        return inner[0], inner[1] + 1
+    match = _FACTOR.match(text, at)
+    if match is None:
+        return None
+    symbol = _symbol(match[1])
+    return None if symbol is None else (power(symbol, int(match[2] or 1)), match.end())
+
+
+def _symbol(name: str) -> Dimension | None:
+    if name == "%":
+        return NUMBER
+    if name in _SYMBOLS:
+        return _SYMBOLS[name]
+    for prefix in _PREFIXES:
+        rest = name[len(prefix) :]
+        if name.startswith(prefix) and rest in _SYMBOLS and rest != "1":
+            return _SYMBOLS[rest]
+    return None
+
+
+def multiply(a: Dimension, b: Dimension) -> Dimension:
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def divide(a: Dimension, b: Dimension) -> Dimension:
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def power(a: Dimension, exponent: int | Fraction) -> Dimension:
+    return tuple(x * exponent for x in a)
+
+
+def unit_text(dimension: Dimension) -> str:
+    """A dimension in base units: `kg.m2/s2`, `1/s`, `1`."""
+    above = [_with_exponent(n, e) for n, e in _named(dimension) if e > 0]
+    below = [_with_exponent(n, -e) for n, e in _named(dimension) if e < 0]
+    text = ".".join(above) or "1"
+    if not below:
+        return text
+    return f"{text}/{below[0]}" if len(below) == 1 else f"{text}/({'.'.join(below)})"
+
+
+def _named(dimension: Dimension) -> list[tuple[str, Fraction]]:
+    """Mass first, as units are usually written."""
+    order = ("kg", "m", "s", "A", "K", "mol", "cd")
+    exponents = dict(zip(_BASE, dimension, strict=True))
+    return [(name, exponents[name]) for name in order]
+
+
+def _with_exponent(name: str, exponent: Fraction) -> str:
+    return name if exponent == 1 else f"{name}{exponent}"

@@ -1,0 +1,248 @@
+"""Units: whether the two sides of equations, bindings and connections agree.
+
+In:   FlatModel
+Out:  warnings, each with both units as derived
+
+A variable without a unit fits everything, and so does a number in a sum. In a product
+only the numbers 1, 2 and 1/2 count as plain numbers: others may hide a unit of their own,
+as in `tau = -0.1*w`, and so may `time`, as in `phi = time`. Nothing is reported that is
+not certain.
+
+Example: `F = m*v` with units N, kg and m/s is reported with `kg.m/s2` and `kg.m/s`.
+
+Reference: Modelica Language Specification 3.6, chapter 19.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from enum import Enum
+from fractions import Fraction
+from functools import reduce
+
+from planarc.core import unit
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.source import Span
+from planarc.core.unit import NUMBER, Dimension
+from planarc.ir import flat
+
+#: None: not known, fits everything
+Known = Dimension | None
+
+_PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
+_KEEP = frozenset({"pre", "noEvent", "abs", "sum", "delay", "transpose", "fill", "cat"})
+_SECOND = frozenset({"smooth"})
+_OF_NUMBERS = frozenset(
+    {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log10"}
+)
+_SAME = frozenset({"min", "max", "homotopy", "mod", "rem"})
+
+
+@dataclass(slots=True)
+class Checker:
+    """The units of a model's variables, and what was found wrong."""
+
+    units: dict[str, Known]
+    functions: dict[str, flat.Function]
+    found: list[Diagnostic] = field(default_factory=list)
+
+    def report(self, what: str, a: Dimension, b: Dimension, span: Span) -> None:
+        message = f"{what} have different units: `{unit.unit_text(a)}` and `{unit.unit_text(b)}`"
+        self.found.append(Diagnostic("F330", message, span, Severity.WARNING))
+
+    def agree(self, what: str, a: Known, b: Known, span: Span) -> Known:
+        """The unit that both have; a certain difference is reported."""
+        if a is not None and b is not None and a != b:
+            self.report(what, a, b, span)
+        return a if a is not None else b
+
+    # Expressions ------------------------------------------------------------------------
+
+    def of(self, e: flat.Expression) -> Known:
+        """The unit of an expression."""
+        match e:
+            case flat.Reference(name=name):
+                return self.units.get(name)
+            case flat.Unary(operand=operand):
+                return self.of(operand)
+            case flat.Binary():
+                return self.binary(e)
+            case flat.If(branches=branches, otherwise=otherwise):
+                for condition, _ in branches:
+                    self.of(condition)
+                values = [self.of(v) for _, v in branches] + [self.of(otherwise)]
+                return self.together("the branches of `if`", values, e.span)
+            case flat.Array(items=items):
+                values = [self.of(i) for i in items]
+                return values[0] if values and all(v == values[0] for v in values) else None
+            case flat.Index(base=base):
+                return self.of(base)
+            case flat.Builtin():
+                return self.builtin(e)
+            case flat.Call():
+                return self.call(e)
+        return None
+
+    def together(self, what: str, values: list[Known], span: Span) -> Known:
+        return reduce(lambda a, b: self.agree(what, a, b, span), values)
+
+    def binary(self, e: flat.Binary) -> Known:
+        left, right = self.of(e.left), self.of(e.right)
+        match e.op:
+            case "+" | "-" | ".+" | ".-":
+                return self.agree(f"the sides of `{e.op}`", left, right, e.span)
+            case "<" | "<=" | ">" | ">=" | "==" | "<>":
+                self.agree(f"the sides of `{e.op}`", left, right, e.span)
+                return None
+            case "*" | ".*":
+                return self.combine(e, left, right, unit.multiply)
+            case "/" | "./":
+                return self.combine(e, left, right, unit.divide)
+            case "^" | ".^":
+                return self.power(left, e.right)
+        return None
+
+    def combine(
+        self,
+        e: flat.Binary,
+        left: Known,
+        right: Known,
+        join: Callable[[Dimension, Dimension], Dimension],
+    ) -> Known:
+        first = NUMBER if left is None and is_plain_number(e.left) else left
+        second = NUMBER if right is None and is_plain_number(e.right) else right
+        if e.op in ("/", "./") and right is None:
+            second = None  # `time/2` may well mean two seconds
+        if first is None or second is None or is_plain_number(e):
+            return None
+        return join(first, second)
+
+    def power(self, base: Known, exponent: flat.Expression) -> Known:
+        if base is None or not isinstance(exponent, flat.Literal):
+            return None
+        assert not isinstance(exponent.value, str)
+        return unit.power(base, Fraction(exponent.value).limit_denominator(64))
+
+    def builtin(self, e: flat.Builtin) -> Known:
+        values = [self.of(a) for a in e.arguments]
+        name = e.function
+        if name == "der":
+            second = unit.parse("s")
+            assert second is not None
+            return None if values[0] is None else unit.divide(values[0], second)
+        if name == "sqrt":
+            return None if values[0] is None else unit.power(values[0], Fraction(1, 2))
+        if name in _KEEP:
+            return values[-1] if name == "cat" else values[0]
+        if name in _SECOND:
+            return values[1]
+        if name in _SAME:
+            return self.together(f"the arguments of `{name}`", values, e.span)
+        if name == "atan2":
+            self.together("the arguments of `atan2`", values, e.span)
+            return NUMBER
+        if name in _OF_NUMBERS:
+            self.agree(f"`{name}` takes a number: these", values[0], NUMBER, e.span)
+            return NUMBER
+        return None
+
+    def call(self, e: flat.Call) -> Known:
+        function = self.functions.get(e.function)
+        values = [self.of(a) for a in e.arguments]
+        if function is None:
+            return None
+        for variable, value, argument in zip(function.inputs, values, e.arguments, strict=False):
+            declared = unit.parse(variable.attributes.unit)
+            what = f"the input `{variable.name}` of `{function.name}` and what is given"
+            self.agree(what, declared, value, argument.span)
+        if e.output is None or e.output >= len(function.outputs):
+            return None
+        return unit.parse(function.outputs[e.output].attributes.unit)
+
+    # Equations ------------------------------------------------------------------------------
+
+    def equations(self, equations: tuple[flat.Equation, ...]) -> None:
+        for equation in equations:
+            self.equation(equation)
+
+    def equation(self, equation: flat.Equation) -> None:
+        match equation:
+            case flat.Equality(left=left, right=right) if not isinstance(left, flat.Targets):
+                if isinstance(left, flat.Record) and isinstance(right, flat.Record):
+                    for a, b in zip(left.items, right.items, strict=True):
+                        self.sides(a, b, equation)
+                else:
+                    self.sides(left, right, equation)
+            case flat.IfEquation(branches=branches, otherwise=otherwise):
+                for condition, body in branches:
+                    self.of(condition)
+                    self.equations(body)
+                self.equations(otherwise)
+            case flat.WhenEquation(branches=branches):
+                for condition, body in branches:
+                    self.of(condition)
+                    self.equations(body)
+            case flat.Assert(condition=condition):
+                self.of(condition)
+            case flat.Reinit(variable=variable, value=value):
+                what = "the variable and the new value of `reinit`"
+                self.agree(what, self.of(variable), self.of(value), equation.span)
+
+    def sides(self, left: flat.Expression, right: flat.Expression, e: flat.Equality) -> None:
+        what = "the connected variables" if e.generated else "the sides of the equation"
+        if isinstance(left, flat.Array) and isinstance(right, flat.Array):
+            for a, b in zip(left.items, right.items, strict=False):
+                self.agree(what, self.of(a), self.of(b), e.span)
+            return
+        self.agree(what, self.of(left), self.of(right), e.span)
+
+    def variable(self, variable: flat.Variable) -> None:
+        own = self.units[variable.name]
+        a = variable.attributes
+        for what, value in (
+            ("value", variable.binding),
+            ("start", a.start),
+            ("min", a.min),
+            ("max", a.max),
+            ("nominal", a.nominal),
+        ):
+            if value is not None:
+                names = f"`{variable.name}` and its {what}"
+                self.agree(names, own, self.of(value), value.span)
+
+
+def is_plain_number(e: flat.Expression) -> bool:
+    """A number that has no unit, even in a product."""
+    match e:
+        case flat.Literal(value=bool()) | flat.Literal(value=str()):
+            return False
+        case flat.Literal(value=value):
+            return value in _PLAIN_NUMBERS
+        case flat.Unary(operand=operand):
+            return is_plain_number(operand)
+        case flat.Binary(op="*" | "/", left=left, right=right):
+            return is_plain_number(left) and is_plain_number(right)
+    return False
+
+
+class UnitCheck(Enum):
+    """What becomes of units that differ."""
+
+    WARN = "warn"
+    ERROR = "error"
+    OFF = "off"
+
+
+def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnostic]:
+    """Warnings for units that certainly differ, in the files that the user works on:
+    what a library says inside is for its author to see."""
+    checker = Checker(
+        {v.name: unit.parse(v.attributes.unit) for v in model.variables},
+        {f.name: f for f in model.functions},
+    )
+    for variable in model.variables:
+        checker.variable(variable)
+    checker.equations(model.equations)
+    checker.equations(model.initial_equations)
+    return [d for d in checker.found if d.span is not None and d.span.source.name in files]

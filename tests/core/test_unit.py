@@ -1,0 +1,56 @@
+"""Units as dimensions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planarc.core import unit
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("N.m", "J"),
+        ("kg.m2/s2", "J"),
+        ("N", "kg.m/s2"),
+        ("m3.kg-1.s-2", "m3/(kg.s2)"),
+        ("kN", "N"),
+        ("mm", "m"),
+        ("rad/s", "1/s"),
+        ("W/(m2.K)", "kg/(s3.K)"),
+        ("kW.h", "J"),
+        ("min", "s"),
+        ("Pa", "N/m2"),
+        ("V", "W/A"),
+        ("Ohm", "V/A"),
+        ("F", "C/V"),
+        ("H", "Wb/A"),
+        ("daN", "N"),
+        ("%", "1"),
+    ],
+)
+def test_equal_dimensions(one: str, other: str) -> None:
+    assert unit.parse(one) is not None
+    assert unit.parse(one) == unit.parse(other)
+
+
+@pytest.mark.parametrize("text", ["", "nonsense", "m//s", "m.", "(m", "m)", "m^2", "kg m"])
+def test_what_is_no_unit_is_not_known(text: str) -> None:
+    assert unit.parse(text) is None
+
+
+exponents = st.integers(-4, 4).map(Fraction)
+
+
+@given(st.tuples(*[exponents] * 7))
+def test_the_text_of_a_dimension_is_that_dimension(dimension: unit.Dimension) -> None:
+    assert unit.parse(unit.unit_text(dimension)) == dimension
+
+
+@given(st.tuples(*[exponents] * 7), st.tuples(*[exponents] * 7))
+def test_division_undoes_multiplication(a: unit.Dimension, b: unit.Dimension) -> None:
+    assert unit.divide(unit.multiply(a, b), b) == a
