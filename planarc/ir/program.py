@@ -152,12 +152,16 @@ class CandidateSlot:
 
 @dataclass(frozen=True, slots=True)
 class FixedSlot:
-    """A variable held at its start value that is no candidate."""
+    """The start of a variable that is no candidate: see `sorted.Fixed`."""
 
     display: str
     slot: int
     start: int
     span: Span
+    fixed: bool = True
+    written: bool = True
+    select: StateSelect = StateSelect.DEFAULT
+    height: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -123,12 +123,21 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Fixed:
-    """`x(start=v, fixed=true)` of a variable that is no candidate: held at the start."""
+    """What was said of the start of a variable that is no candidate.
+
+    Held where `fixed`; a `written` start is held where it is independent of others, as
+    those of candidates are, and a guess elsewhere. Joint coordinates (StateSelect.prefer)
+    whose start was not written are listed too: they tell on which side a loop closes.
+    """
 
     symbol: Expr  # with `sign` already applied to `start`
     start: Expr
     display: str
     span: Span
+    fixed: bool = True
+    written: bool = True
+    select: StateSelect = StateSelect.DEFAULT
+    height: int = 0  # of the level that it is computed in
 
 
 @dataclass(frozen=True, slots=True)

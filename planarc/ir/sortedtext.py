@@ -94,6 +94,8 @@ def _residual(model: SortedDae, r: Residual, indent: str) -> str:
 def _start(model: SortedDae) -> list[str]:
     lines = []
     for f in model.fixed:
+        if not f.fixed:
+            continue
         symbol = symbol_text(*f.symbol.data)
         shown = f.display if f.display == symbol else f"{f.display} = {symbol}"
         lines.append(noted(f"  {shown} = {text(f.start)}", f.span))

@@ -150,9 +150,9 @@ class Run:
         t = self.request.start
         self.events.begin()
         for _ in range(START_ROUNDS):
-            start = solve_start(self.program, self.kernel, t)
+            start = solve_start(self.program, self.kernel, t, frozenset(self.request.starts))
             self.kernel.accept(t)
-            self._choose_states(t, start.held)
+            self._choose_states(t, start.held[: len(self.program.candidates)])
             y = self._state_values()
             if not self.events.present or not self.events.settle_start(t, y):
                 break

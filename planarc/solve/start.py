@@ -5,9 +5,10 @@ Out:  Start    a value for every candidate, and how each start value was used
 
 The unknowns are all candidates for states. Held exactly are, as far as they are
 independent of each other under the constraints: those with `fixed = true`; then the
-start values that were written, in the order of StateSelect and of declaration. All
-others are guesses, and the solution nearest to them is taken. So the result depends
-on what the user wrote alone, never on which states the run chooses.
+start values that were written, in the order of StateSelect and of declaration, be they
+of candidates or of variables that follow from these. All others are guesses, and the
+solution nearest to them is taken (`start_branch`). So the result depends on what the
+user wrote alone, never on which states the run chooses.
 
 Example: a four-bar of which three angles have written start values. It has one
 degree of freedom, so the first angle is held, and the other two only say on which
@@ -29,9 +30,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from planarc.ir.program import CandidateSlot, Kernel, Program
+from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
 from planarc.ir.result import Held
 from planarc.solve import newton, start_failure
+from planarc.solve.start_branch import nearest_root
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,20 +47,24 @@ INDEPENDENT = 1e-3
 @dataclass(frozen=True, slots=True)
 class Start:
     values: tuple[float, ...]  # of the candidates
-    held: tuple[Held, ...]
+    held: tuple[Held, ...]  # of the candidates, then of other variables with a written start
 
 
-def solve_start(program: Program, kernel: Kernel, t: float) -> Start:
-    """Leaves the workspace at the start values found."""
+def solve_start(
+    program: Program, kernel: Kernel, t: float, given: frozenset[int] = frozenset()
+) -> Start:
+    """Leaves the workspace at the start values found. `given` are the slots of start values
+    that the user sets for this run: they count as written."""
     import numpy as np
 
     guess = [float(kernel.w[c.start]) for c in program.candidates]
-    system = System(program, kernel, t)
-    if not system.rows:
+    system = System(program, kernel, t, given)
+    if not system.rows and not any(system.written(f) for f in program.fixed):
         held = [True] * len(guess)
         return _finish(system, np.array(guess), held)
     u0 = np.array(guess)
     choice = choose_held(system, u0)
+    system = system.holding(choice.others)
     values = _assemble(system, u0, choice)
     if values is None:
         raise start_failure.explain(system, u0, choice)
@@ -70,11 +76,19 @@ def _finish(system: System, values: Vector, held: Sequence[bool]) -> Start:
     flag = system.evaluate_flag(values)
     if flag != 0 or not system.finite(values):
         raise start_failure.not_evaluated(system, flag)
+    w = system.kernel.w
     return Start(
         tuple(float(v) for v in values),
-        tuple(
-            Held(c.display, float(system.kernel.w[c.start]), float(v), bool(h))
-            for c, v, h in zip(program.candidates, values, held, strict=True)
+        (
+            *(
+                Held(c.display, float(w[c.start]), float(v), bool(h))
+                for c, v, h in zip(program.candidates, values, held, strict=True)
+            ),
+            *(
+                Held(f.display, float(w[f.start]), float(w[f.slot]), f in system.conditions)
+                for f in program.fixed
+                if system.written(f)
+            ),
         ),
     )
 
@@ -83,11 +97,19 @@ class System:
     """The conditions at the start as one function of all candidates.
 
     Its rows are the residuals of the blocks below the top, the initial equations, and
-    the variables held that are no candidates.
+    the variables held that are no candidates: `conditions`, the fixed ones and `others`.
     """
 
-    def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
-        self.program, self.kernel, self.t = program, kernel, t
+    def __init__(
+        self,
+        program: Program,
+        kernel: Kernel,
+        t: float,
+        given: frozenset[int] = frozenset(),
+        others: Sequence[FixedSlot] = (),
+    ) -> None:
+        self.program, self.kernel, self.t, self.given = program, kernel, t, given
+        self.conditions = (*(f for f in program.fixed if f.fixed), *others)
         self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
         self.block_rows: dict[int, range] = {}
         count = 0
@@ -96,9 +118,18 @@ class System:
             count += len(block.residuals)
         self.initial_rows = range(count, count + len(program.initial_residuals))
         count = self.initial_rows.stop
-        self.fixed_rows = range(count, count + len(program.fixed))
+        self.fixed_rows = range(count, count + len(self.conditions))
         self.rows = self.fixed_rows.stop
         self._r = [0.0] * max(1, self.initial_rows.stop)
+
+    def holding(self, others: Sequence[FixedSlot]) -> System:
+        """The same with some more variables held."""
+        return System(self.program, self.kernel, self.t, self.given, others)
+
+    def written(self, start: CandidateSlot | FixedSlot) -> bool:
+        """Whether the user has said where it starts, in the model or for this run."""
+        said = start.written if isinstance(start, FixedSlot) else start.start_written
+        return said or start.fixed or start.start in self.given
 
     def evaluate_flag(self, u: Vector) -> int:
         return self.kernel.residuals(self.t, u.tolist(), self._r)
@@ -122,7 +153,7 @@ class System:
         w = self.kernel.w
         values = np.empty(self.rows)
         values[: self.initial_rows.stop] = self._r[: self.initial_rows.stop]
-        for row, f in zip(self.fixed_rows, self.program.fixed, strict=True):
+        for row, f in zip(self.fixed_rows, self.conditions, strict=True):
             values[row] = w[f.slot] - w[f.start]
         return values if np.all(np.isfinite(values)) else None
 
@@ -136,6 +167,8 @@ class System:
                 if block.height == height:
                     rows.extend(self.block_rows[i])
                     columns.extend(range(block.first, block.first + len(block.tears)))
+            conditions = zip(self.fixed_rows, self.conditions, strict=True)
+            rows.extend(row for row, f in conditions if f.height == height)
             yield rows, columns
         if self.initial_rows or self.fixed_rows or len(heights) > 2:
             yield list(range(self.rows)), list(range(len(self.program.candidates)))
@@ -143,40 +176,74 @@ class System:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which candidates are held. `redundant`: fixed ones that are determined without being
-    held, each with those among the held that determine it."""
+    """Which candidates are held, and which other variables besides the fixed ones.
+    `redundant`: fixed candidates that are determined without being held, each with those
+    among the held that determine it."""
 
     held: tuple[bool, ...]
     redundant: tuple[tuple[int, tuple[int, ...]], ...] = ()
+    others: tuple[FixedSlot, ...] = ()
 
 
 def choose_held(system: System, u: Vector) -> Choice:
-    """The candidates held, first come first served, as long as they are independent.
+    """Start values held, first come first served, as long as they are independent.
 
     The guess may be a singular position by accident. So the same is done at two places
-    beside it, and the outcome that holds the first candidates counts.
+    beside it, and the outcome that holds the first ones counts.
     """
-    candidates, order = system.program.candidates, _by_rank(system.program)
+    candidates, order = system.program.candidates, _by_rank(system)
     best: tuple[list[bool], Choice] | None = None
     for place in places(u):
         motions = free_motions(system, place)
         if motions is None:
             continue
-        span = _Span(motions)
-        taken = [span.add(i) for i in order]
+        others = [f for f in order if isinstance(f, FixedSlot)]
+        span = _Span(_all_rows(motions, gradients(system, place, others)))
+        row = {f: len(candidates) + k for k, f in enumerate(others)}
+        number = [f if isinstance(f, int) else row[f] for f in order]
+        taken = [span.add(i) for i in number]
         held = [c.fixed for c in candidates]
-        for i, independent in zip(order, taken, strict=True):
-            held[i] |= independent
+        extra = []
+        for item, independent in zip(order, taken, strict=True):
+            if isinstance(item, FixedSlot):
+                extra += [item] if independent else []
+            else:
+                held[item] |= independent
         redundant = tuple(
-            (i, span.partners(i))
+            (i, tuple(p for p in span.partners(i) if p < len(candidates)))
             for i, independent in zip(order, taken, strict=True)
-            if candidates[i].fixed and not independent
+            if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
         )
         if best is None or taken > best[0]:
-            best = taken, Choice(tuple(held), redundant)
+            best = taken, Choice(tuple(held), redundant, tuple(extra))
         if sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True):
             break  # no other outcome could hold earlier ones
     return best[1] if best else Choice(tuple(c.fixed for c in candidates))
+
+
+def _all_rows(motions: Vector, gradients: Vector) -> Vector:
+    """How each candidate, then each other variable, changes with each free motion."""
+    import numpy as np
+
+    return np.vstack([motions, gradients @ motions])
+
+
+def gradients(system: System, point: Vector, others: Sequence[FixedSlot]) -> Vector:
+    """The derivatives of other variables by the candidates; zeros where they have none."""
+    import numpy as np
+
+    if not others:
+        return np.zeros((0, len(point)))
+
+    def values(u: Vector) -> Vector | None:
+        if system.evaluate_flag(u) != 0:
+            return None
+        found = np.array([system.kernel.w[f.slot] for f in others])
+        return found if np.all(np.isfinite(found)) else None
+
+    here = values(point)
+    found = None if here is None else newton.derivative(values, point, here)
+    return np.zeros((len(others), len(point))) if found is None else found
 
 
 def places(u: Vector) -> list[Vector]:
@@ -220,17 +287,20 @@ class _Span:
         return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
 
 
-def _by_rank(program: Program) -> list[int]:
-    """Candidates that ask to be held: fixed, then written by StateSelect and declaration."""
+def _by_rank(system: System) -> list[int | FixedSlot]:
+    """What asks to be held: fixed candidates (by number), then all that was written, by
+    StateSelect and declaration."""
+    program = system.program
     declared = {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
     last = len(declared)
-
-    def rank(i: int) -> tuple[bool, int, int, int]:
-        c = program.candidates[i]
-        return not c.fixed, -c.select, declared.get(c.display, last), i
-
-    asking = (i for i, c in enumerate(program.candidates) if c.fixed or c.start_written)
-    return sorted(asking, key=rank)
+    asking: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
+    for i, c in enumerate(program.candidates):
+        if system.written(c):
+            asking.append(((not c.fixed, -c.select, declared.get(c.display, last), i), i))
+    for i, f in enumerate(program.fixed, len(program.candidates)):
+        if system.written(f) and not f.fixed:
+            asking.append(((True, -f.select, declared.get(f.display, last), i), f))
+    return [item for _, item in sorted(asking, key=lambda pair: pair[0])]
 
 
 def free_motions(system: System, point: Vector) -> Vector | None:
@@ -270,7 +340,7 @@ def _solve_stages(
 ) -> Vector | None:
     u = u0.copy()
     for rows, columns in system.stages():
-        root = solve_stage(system, u, rows, [c for c in columns if not held[c]])
+        root = nearest_root(system, u, rows, columns, held)
         if not root.converged:
             return None
         u = root.point

@@ -95,8 +95,9 @@ def _row_info(system: System, row: int) -> EquationInfo | None:
     if row in system.initial_rows:
         k = row - system.initial_rows.start
         return program.initial_equations[k] if k < len(program.initial_equations) else None
-    fixed = program.fixed[row - system.fixed_rows.start]
-    return EquationInfo(f"{fixed.display} = start, fixed = true", fixed.span, "")
+    fixed = system.conditions[row - system.fixed_rows.start]
+    note = ", fixed = true" if fixed.fixed else ""
+    return EquationInfo(f"{fixed.display} = start{note}", fixed.span, "")
 
 
 def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
@@ -220,7 +221,7 @@ def _contradiction(
     extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
     first = program.candidates[extra]
     others = [(program.candidates[i].display, program.candidates[i].span) for i in partners]
-    others += [(f.display, f.span) for f in program.fixed]
+    others += [(f.display, f.span) for f in program.fixed if f.fixed]
     names = trouble.names([*(n for n, _ in others), first.display])
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:

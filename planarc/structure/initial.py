@@ -1,30 +1,47 @@
 """What holds at the start besides the candidates' own start values.
 
 In:   Attributes, steps, initial equations
-Out:  Fixed variables that are no candidates, guesses of torn unknowns of the top level,
-      residuals of the initial equations in kept symbols
+Out:  start values of variables that are no candidates, guesses of torn unknowns of the
+      top level, residuals of the initial equations in kept symbols
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, Substitution, text
-from planarc.ir.sorted import Block, Candidate, Fixed, Residual, Step
+from planarc.ir.flat import StateSelect
+from planarc.ir.sorted import Assignment, Block, Candidate, Fixed, Level, Residual, Step
 from planarc.structure.attributes import Attributes
 
 
 def held_variables(
-    table: Exprs, attributes: Mapping[Expr, Attributes], candidates: Iterable[Candidate]
+    table: Exprs,
+    attributes: Mapping[Expr, Attributes],
+    candidates: Iterable[Candidate],
+    levels: Iterable[Level],
 ) -> tuple[Fixed, ...]:
+    """Fixed variables, and what could have been a state and has a start or is a joint's."""
     chosen = {c.symbol for c in candidates}
-    return tuple(
-        Fixed(symbol, a.start if a.start is not None else table.zero, a.display, a.span)
-        for symbol, a in attributes.items()
-        if a.fixed and symbol not in chosen
-    )
+    heights = {a.target: level.height for level in levels for a in _assignments(level)}
+    found = []
+    for symbol, a in attributes.items():
+        height = heights.get(symbol, 0)
+        guide = height > 0 and (a.start_written or a.select >= StateSelect.PREFER)
+        if symbol not in chosen and (a.fixed or guide):
+            start = a.start if a.start is not None else table.zero
+            written = a.fixed or a.start_written
+            found.append(
+                Fixed(symbol, start, a.display, a.span, a.fixed, written, a.select, height)
+            )
+    return tuple(found)
+
+
+def _assignments(level: Level) -> Iterator[Assignment]:
+    for step in level.steps:
+        yield from step.inner if isinstance(step, Block) else (step,)
 
 
 def guess_tears(

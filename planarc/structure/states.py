@@ -6,10 +6,10 @@ Out:  steps; their tears are the candidates for states
 
 Each level is one tearing problem. Unknowns are torn in this order: StateSelect.always;
 derivatives of candidates of the level below, so that velocities are chosen as positions
-were; then by StateSelect (prefer, default, avoid, never); then those that make most
-equations solvable; then the first. In a mechanism these are the joints' coordinates,
-from the ground outwards; each loop leaves residuals, and the states are the tears less
-the residuals, chosen while running.
+were; then by StateSelect (prefer, default, avoid, never); then those whose start was
+written; then those that make most equations solvable; then the first. In a mechanism
+these are the joints' coordinates, from the ground outwards; each loop leaves residuals,
+and the states are the tears less the residuals, chosen while running.
 
 Example: a crank-slider with the hinges A, B, C and the slide s
 
@@ -53,7 +53,9 @@ def _rank(symbol: Expr, attributes: Mapping[Expr, Attributes], favoured: frozens
         return 0
     if symbol in favoured and select is not StateSelect.NEVER:
         return 1
-    return 1 + int(StateSelect.ALWAYS) - int(select)
+    found = attributes.get(symbol)
+    written = found is not None and found.start_written
+    return 2 * (1 + int(StateSelect.ALWAYS) - int(select)) - int(written)
 
 
 def select_of(symbol: Expr, attributes: Mapping[Expr, Attributes]) -> StateSelect:
