@@ -82,6 +82,7 @@ class Model:
         self._compiled = {backend: compile_model(request, backend)}
         self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
         self._variables: dict[str, Variable] | None = None
+        self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
 
     def __repr__(self) -> str:
         p = self.program
@@ -103,7 +104,7 @@ class Model:
         self._compiled = {
             b: Compiled(program, b, code, state["warnings"]) for b, code in state["codes"].items()
         }
-        self._variants, self._variables = {}, None
+        self._variants, self._variables, self._driven = {}, None, {}
 
     # What it has
 
@@ -187,7 +188,7 @@ class Model:
         functions of time or tables. Raises UsageError for a wrong request, PlanarcError
         where there is no start, RunStopped (with the `result` so far) where the run fails.
         """
-        model, settable = self._with(parameters)
+        model, settable = self.with_parameters(parameters)
         options = RunOptions(
             start=_time("start_time", start_time),
             stop=_time("stop_time", stop_time),
@@ -245,7 +246,9 @@ class Model:
             self._compiled[backend] = replace(known, backend=backend, code=code)
         return self._compiled[backend]
 
-    def _with(self, parameters: Mapping[str, Value] | None) -> tuple[Model, dict[str, float]]:
+    def with_parameters(
+        self, parameters: Mapping[str, Value] | None
+    ) -> tuple[Model, dict[str, float]]:
         """The model to run, and values to set. Structural ones make another model."""
         values = parameter_values(self.program, parameters)
         structural = {p.name: p for p in self.program.parameter_slots if p.structural}
@@ -292,7 +295,7 @@ class Model:
 
     def linearize(
         self,
-        at: float | Mapping[str, Value] | None = None,
+        at: float | str | Mapping[str, Value] | None = None,
         *,
         parameters: Mapping[str, Value] | None = None,
         start: Mapping[str, Value] | None = None,
@@ -359,6 +362,20 @@ class Model:
             backend=self.backend,
         )
         return drive(self, motions, options, parameters, start)
+
+    def driven(
+        self,
+        coordinates: Sequence[str],
+        efforts: Mapping[str, str],
+        texts: Sequence[str | None],
+    ) -> tuple[Compiled, dict[str, str]]:
+        """The model with driven joints, compiled when it is first asked for."""
+        from planarc.analysis.drive import compile_driven
+
+        key = (tuple(coordinates), tuple(texts))
+        if key not in self._driven:
+            self._driven[key] = compile_driven(self, coordinates, efforts, texts)
+        return self._driven[key]
 
     def sensitivities(
         self,

@@ -142,50 +142,51 @@ class ForcedKernel:
     def __init__(
         self, kernel: Kernel, force: Callable[[float], Mapping[int, float]], begin: float
     ) -> None:
-        self._kernel, self._force, self._begin = kernel, force, begin
+        self.inner, self._values, self._begin = kernel, force, begin
         self.w: MutableSequence[float] = kernel.w
 
-    def _set(self, t: float) -> None:
-        for slot, value in self._force(t).items():
+    def force(self, t: float) -> None:
+        """Set the values of this time."""
+        for slot, value in self._values(t).items():
             self.w[slot] = value
 
     @property
     def failed_block(self) -> int:
-        return self._kernel.failed_block
+        return self.inner.failed_block
 
     @property
     def failed_equation(self) -> int:
-        return self._kernel.failed_equation
+        return self.inner.failed_equation
 
     def parameters(self) -> int:
-        flag = self._kernel.parameters()
-        self._set(self._begin)
+        flag = self.inner.parameters()
+        self.force(self._begin)
         return flag
 
     def select(self, selection: Sequence[int]) -> None:
-        self._kernel.select(selection)
+        self.inner.select(selection)
 
     def accept(self, t: float) -> None:
-        self._kernel.accept(t)
+        self.inner.accept(t)
 
     def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
-        self._set(t)
-        return self._kernel.rhs(t, y, ydot)
+        self.force(t)
+        return self.inner.rhs(t, y, ydot)
 
     def outputs(self, t: float, y: Sequence[float]) -> int:
-        self._set(t)
-        return self._kernel.outputs(t, y)
+        self.force(t)
+        return self.inner.outputs(t, y)
 
     def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
-        self._set(t)
-        return self._kernel.residuals(t, u, r)
+        self.force(t)
+        return self.inner.residuals(t, u, r)
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:
-        return self._kernel.jacobian(block)
+        return self.inner.jacobian(block)
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
-        self._set(t)
-        return self._kernel.roots(t, y, g)
+        self.force(t)
+        return self.inner.roots(t, y, g)
 
     def discrete(self) -> int:
-        return self._kernel.discrete()
+        return self.inner.discrete()
