@@ -1,6 +1,6 @@
 """A torn block as code: what is computed before it, in it, and its Jacobian.
 
-In:   a `Block`, and the `Lister` of the section that it stands in
+In:   a block with its derivatives, and the `Lister` of the section that it stands in
 Out:  the statements before the block, and its `BlockCode`
 
 Example, tears (x), r = x*x - a*b:          tears (x), y = a*x, r = y - b, linear:
@@ -16,126 +16,17 @@ Promises:  parts that do not depend on the block's unknowns are computed before 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planarc.codegen import jacobian as forward
-from planarc.codegen.affine import Steps, at_zero
-from planarc.codegen.factoring import Factoring
-from planarc.codegen.reach import FEWEST
+from planarc.codegen.derive import Derived
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
 from planarc.ir.program import Direct as DirectCode
-from planarc.ir.sorted import Assignment, Block
 
 if TYPE_CHECKING:
     from planarc.codegen.elimination import Direct
-    from planarc.codegen.samples import Samples
-
-
-@dataclass(frozen=True, slots=True)
-class Derived:
-    """A block and its Jacobian in either form."""
-
-    block: Block
-    height: int
-    first: int  # candidate index of the first tear, -1 in the top level
-    unrolled: forward.Unrolled | None
-    tangent: forward.Tangent | None
-    zero: Steps  # inner unknowns of a linear block at zero
-    residuals: tuple[Expr, ...]  # of a linear block at zero
-    direct: Direct | None
-    late: frozenset[Expr]  # inner unknowns that the block need not give
-    size_steps: Steps  # what its residuals are compared with
-    sizes: tuple[Expr, ...]
-
-    @property
-    def formulas(self) -> list[Expr]:
-        """Everything that the section will have to write, in order."""
-        found = [value for _, value in self.direct.steps] if self.direct else []
-        found.extend(a.value for a in self.inner)
-        if self.direct is not None:
-            found.extend(r.value for r in self.block.residuals)
-            found.extend(value for _, value in self.size_steps)
-            found.extend(self.sizes)
-        found.extend(value for _, value in self.zero)
-        found.extend(self.residuals)
-        found.extend(value for _, value in self.steps)
-        found.extend(value for _, _, value in self.entries)
-        return found
-
-    @property
-    def inner(self) -> list[Assignment]:
-        """What the block computes itself."""
-        return [a for a in self.block.inner if a.target not in self.late]
-
-    @property
-    def steps(self) -> tuple[tuple[Expr, Expr], ...]:
-        """What the Jacobian computes first, under names of its own."""
-        if self.tangent is not None:
-            return self.tangent.slopes
-        return self.unrolled.steps if self.unrolled is not None else ()
-
-    @property
-    def entries(self) -> tuple[tuple[int, int, Expr], ...]:
-        return self.unrolled.entries if self.unrolled is not None else ()
-
-
-def derive_block(
-    table: Exprs,
-    block: Block,
-    height: int,
-    first: int,
-    factoring: Factoring,
-    samples: Samples | None,
-    late: frozenset[Expr],
-) -> Derived:
-    """Choose the form of the Jacobian by its size, and write it."""
-    if not (block.linear and block.residuals):  # else the matrix may not use them
-        _learn(factoring, block, late)
-    inner = tuple((a.target, a.value) for a in block.inner)
-    residuals = tuple(r.value for r in block.residuals)
-    slopes = forward.local_slopes(table, block.tears, inner, residuals)
-    unrolled = tangent = None
-    if forward.count_entries(block.tears, slopes) > forward.LARGEST_UNROLLED:
-        tangent = forward.tangent(table, block.tears, slopes)
-    else:
-        unrolled = forward.unroll(table, block.tears, slopes, factoring)
-    if samples is not None:
-        samples.solve(block, slopes)
-    zero: Steps = ()
-    direct: Direct | None = None
-    sizes: tuple[Expr, ...] = ()
-    size_steps: Steps = ()
-    if block.linear and block.residuals:
-        zero, residuals = at_zero(table, block)
-        if not height and samples is not None and len(block.tears) >= FEWEST:
-            from planarc.codegen.elimination import eliminate, size_terms
-
-            direct = eliminate(table, block, slopes, samples)
-            if direct is not None:
-                size_steps, sizes = size_terms(table, block)
-        _learn(factoring, block, late)
-    return Derived(
-        block,
-        height,
-        first,
-        unrolled,
-        tangent,
-        zero,
-        residuals,
-        direct,
-        late,
-        size_steps,
-        sizes,
-    )
-
-
-def _learn(factoring: Factoring, block: Block, late: frozenset[Expr]) -> None:
-    for a in block.inner:
-        if a.target not in late:
-            factoring.learn(a.target, a.value)
 
 
 class BlockWriter:
@@ -190,10 +81,10 @@ class BlockWriter:
         check: list[Let] = []
         values = tuple(r.value for r in block.residuals)
         left = self._residuals(check, lister, derived, values)
-        for symbol, value in derived.size_steps:
+        for symbol, value in direct.size_steps:
             lister.name(check, symbol, value)
         sizes = []
-        for e in derived.sizes:
+        for e in direct.sizes:
             sizes.append(self._temporaries.new())
             check.append(Let(sizes[-1], lister.value(check, e)))
         matrix: list[Let] = []

@@ -53,15 +53,22 @@ SMALLEST = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Direct:
+    """The steps before the block that give its tears, and those behind it that give the
+    sizes which its residuals are compared with."""
+
     steps: Steps  # (temporary, value), in order
     tears: tuple[Expr, ...]
+    size_steps: Steps
+    sizes: tuple[Expr, ...]
+
+    @property
+    def formulas(self) -> list[Expr]:
+        steps = [value for _, value in (*self.steps, *self.size_steps)]
+        return [*steps, *self.tears, *self.sizes]
 
 
 def eliminate(
-    table: Exprs,
-    block: Block,
-    formulas: Sequence[Local],
-    samples: Samples,
+    table: Exprs, block: Block, formulas: Sequence[Local], samples: Samples
 ) -> Direct | None:
     """`formulas` are the block's, with their slopes. None where elimination does not pay
     or cannot be done."""
@@ -87,7 +94,7 @@ def eliminate(
     if not work.run():
         return None
     found = work.substitute(range(len(tears)))
-    return Direct(tuple(work.steps), found)
+    return Direct(tuple(work.steps), found, *size_terms(table, block))
 
 
 def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:

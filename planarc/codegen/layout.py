@@ -31,6 +31,3 @@ class Layout:
 
     def __getitem__(self, key: Expr | str) -> int:
         return self.slots[key if isinstance(key, str) else text(key)]
-
-    def __contains__(self, key: Expr | str) -> bool:
-        return (key if isinstance(key, str) else text(key)) in self.slots

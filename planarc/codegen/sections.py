@@ -18,15 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from planarc.codegen.aliases import Aliases
-from planarc.codegen.blocks import BlockWriter, Derived, derive_block
-from planarc.codegen.factoring import Factoring, shorten_levels
+from planarc.codegen.blocks import BlockWriter
+from planarc.codegen.derive import Derived, Deriver
+from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
 from planarc.codegen.parts import name_parts
 from planarc.codegen.reach import (
-    FEWEST,
     Reach,
     defined,
     is_constant,
@@ -40,9 +39,6 @@ from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.ir.program import BlockCode, Let, Statement
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step
-
-if TYPE_CHECKING:
-    from planarc.codegen.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +72,7 @@ class _Writer:
         self._blocks = BlockWriter(self._table, self._temporaries)
         self._layout = Layout()
         self._parts: dict[Expr, Expr] = {}  # formulas of parameters alone -> their symbols
-        self._late: frozenset[Expr] = frozenset()
-        self._samples: Samples | None = None
         self._short = shorten_levels(self._table, sorted.levels)
-        self._first = {c.symbol: i for i, c in enumerate(sorted.candidates)}
 
     def write(self) -> Sections:
         sorted, layout = self._sorted, self._layout
@@ -90,7 +83,6 @@ class _Writer:
         names = {p.name for p in self._dae.parameters}
         names.update(a.target.name for a in reach.constant if a.target.order == 0)
         homes, fixed_lets, moving_lets = self._home_aliases(names)
-        self._late = reach.late
         levels, rest = self._derive(reach)
         moving = [f for steps in (*levels, rest) for s in steps for f in _formulas(s)]
         moving += [*zeros, *initial, *(v for _, v, _ in discrete), *(v for _, v in moving_lets)]
@@ -146,35 +138,10 @@ class _Writer:
     def _derive(
         self, reach: Reach
     ) -> tuple[list[list[Derived | Assignment]], list[Derived | Assignment]]:
-        factoring = Factoring(self._table)
-        self._samples = self._take_samples(reach)
+        deriver = Deriver(self._sorted, reach)
         heights = [level.height for level in self._sorted.levels]
-        levels = [
-            [self._derived(s, height, factoring) for s in steps]
-            for steps, height in zip(reach.levels, heights, strict=True)
-        ]
-        return levels, [self._derived(s, 0, factoring) for s in reach.rest]
-
-    def _take_samples(self, reach: Reach) -> Samples | None:
-        """Sample values, where a block is large enough to profit from them."""
-        steps = [*reach.levels[-1], *reach.rest] if reach.levels else []
-        if not any(isinstance(s, Block) and s.linear and len(s.tears) >= FEWEST for s in steps):
-            return None
-        from planarc.codegen.samples import Samples
-
-        samples = Samples(self._sorted)
-        for a in reach.constant:
-            samples.assign(a.target, a.value)
-        return samples
-
-    def _derived(self, step: Step, height: int, factoring: Factoring) -> Derived | Assignment:
-        if isinstance(step, Assignment):
-            factoring.learn(step.target, step.value)
-            if self._samples is not None:
-                self._samples.assign(step.target, step.value)
-            return step
-        first = self._first[step.tears[0]] if height and step.tears else -1
-        return derive_block(self._table, step, height, first, factoring, self._samples, self._late)
+        levels = [deriver.derive(s, h) for s, h in zip(reach.levels, heights, strict=True)]
+        return levels, deriver.derive(reach.rest, 0)
 
     def _home_aliases(
         self, names: set[str]

@@ -39,10 +39,6 @@ class Temporaries:
         return self._table.symbol(f"$t{self._count}")
 
 
-def is_temporary(e: Expr) -> bool:
-    return e.op is Op.SYMBOL and e.data[0].startswith("$t") and e.data[0][2:].isdigit()
-
-
 def is_trivial(e: Expr) -> bool:
     """A leaf or its negative: not worth a temporary."""
     return not e.args or (e.op is Op.NEG and not e.args[0].args)

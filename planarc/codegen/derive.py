@@ -1,0 +1,143 @@
+"""What solving a block needs beside its own formulas: Jacobian, residuals at zero, elimination.
+
+In:   the steps that are computed while running, in their order
+Out:  each block as `Derived`
+
+The Jacobian is unrolled where that is short, else one column as code (`jacobian`). A
+linear block is solved from its residuals at zero (`affine`); a large one of the top
+level by sparse elimination (`elimination`).
+
+Needs:     every step that a block depends on was seen before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planarc.codegen import jacobian as forward
+from planarc.codegen.affine import Steps, at_zero
+from planarc.codegen.factoring import Factoring
+from planarc.codegen.reach import FEWEST, Reach
+from planarc.ir.expr import Expr
+from planarc.ir.sorted import Assignment, Block, SortedDae, Step
+
+if TYPE_CHECKING:
+    from planarc.codegen.elimination import Direct
+    from planarc.codegen.samples import Samples
+
+
+@dataclass(frozen=True, slots=True)
+class Derived:
+    """A block and what it is solved with."""
+
+    block: Block
+    height: int
+    first: int  # candidate index of the first tear, -1 in the top level
+    inner: tuple[Assignment, ...]  # what the block computes itself
+    residuals: tuple[Expr, ...]  # of a linear block: where all tears are zero
+    unrolled: forward.Unrolled | None
+    tangent: forward.Tangent | None
+    zero: Steps = ()  # of a linear block: inner unknowns where all tears are zero
+    direct: Direct | None = None
+
+    @property
+    def formulas(self) -> list[Expr]:
+        """Everything that the section will have to write, in order."""
+        found = [a.value for a in self.inner]
+        if self.direct is not None:
+            found.extend(self.direct.formulas)
+            found.extend(r.value for r in self.block.residuals)
+        found.extend(value for _, value in self.zero)
+        found.extend(self.residuals)
+        found.extend(value for _, value in self.steps)
+        found.extend(value for _, _, value in self.entries)
+        return found
+
+    @property
+    def steps(self) -> Steps:
+        """What the Jacobian computes first, under names of its own."""
+        if self.tangent is not None:
+            return self.tangent.slopes
+        return self.unrolled.steps if self.unrolled is not None else ()
+
+    @property
+    def entries(self) -> tuple[tuple[int, int, Expr], ...]:
+        return self.unrolled.entries if self.unrolled is not None else ()
+
+
+class Deriver:
+    """Goes through the steps in their order."""
+
+    def __init__(self, sorted: SortedDae, reach: Reach) -> None:
+        self._table = sorted.dae.table
+        self._late = reach.late
+        self._factoring = Factoring(self._table)
+        self._samples = _take_samples(sorted, reach)
+        self._first = {c.symbol: i for i, c in enumerate(sorted.candidates)}
+
+    def derive(self, steps: Sequence[Step], height: int) -> list[Derived | Assignment]:
+        return [
+            self._assignment(s) if isinstance(s, Assignment) else self._block(s, height)
+            for s in steps
+        ]
+
+    def _assignment(self, a: Assignment) -> Assignment:
+        self._factoring.learn(a.target, a.value)
+        if self._samples is not None:
+            self._samples.assign(a.target, a.value)
+        return a
+
+    def _block(self, block: Block, height: int) -> Derived:
+        table, first = self._table, -1
+        if height and block.tears:
+            first = self._first[block.tears[0]]
+        own = tuple(a for a in block.inner if a.target not in self._late)
+        residuals = tuple(r.value for r in block.residuals)
+        linear = block.linear and bool(residuals)
+        if not linear:  # its matrix may use what the block computes
+            self._learn(own)
+        assignments = tuple((a.target, a.value) for a in block.inner)
+        slopes = forward.local_slopes(table, block.tears, assignments, residuals)
+        unrolled, tangent = self._jacobian(block, slopes)
+        if self._samples is not None:
+            self._samples.solve(block, slopes)
+        zero: Steps = ()
+        direct = None
+        if linear:
+            zero, residuals = at_zero(table, block)
+            direct = None if height else self._direct(block, slopes)
+            self._learn(own)
+        return Derived(block, height, first, own, residuals, unrolled, tangent, zero, direct)
+
+    def _learn(self, inner: Sequence[Assignment]) -> None:
+        for a in inner:
+            self._factoring.learn(a.target, a.value)
+
+    def _jacobian(
+        self, block: Block, slopes: tuple[forward.Local, ...]
+    ) -> tuple[forward.Unrolled | None, forward.Tangent | None]:
+        if forward.count_entries(block.tears, slopes) > forward.LARGEST_UNROLLED:
+            return None, forward.tangent(self._table, block.tears, slopes)
+        return forward.unroll(self._table, block.tears, slopes, self._factoring), None
+
+    def _direct(self, block: Block, slopes: tuple[forward.Local, ...]) -> Direct | None:
+        if self._samples is None or len(block.tears) < FEWEST:
+            return None
+        from planarc.codegen.elimination import eliminate
+
+        return eliminate(self._table, block, slopes, self._samples)
+
+
+def _take_samples(sorted: SortedDae, reach: Reach) -> Samples | None:
+    """Sample values, where a block is large enough to profit from them."""
+    steps = [*reach.levels[-1], *reach.rest] if reach.levels else []
+    if not any(isinstance(s, Block) and s.linear and len(s.tears) >= FEWEST for s in steps):
+        return None
+    from planarc.codegen.samples import Samples
+
+    samples = Samples(sorted)
+    for a in reach.constant:
+        samples.assign(a.target, a.value)
+    return samples
