@@ -131,6 +131,8 @@ def _as_sides(view: View, ref: syntax.Ref, outside: bool, env: Env) -> object:
         return [_as_sides(v, ref, outside, env) for v in view]
     if isinstance(view, Family):
         return _nest([_as_sides(i, ref, outside, env) for i in view.items], view.dims)
+    if _is_of_class(view):
+        raise error("F311", f"`{ref}` is part of a class, not of a component", ref.span)
     if isinstance(view, Instance) and view.is_connector:
         return Side(view.name, outside, view)
     if isinstance(view, Leaf) and view.is_connector:
@@ -141,6 +143,12 @@ def _as_sides(view: View, ref: syntax.Ref, outside: bool, env: Env) -> object:
         return [_as_sides(i, ref, outside, env) for i in view.items]
     what = "class" if isinstance(view, Class) else "component"
     raise error("F311", f"`{ref}` is no connector, but a {what}", ref.span)
+
+
+def _is_of_class(view: View) -> bool:
+    """Reached through a class name: it is declared, but nowhere there."""
+    owner = view.parent if isinstance(view, Leaf) else view
+    return isinstance(owner, Instance) and owner.prefix is None
 
 
 def _nest(items: list[object], dims: tuple[int, ...]) -> list[object]:
