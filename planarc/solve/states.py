@@ -46,7 +46,7 @@ WORST = 5.0
 #: With a state that must stay one, the run goes on until this.
 LOST = 25.0
 #: So much more of it is accepted before a state gives way to a lower class of StateSelect.
-PREFERENCE = 1.3
+PREFERENCE = 1.45
 #: The rate at which the margin is taken to change with the coordinates, at least.
 RATE = 0.35
 #: Part of the margin to use up before the next look.
