@@ -18,7 +18,26 @@ from typing import Annotated
 
 import typer
 
-from planarc.cli import check, console, doc, equations, flatten, simulate
+from planarc.cli import (
+    assemble,
+    cache,
+    check,
+    compare,
+    console,
+    doc,
+    doctor,
+    drive,
+    equations,
+    equilibrium,
+    flatten,
+    fmt,
+    help_examples,
+    linearize,
+    new,
+    sensitivity,
+    simulate,
+    sweep,
+)
 from planarc.cli import compile as compile_command
 from planarc.cli import list as list_command
 from planarc.cli.exits import Exit, exit_code
@@ -28,11 +47,11 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError
 app = typer.Typer(
     name="planarc",
     help="Compile and simulate planar mechanisms.",
-    add_completion=False,
     rich_markup_mode=None,  # help without colours: importing rich would double its time
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command("new")(new.new)
 app.command("simulate")(simulate.simulate)
 app.command("check")(check.check)
 app.command("flatten")(flatten.flatten)
@@ -40,6 +59,19 @@ app.command("equations")(equations.equations)
 app.command("compile")(compile_command.compile_model)
 app.command("list")(list_command.list_classes)
 app.command("doc")(doc.doc)
+app.command("fmt")(fmt.fmt)
+app.command("compare")(compare.compare)
+app.command("cache")(cache.cache)
+app.command("doctor")(doctor.doctor)
+app.command("sweep")(sweep.sweep)
+app.command("linearize")(linearize.linearize)
+app.command("equilibrium")(equilibrium.equilibrium)
+app.command("assemble")(assemble.assemble)
+app.command("drive")(drive.drive)
+app.command("sensitivity")(sensitivity.sensitivity)
+
+for _command in app.registered_commands:
+    _command.epilog = help_examples.epilog(_command.name)
 
 #: What typer raises when the command line itself cannot be understood.
 _CommandLineError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -61,16 +93,21 @@ def root(
             "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
         ),
     ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Leave out summaries, remarks and warnings.")
+    ] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell more.")] = False,
 ) -> None:
-    pass
+    """Compile and simulate planar mechanisms."""
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command line; gives its exit code and never raises."""
-    console.prepare()
+    arguments, volume = _take_volume(arguments)
+    console.prepare(volume)
     as_json = "--json" in arguments
     try:
-        code = app(args=list(arguments) or ["--help"], prog_name="planarc", standalone_mode=False)
+        code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
         sys.stdout.flush()
         return int(code or 0)
     except PlanarcError as error:
@@ -87,6 +124,23 @@ def run(arguments: Sequence[str]) -> int:
         if os.environ.get("PLANARC_DEBUG"):
             raise
         return _fail((_bug(error),), Exit.BUG, as_json)
+
+
+_VOLUMES = {
+    "-q": console.Volume.QUIET,
+    "--quiet": console.Volume.QUIET,
+    "-v": console.Volume.VERBOSE,
+    "--verbose": console.Volume.VERBOSE,
+}
+
+
+def _take_volume(arguments: Sequence[str]) -> tuple[list[str], console.Volume]:
+    """The arguments without `--quiet` and `--verbose`, which may stand anywhere before `--`."""
+    own = list(arguments)
+    end = own.index("--") if "--" in own else len(own)
+    volumes = [_VOLUMES[a] for a in own[:end] if a in _VOLUMES]
+    rest = [a for a in own[:end] if a not in _VOLUMES] + own[end:]
+    return rest, volumes[-1] if volumes else console.Volume.NORMAL
 
 
 _INTERRUPTED = Diagnostic("C130", "interrupted")

@@ -43,6 +43,16 @@ AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print one JSON object instead of text.")
 ]
 
+Pattern: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--variables",
+        metavar="REGEX",
+        help="Only variables whose names this regular expression matches anywhere.",
+        show_default=False,
+    ),
+]
+
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
@@ -71,3 +81,17 @@ def names_file(target: str) -> bool:
     if target.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(target):
         return True
     return Path(target).exists()
+
+
+def read_pattern(text: str | None) -> re.Pattern[str] | None:
+    """The regular expression of `--variables`."""
+    try:
+        return None if text is None else re.compile(text)
+    except re.error as problem:
+        raise UsageError(
+            Diagnostic(
+                "C114",
+                f"`--variables {text}` is no regular expression: {problem}",
+                hint="write e.g. `--variables 'crank|rod'`, and a backslash before `[` or `(`",
+            )
+        ) from None

@@ -9,14 +9,26 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from enum import IntEnum
 from typing import TextIO
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.render import render_all
 
 
-def prepare() -> None:
+class Volume(IntEnum):
+    QUIET = 0  # only what was asked for, and errors
+    NORMAL = 1
+    VERBOSE = 2  # also what only an expert asks
+
+
+_volume = Volume.NORMAL
+
+
+def prepare(volume: Volume = Volume.NORMAL) -> None:
     """Let no character that the terminal cannot show stop a command."""
+    global _volume
+    _volume = volume
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -33,14 +45,35 @@ def plain(text: str) -> str:
     return "".join(c if c.isprintable() else "\N{MIDDLE DOT}" for c in line)
 
 
+def plain_lines(lines: Iterable[str]) -> str:
+    """Lines as they are, without characters that would steer a terminal."""
+    return "\n".join(
+        "".join(c if c.isprintable() else "\N{MIDDLE DOT}" for c in line) for line in lines
+    )
+
+
 def say(text: str) -> None:
     """Print on standard output, as it is."""
     sys.stdout.write(text if text.endswith("\n") else text + "\n")
 
 
+def tell(text: str, least: Volume = Volume.NORMAL) -> None:
+    """Print a remark on standard error, unless it is too quiet for it."""
+    if _volume >= least:
+        warn(text if text.endswith("\n") else text + "\n")
+
+
+def is_quiet() -> bool:
+    return _volume == Volume.QUIET
+
+
+def is_verbose() -> bool:
+    return _volume == Volume.VERBOSE
+
+
 def complain(diagnostics: Iterable[Diagnostic]) -> None:
     """Print diagnostics on standard error."""
-    found = tuple(diagnostics)
+    found = tuple(d for d in diagnostics if _volume or d.severity is Severity.ERROR)
     if not found:
         return
     text = render_all(found, may_colour(sys.stderr))

@@ -19,7 +19,7 @@ PAGES = (".html", ".htm")
 
 #: How the files begin that planarc writes (at the latest within the first few lines).
 _OWN = {
-    ".csv": re.compile(r'\A"time"[,\r]'),
+    ".csv": re.compile(r'\A"time(?: \[s\])?"[,\r]'),
     ".html": re.compile(r'<meta name="generator" content="planarc\b'),
 }
 _HEAD = 4096  # characters in which the mark must stand

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from planarc.cli.files import Destinations, destinations
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, sort_settings
-from planarc.cli.summary import summary
+from planarc.cli.summary import details, summary
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import RunOptions
 
@@ -37,6 +38,8 @@ class Job:
     report: Path | None
     no_output: bool
     no_report: bool
+    variables: re.Pattern[str] | None = None  # of the result file
+    units: bool = False
 
 
 class Run:
@@ -61,7 +64,8 @@ class Run:
             self._tell(())
             return exit_code(error)
         if len(result.time):
-            self._tell(summary(result, self._seconds(), remembered, self._written()))
+            rows = summary(result, self._seconds(), remembered, self._written())
+            self._tell((*rows, *details(result)) if console.is_verbose() else rows)
         else:
             self._tell(())
         return _exit_of(result)
@@ -78,7 +82,11 @@ class Run:
             equations=(program.equations_before, program.equations_after),
             diagnostics=compiled.warnings,
         )
+        from planarc.view.storage import refuse_no_match
+
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
+        if places.output is not None:
+            refuse_no_match(program, job.variables)
         parameters = {p.name for p in program.parameter_slots}
         values, starts = sort_settings(job.settings, parameters)
         options = replace(job.options, values=values, starts=starts)
@@ -108,7 +116,7 @@ class Run:
         if places.output is not None:
             from planarc.view.table import write_table
 
-            write_table(places.output, result)
+            write_table(places.output, result, self.job.variables, self.job.units)
             self.outcome = replace(self.outcome, output=str(places.output))
         if places.report is not None:
             write_page(places.report, result)
@@ -129,7 +137,7 @@ class Run:
         if self.as_json:
             console.say(replace(self.outcome, seconds=self._seconds()).as_json())
             return
-        if rows:
+        if rows and not console.is_quiet():
             console.say_rows(rows)
         console.complain(self.outcome.diagnostics)
 

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_request
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
+    Libraries,
+    Pattern,
+    Target,
+    make_request,
+    read_pattern,
+)
 from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import Diagnostic, UsageError
@@ -51,12 +59,17 @@ def simulate(
     ] = None,
     no_output: Annotated[bool, typer.Option("--no-output", help="Write no result file.")] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no page.")] = False,
+    variables: Pattern = None,
+    units: Annotated[
+        bool, typer.Option("--units", help="Write units behind the names in a .csv file.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Run a model and write its results.
 
     Times, rows and tolerance are those of the model's experiment annotation, unless given.
     Without options, <Class>.csv and <Class>.html are written into the working directory.
+    A .mat file also holds parameters and constants; a .csv file does where --variables names them.
     """
     _refuse_both(output, no_output, "output")
     _refuse_both(report, no_report, "report")
@@ -77,6 +90,8 @@ def simulate(
         report,
         no_output,
         no_report,
+        read_pattern(variables),
+        units,
     )
     return Run(job, as_json).finish()
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from planarc.ir.result import Held, Result, StateChoice
 
+MOST_EVENTS = 20  # that `--verbose` shows
 MOST_NAMES = 8  # of a list of names that are shown
 
 
@@ -28,6 +29,20 @@ def summary(
         ("time", times(seconds, cached)),
         ("written", "\n".join(written)),
     ]
+    return tuple((label, text) for label, text in rows if text)
+
+
+def details(result: Result) -> tuple[tuple[str, str], ...]:
+    """What `--verbose` adds: the integrator's work, and the events with their causes."""
+    statistics = result.statistics
+    work = (
+        f"{statistics.rhs_calls} of the right-hand side, {statistics.jacobians} of its Jacobian, "
+        f"{statistics.error_test_failures} steps rejected"
+    )
+    happened = [f"t = {e.time:.6g} s: {_names(e.causes)}" for e in result.events[:MOST_EVENTS]]
+    if len(result.events) > MOST_EVENTS:
+        happened.append(f"and {len(result.events) - MOST_EVENTS} more")
+    rows = [("calls", work), ("events", "\n".join(happened))]
     return tuple((label, text) for label, text in rows if text)
 
 

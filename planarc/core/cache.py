@@ -87,6 +87,23 @@ def store(kind: str, key: str, data: bytes) -> None:
         shrink(root, MAX_BYTES)
 
 
+def entries(root: Path) -> dict[str, tuple[int, int]]:
+    """How many entries there are of each kind, and how many bytes they take."""
+    found: dict[str, tuple[int, int]] = {}
+    for path in sorted(root.glob("*/*")):
+        with suppress(OSError):
+            size = path.stat().st_size
+            number, total = found.get(path.parent.name, (0, 0))
+            found[path.parent.name] = number + 1, total + size
+    return found
+
+
+def clear(root: Path) -> int:
+    """Remove all entries; how many could not be removed."""
+    shrink(root, -1)
+    return sum(number for number, _ in entries(root).values())
+
+
 def shrink(root: Path, limit: int) -> None:
     """Remove the entries that were unused for longest until the rest fits."""
     entries: list[tuple[float, int, Path]] = []

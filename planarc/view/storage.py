@@ -7,14 +7,14 @@ power cut leaves the old file as it was.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.ir.program import Column
-from planarc.ir.result import Result
+from planarc.ir.program import Column, Program
 
 
 @contextmanager
@@ -56,6 +56,25 @@ def _reason(target: Path, problem: OSError) -> str:
     return (problem.strerror or str(problem)).lower()
 
 
-def shown(result: Result) -> tuple[Column, ...]:
-    """The columns that a user knows of: names made by planarc itself begin with `$`."""
-    return tuple(c for c in result.program.columns if not c.name.startswith("$"))
+def shown(program: Program, only: re.Pattern[str] | None = None) -> tuple[Column, ...]:
+    """The columns that a user knows of, or only those whose names match somewhere.
+
+    Names made by planarc itself begin with `$`.
+    """
+    return tuple(
+        c
+        for c in program.columns
+        if not c.name.startswith("$") and (only is None or only.search(c.name))
+    )
+
+
+def refuse_no_match(program: Program, only: re.Pattern[str] | None) -> None:
+    """Raises UsageError V505 when a regular expression matches no name."""
+    if only is not None and not shown(program, only):
+        raise UsageError(
+            Diagnostic(
+                "V505",
+                f"no variable matches `{only.pattern}`",
+                hint="look at the names in a result, and put a backslash before `[` or `(`",
+            )
+        )

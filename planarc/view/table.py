@@ -1,18 +1,22 @@
 """Results as tables in files, and back: `.csv`, and `.mat` as Modelica tools share it.
 
     .csv   RFC 4180: `time`, then every variable that is no parameter; numbers with as
-           many digits as reading them back exactly needs
+           many digits as reading them back exactly needs; on request with units, `"x [m]"`
     .mat   MATLAB level 4, variables and parameters; what is equal or opposite is stored once
 
-Both are read back as a `Table`, also those that other tools wrote.
+With a regular expression only what it matches is written, and then parameters also as .csv.
+Both are read back as a `Table`, also those that other tools wrote; of a .mat only the
+columns that are asked for.
 """
 
 from __future__ import annotations
 
+import mmap
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.ir.result import Result
@@ -39,17 +43,25 @@ class Table:
         return name == "time" or name in self.columns
 
 
-def write_table(path: Path, result: Result) -> None:
-    """By the name's ending. Raises UsageError V501 (cannot write), V502 (unknown ending)."""
+def write_table(
+    path: Path, result: Result, only: re.Pattern[str] | None = None, units: bool = False
+) -> None:
+    """By the name's ending; `only` matches names somewhere, `units` go into the head of a .csv.
+
+    Raises UsageError V501 (cannot write), V502 (unknown ending), V505 (nothing matches).
+    """
     from planarc.view import table_csv, table_mat
-    from planarc.view.storage import replacing
+    from planarc.view.storage import refuse_no_match, replacing, shown
 
     suffix = _suffix(path)
+    refuse_no_match(result.program, only)
+    columns = shown(result.program, only)
     with replacing(path) as file:
         if suffix == ".csv":
-            table_csv.write(file, result)
+            chosen = [c for c in columns if only is not None or not c.constant]
+            table_csv.write(file, result, chosen, units)
         else:
-            table_mat.write(file, result)
+            table_mat.write(file, result, columns)
 
 
 def read_table(path: Path) -> Table:
@@ -58,14 +70,22 @@ def read_table(path: Path) -> Table:
 
     suffix = _suffix(path)
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            if suffix == ".csv":
+                return table_csv.read(file)
+            return table_mat.read(_mapped(file))
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
         raise UsageError(Diagnostic("V503", f"cannot read `{path}`: {reason}")) from None
-    try:
-        return table_csv.read(data) if suffix == ".csv" else table_mat.read(data)
     except ValueError as problem:
         raise UsageError(Diagnostic("V504", f"`{path}` is no result table: {problem}")) from None
+
+
+def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
+    """The bytes of a file; the system reads them when they are looked at."""
+    if file.seek(0, 2) == 0:
+        return b""
+    return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
 
 def _suffix(path: Path) -> str:

@@ -13,14 +13,14 @@ data, a column for each point. Files stored the other way round ("binNormal") ar
 
 from __future__ import annotations
 
+import mmap
 import re
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planarc.ir.program import Column
 from planarc.ir.result import Result
-from planarc.view.storage import shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,10 +32,13 @@ _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 _CLASS = ("Atrajectory", "1.1", "", "binTrans")
 
 
-def write(file: BinaryIO, result: Result) -> None:
+#: Rows written at a time, so that a long result is not copied as a whole.
+_CHUNK = 4096
+
+
+def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
     import numpy as np
 
-    columns = shown(result)
     names = ["time", *(c.name for c in columns)]
     descriptions = ["Simulation time [s]", *(_description(c) for c in columns)]
     constants = list(dict.fromkeys(c.slot for c in columns if _constant(result, c)))
@@ -54,16 +57,18 @@ def write(file: BinaryIO, result: Result) -> None:
     first[0] = ends
     for slot, i in constant_at.items():
         first[i - 1] = result.constants[slot]
-    second = np.empty((len(result.time), 1 + len(varying)))
-    second[:, 0] = result.time
-    second[:, 1:] = result.data[:, [result.stored[slot] for slot in varying]]
 
     _matrix(file, "Aclass", _TEXT, _texts(_CLASS))
     _matrix(file, "name", _TEXT, _texts(names).T)
     _matrix(file, "description", _TEXT, _texts(descriptions).T)
     _matrix(file, "dataInfo", _INTEGER, info)
     _matrix(file, "data_1", _DOUBLE, first)
-    _matrix(file, "data_2", _DOUBLE, second.T)
+    _head(file, "data_2", _DOUBLE, 1 + len(varying), len(result.time))
+    stored = [result.stored[slot] for slot in varying]
+    for at in range(0, len(result.time), _CHUNK):
+        rows = slice(at, at + _CHUNK)
+        points = np.column_stack([result.time[rows], result.data[rows, stored]])
+        file.write(points.astype("<f8", copy=False).tobytes())
 
 
 def _constant(result: Result, column: Column) -> bool:
@@ -88,11 +93,14 @@ def _texts(lines: Sequence[str]) -> NDArray[np.uint8]:
 
 
 def _matrix(file: BinaryIO, name: str, kind: int, values: NDArray[Any]) -> None:
-    rows, columns = values.shape
-    title = name.encode() + b"\0"
-    file.write(struct.pack("<5i", kind, rows, columns, 0, len(title)) + title)
+    _head(file, name, kind, *values.shape)
     forms = {_DOUBLE: "<f8", _INTEGER: "<i4", _TEXT: "u1"}
     file.write(values.astype(forms[kind], copy=False).tobytes(order="F"))
+
+
+def _head(file: BinaryIO, name: str, kind: int, rows: int, columns: int) -> None:
+    title = name.encode() + b"\0"
+    file.write(struct.pack("<5i", kind, rows, columns, 0, len(title)) + title)
 
 
 # Reading ---------------------------------------------------------------------------------------
@@ -102,10 +110,35 @@ _UNIT = re.compile(r"(?:^| )\[([^\[\]|]+)(?:\|[^\[\]]*)?\]$")
 _FORMS = ("f8", "f4", "i4", "i2", "u2", "u1")
 
 
-def read(data: bytes) -> Table:
-    """Raises ValueError with the reason."""
-    import numpy as np
+class _Columns(Mapping[str, "NDArray[np.float64]"]):
+    """The columns of a file, each read when it is asked for."""
 
+    def __init__(self, places: Mapping[str, tuple[NDArray[Any], int, bool]], rows: int) -> None:
+        self._places = places  # matrix, column with its sign, whether it is constant
+        self._rows = rows
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        import numpy as np
+
+        points, place, constant = self._places[name]
+        values = points[:, abs(place) - 1]
+        if constant:
+            return np.full(self._rows, float(values[0]) * (1 if place > 0 else -1))
+        own = values.astype(float)
+        return own if place > 0 else -own
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+def read(data: bytes | mmap.mmap) -> Table:
+    """Raises ValueError with the reason."""
     from planarc.view.table import Table
 
     matrices = _matrices(data)
@@ -124,7 +157,7 @@ def read(data: bytes) -> Table:
     if len(info) != len(names) or info.shape[1] < 2:
         raise ValueError("its `dataInfo` does not belong to its names")
     time = points[2][:, 0].astype(float)
-    columns: dict[str, NDArray[np.float64]] = {}
+    places: dict[str, tuple[NDArray[Any], int, bool]] = {}
     units: dict[str, str] = {}
     for i, name in enumerate(names):
         matrix, place = int(info[i, 0]), int(info[i, 1])
@@ -136,11 +169,8 @@ def read(data: bytes) -> Table:
             continue
         if matrix not in points or not 0 < abs(place) <= points[matrix].shape[1]:
             raise ValueError(f"`{name}` refers to data that is not there")
-        values = points[matrix][:, abs(place) - 1].astype(float)
-        if matrix == 1:
-            values = np.full(len(time), values[0])
-        columns[name] = values if place > 0 else -values
-    return Table(time, columns, units)
+        places[name] = points[matrix], place, matrix == 1
+    return Table(time, _Columns(places, len(time)), units)
 
 
 def _lines(matrix: NDArray[Any]) -> list[str]:
@@ -148,7 +178,7 @@ def _lines(matrix: NDArray[Any]) -> list[str]:
     return [line.decode("utf-8", "replace").rstrip(" \0") for line in lines]
 
 
-def _matrices(data: bytes) -> dict[str, NDArray[Any]]:
+def _matrices(data: bytes | mmap.mmap) -> dict[str, NDArray[Any]]:
     """All matrices of a level 4 file, by name."""
     import numpy as np
 

@@ -1,0 +1,77 @@
+"""What the commands of the analyses share: the model, settings, numbers as text and JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import make_request
+from planarc.cli.settings import read_settings, sort_settings
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.model import Model
+
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Set a parameter, or a start value as x.start=1. Repeatable.",
+        show_default=False,
+    ),
+]
+Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
+Tolerance: TypeAlias = Annotated[float | None, typer.Option(help="Relative tolerance.")]
+Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
+
+
+def open_model(target: str, class_name: str | None, libraries: Sequence[Path] | None) -> Model:
+    """The compiled model; its warnings are told."""
+    from planarc.cli.simulate import choose_backend
+    from planarc.model import Model
+
+    model = Model(make_request(target, class_name, libraries), choose_backend(None))
+    console.complain(model.warnings)
+    return model
+
+
+def settings_of(
+    model: Model, settings: Sequence[str] | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Values of parameters, and start values."""
+    parameters = {p.name for p in model.program.parameter_slots}
+    return sort_settings(read_settings(settings or ()), parameters)
+
+
+def split_pair(option: str, item: str, example: str) -> tuple[str, str]:
+    """NAME=TEXT."""
+    name, sign, text = (part.strip() for part in item.partition("="))
+    if not (name and sign and text):
+        raise UsageError(
+            Diagnostic("C250", f"`{option} {item}` is no NAME=VALUE", hint=f"write `{example}`")
+        )
+    return name, text
+
+
+def say_json(value: Mapping[str, Any]) -> None:
+    console.say(json.dumps({"ok": True, **value}))
+
+
+def say_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Columns below their names; the first is left-aligned, numbers are not."""
+    lines = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
+    for line in lines:
+        first = line[0].ljust(widths[0])
+        rest = (cell.rjust(w) for cell, w in zip(line[1:], widths[1:], strict=True))
+        console.say("  ".join((first, *rest)).rstrip())
+
+
+def number(value: float) -> str:
+    return f"{value:.6g}"

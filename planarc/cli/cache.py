@@ -1,0 +1,41 @@
+"""`planarc cache`: what is kept between runs, and its removal."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.exits import Exit
+
+Clear = Annotated[bool, typer.Option("--clear", help="Remove what is kept.")]
+
+
+def cache(clear: Clear = False) -> int:
+    """Show or clear what planarc keeps between runs.
+
+    It only saves time: everything in it is made again when it is needed.
+    """
+    from planarc.core import cache as store
+
+    root = store.folder()
+    if root is None:
+        console.say("nothing is kept: there is no folder for it, or PLANARC_CACHE_DIR is empty")
+        return Exit.DONE
+    before = store.entries(root)
+    if clear:
+        left = store.clear(root)
+        gone = sum(size for _, size in before.values())
+        console.say(f"removed {sum(n for n, _ in before.values())} entries, {megabytes(gone)}")
+        return Exit.RUN if left else Exit.DONE
+    rows = [("folder", str(root))]
+    rows += [(kind, f"{n} entries, {megabytes(size)}") for kind, (n, size) in before.items()]
+    total = sum(size for _, size in before.values())
+    rows.append(("total", f"{megabytes(total)} of at most {megabytes(store.MAX_BYTES)}"))
+    console.say_rows(rows)
+    return Exit.DONE
+
+
+def megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"

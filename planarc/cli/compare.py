@@ -1,0 +1,130 @@
+"""`planarc compare`: where two results part."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import AsJson, Pattern, read_pattern
+from planarc.cli.exits import Exit
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.view.compare import Comparison, Parting
+
+MOST = 20  # variables that are told, the earliest first
+
+
+def compare(
+    reference: Annotated[
+        Path, typer.Argument(metavar="A", help="The reference, .csv or .mat.", show_default=False)
+    ],
+    other: Annotated[
+        Path, typer.Argument(metavar="B", help="What is compared with it.", show_default=False)
+    ],
+    tolerance: Annotated[
+        float, typer.Option(help="Half the height of the tube, as a share of a variable's range.")
+    ] = 1e-3,
+    width: Annotated[
+        float, typer.Option(help="Half the width of the tube, as a share of the time.")
+    ] = 1e-3,
+    variables: Pattern = None,
+    as_json: AsJson = False,
+) -> int:
+    """Compare two results, and show where they part.
+
+    Around each curve of A lies a tube; B may run anywhere in it. Exit code 1 when it does not.
+    """
+    from planarc.view.compare import compare_tables
+    from planarc.view.table import read_table
+
+    for value, name in ((tolerance, "--tolerance"), (width, "--width")):
+        if not 0 <= value < float("inf"):
+            raise UsageError(
+                Diagnostic("C161", f"`{name} {value:g}` is no share", hint="give e.g. 0.001")
+            )
+    chosen = read_pattern(variables)
+    found = compare_tables(read_table(reference), read_table(other), tolerance, width, chosen)
+    if not found.compared:
+        raise UsageError(
+            Diagnostic(
+                "C162",
+                f"`{reference}` and `{other}` have no variable in common"
+                + (f" that matches `{variables}`" if variables else ""),
+                hint="compare results of the same model",
+            )
+        )
+    console.say(_to_json(found) if as_json else _text(found, reference, other))
+    return Exit.DONE if found.same else Exit.MODEL
+
+
+def _text(found: Comparison, a: Path, b: Path) -> str:
+    lines = []
+    if found.ends is not None:
+        lines.append(f"{a} ends at t = {found.ends[0]:.6g} s, {b} at {found.ends[1]:.6g} s")
+    for names, here, there in ((found.only_a, a, b), (found.only_b, b, a)):
+        if names:
+            lines.append(f"{_number(len(names))} of {here} not in {there}: {_listed(names)}")
+    if found.parted:
+        first = found.parted[0]
+        lines.append(
+            f"{len(found.parted)} of {_number(found.compared)} part, "
+            f"the first at t = {first.time:.6g} s:"
+        )
+        lines += _table(found.parted[:MOST])
+        if len(found.parted) > MOST:
+            lines.append(f"  and {len(found.parted) - MOST} more")
+    else:
+        lines.append(f"{_number(found.compared)} compared: all stay in the tube")
+    return console.plain_lines(lines)
+
+
+def _table(parted: tuple[Parting, ...]) -> list[str]:
+    width = max(8, *(len(p.name) for p in parted))
+    head = f"  {'variable':{width}}  {'from t':>10}  {'A':>12}  {'B':>12}  {'most':>10}  at t"
+    rows = [
+        f"  {p.name:{width}}  {p.time:>10.6g}  {p.a:>12.6g}  {p.b:>12.6g}  "
+        f"{p.most:>10.3g}  {p.most_time:.6g}"
+        for p in parted
+    ]
+    return [head, *rows]
+
+
+def _number(n: int) -> str:
+    return f"{n} variable{'' if n == 1 else 's'}"
+
+
+def _listed(names: tuple[str, ...], most: int = 5) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _to_json(found: Comparison) -> str:
+    return json.dumps(
+        {
+            "ok": found.same,
+            "compared": found.compared,
+            "ends": found.ends and dict(zip("ab", found.ends, strict=True)),
+            "only_a": list(found.only_a),
+            "only_b": list(found.only_b),
+            "parted": [
+                {
+                    "name": p.name,
+                    "time": p.time,
+                    "a": _finite(p.a),
+                    "b": _finite(p.b),
+                    "most": _finite(p.most),
+                    "most_time": p.most_time,
+                }
+                for p in found.parted
+            ],
+        }
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None

@@ -1,0 +1,101 @@
+"""`planarc drive`: the torques and forces that a motion needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.analysis import (
+    Intervals,
+    Settings,
+    Stop,
+    number,
+    open_model,
+    say_json,
+    say_table,
+    settings_of,
+    split_pair,
+)
+from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+
+def drive(
+    target: Target,
+    class_name: ClassName = None,
+    motion: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="JOINT.phi=MOTION",
+            help="A formula of time, or @FILE with rows of time and value. Repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    stop: Stop = None,
+    intervals: Intervals = None,
+    settings: Settings = None,
+    library: Libraries = None,
+    output: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="All variables, .csv or .mat.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Inverse dynamics: move joints as given, and find the torques or forces for it.
+
+    For example --motion "revA.phi=1 + 2*time"; the result holds all joint forces.
+    """
+    if not motion:
+        raise UsageError(
+            Diagnostic("C251", "no motion is given", hint='write `--motion "revA.phi=sin(2*time)"`')
+        )
+    model = open_model(target, class_name, library)
+    values, starts = settings_of(model, settings)
+    motions = dict(_motion(item) for item in motion)
+    driven = model.drive(
+        motions, stop_time=stop, intervals=intervals, parameters=values, start=starts
+    )
+    if output is not None:
+        from planarc.view.table import write_table
+
+        write_table(output, driven.result.rows)
+    told = []
+    for coordinate, name in driven.efforts.items():
+        column = driven[name]
+        told.append((coordinate, name, driven.result.unit(name), column.min(), column.max()))
+    if as_json:
+        efforts = {
+            c: {"variable": n, "unit": u, "values": driven[n].tolist()} for c, n, u, _, _ in told
+        }
+        written = None if output is None else str(output)
+        say_json(
+            {"model": model.name, "time": driven.time.tolist(), "efforts": efforts,
+             "output": written}
+        )  # fmt: skip
+        return 0
+    console.say(f"{model.name} from t = {driven.time[0]:.6g} s to {driven.time[-1]:.6g} s")
+    rows = [(c, n, u, number(low), number(high)) for c, n, u, low, high in told]
+    say_table(("driven", "effort", "unit", "least", "greatest"), rows)
+    if output is not None:
+        console.say(f"{output} ({len(driven.time)} rows)")
+    return 0
+
+
+def _motion(item: str) -> tuple[str, Any]:
+    name, text = split_pair("--motion", item, '--motion "revA.phi=sin(2*time)"')
+    if not text.startswith("@"):
+        return name, text
+    import numpy as np
+
+    path = Path(text[1:])
+    try:
+        table = np.genfromtxt(path, delimiter=",", ndmin=2)
+    except (OSError, ValueError) as problem:
+        raise UsageError(
+            Diagnostic("C252", f"cannot read `{path}` as rows of time and value: {problem}")
+        ) from None
+    if len(table) and not np.all(np.isfinite(table[0])):  # the names of the columns
+        table = table[1:]
+    return name, table

@@ -1,0 +1,37 @@
+"""`planarc equilibrium`: where the mechanism rests."""
+
+from __future__ import annotations
+
+from planarc.cli import console
+from planarc.cli.analysis import Settings, open_model, say_json, say_table, settings_of
+from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+
+
+def equilibrium(
+    target: Target,
+    class_name: ClassName = None,
+    settings: Settings = None,
+    library: Libraries = None,
+    as_json: AsJson = False,
+) -> int:
+    """Find the static equilibrium below the start, as start values.
+
+    The way leads downhill from the start values, so it ends in a stable equilibrium.
+    """
+    model = open_model(target, class_name, library)
+    values, starts = settings_of(model, settings)
+    found = model.equilibrium(parameters=values, start=starts)
+    if as_json:
+        say_json(
+            {
+                "model": model.name,
+                "stable": found.stable,
+                "start": dict(found.start),
+                "values": dict(found.values),
+            }
+        )
+        return 0
+    kind = "a stable" if found.stable else "an unstable"
+    console.say(f"{model.name} rests in {kind} equilibrium")
+    say_table(("start value", ""), [(n, f"{v:.10g}") for n, v in found.start.items()])
+    return 0

@@ -1,0 +1,125 @@
+"""`planarc fmt`: format models, keeping comments and line breaks."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.exits import Exit
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.source import Source
+
+SUFFIXES = (".pmo", ".mo")
+
+Files = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="FILE|FOLDER",
+        help="Files, or folders of .pmo and .mo files; `-` formats standard input.",
+        show_default=False,
+    ),
+]
+CheckOnly = Annotated[
+    bool, typer.Option("--check", help="Write nothing; exit with 1 when a file would change.")
+]
+
+
+def fmt(files: Files, check: CheckOnly = False) -> int:
+    """Format models.
+
+    Indentation, spaces and blank lines; comments and line breaks stay as they are.
+    """
+    if files == ["-"]:
+        return _format_stream(check)
+    changed: list[Path] = []
+    errors: list[Diagnostic] = []
+    paths = tuple(dict.fromkeys(_paths(files)))
+    for path in paths:
+        try:
+            if _format_file(path, check):
+                changed.append(path)
+        except UsageError:
+            raise
+        except PlanarcError as error:
+            errors += error.diagnostics
+    for path in changed:
+        console.say(f"{'would format' if check else 'formatted'} {console.plain(str(path))}")
+    console.complain(errors)
+    same = len(paths) - len(changed) - len({e.span and e.span.source for e in errors})
+    if same:
+        console.tell(f"{same} files need no change" if same > 1 else "1 file needs no change")
+    return Exit.MODEL if errors or (check and changed) else Exit.DONE
+
+
+def _format_stream(check: bool) -> int:
+    text = sys.stdin.read()
+    formatted = formatted_text(Source("<stdin>", text))
+    if not check:
+        sys.stdout.write(formatted)
+    return Exit.MODEL if check and formatted != text else Exit.DONE
+
+
+def _paths(files: Sequence[str]) -> Iterator[Path]:
+    for name in files:
+        path = Path(name)
+        if path.is_dir():
+            found = sorted(p for p in path.rglob("*") if p.suffix in SUFFIXES and p.is_file())
+            yield from (p for p in found if not _hidden(p.relative_to(path)))
+        elif not path.exists():
+            raise UsageError(
+                Diagnostic("C101", f"there is no file `{name}`", hint="check the path")
+            )
+        elif path.suffix in SUFFIXES:
+            yield path
+        else:
+            raise UsageError(
+                Diagnostic(
+                    "C141",
+                    f"`{name}` is no model",
+                    hint="give files with the ending `.pmo` or `.mo`",
+                )
+            )
+
+
+def _hidden(path: Path) -> bool:
+    return any(part.startswith(".") for part in path.parts)
+
+
+def _format_file(path: Path, check: bool) -> bool:
+    """Whether it changes; it is written unless `check`."""
+    try:
+        data = path.read_bytes()
+        text = data.decode("utf-8")
+    except UnicodeDecodeError:
+        raise PlanarcError(
+            Diagnostic(
+                "C142", f"`{path}` is not UTF-8 text", hint="convert it, then format it again"
+            )
+        ) from None
+    except OSError as problem:
+        reason = (problem.strerror or str(problem)).lower()
+        raise UsageError(Diagnostic("C102", f"cannot read `{path}`: {reason}")) from None
+    formatted = formatted_text(Source(str(path), text))
+    if formatted == text:
+        return False
+    if not check:
+        from planarc.view.storage import replacing
+
+        with replacing(path) as file:
+            file.write(formatted.encode())
+    return True
+
+
+def formatted_text(source: Source) -> str:
+    """The text of a source, formatted. Raises PlanarcError when it does not parse."""
+    from planarc.format.formatter import format_text
+    from planarc.parse.parser import parse_text
+
+    plain = source.text.removeprefix("\ufeff").replace("\r\n", "\n")
+    parse_text(Source(source.name, plain))
+    return format_text(source.text)

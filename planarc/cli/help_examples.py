@@ -1,0 +1,70 @@
+"""The examples at the end of each command's `--help`."""
+
+from __future__ import annotations
+
+_EXAMPLES = {
+    "simulate": (
+        "planarc simulate examples/four_bar.pmo",
+        "planarc simulate pendulum.pmo --stop 20 --set rod.L=2 --output run.mat",
+        "planarc simulate PlanarMultiBody.Examples.Loops.FourBar --json --no-report",
+        "planarc simulate crane.pmo --variables 'hook|rope' --units",
+    ),
+    "check": (
+        "planarc check four_bar.pmo",
+        "planarc check PlanarMultiBody.Joints --all",
+    ),
+    "flatten": ("planarc flatten four_bar.pmo > flat.mo",),
+    "equations": ("planarc equations four_bar.pmo",),
+    "compile": (
+        "planarc compile four_bar.pmo",
+        "planarc compile four_bar.pmo --emit llvm > four_bar.ll",
+    ),
+    "list": (
+        "planarc list",
+        "planarc list PlanarMultiBody.Joints",
+    ),
+    "doc": ("planarc doc PlanarMultiBody",),
+    "new": ("planarc new Swing && planarc simulate Swing.pmo",),
+    "fmt": (
+        "planarc fmt crane.pmo",
+        "planarc fmt --check .",
+        "planarc fmt - < crane.pmo",
+    ),
+    "compare": (
+        "planarc compare reference.mat FourBar.csv",
+        "planarc compare a.csv b.csv --tolerance 1e-5 --variables '^crank'",
+    ),
+    "cache": ("planarc cache", "planarc cache --clear"),
+    "doctor": ("planarc doctor", "planarc doctor --json"),
+    "sweep": (
+        'planarc sweep four_bar.pmo --vary "crankBody.m=0.5:2:16" --metric "max(revA.w)"',
+        "planarc sweep four_bar.pmo --vary crankBody.m=0.5:2 --latin 1000 --output table.csv",
+    ),
+    "linearize": (
+        "planarc linearize four_bar.pmo --at equilibrium",
+        "planarc linearize pendulum.pmo --at 0.5 --json",
+    ),
+    "equilibrium": ("planarc equilibrium four_bar.pmo",),
+    "assemble": ("planarc assemble four_bar.pmo --set revA.phi.start=0.5",),
+    "drive": ('planarc drive four_bar.pmo --motion "revA.phi=1 + 2*time" --output forces.csv',),
+    "sensitivity": (
+        "planarc sensitivity four_bar.pmo --parameter crankBody.m --variable revA.phi",
+    ),
+}
+
+_EVERYWHERE = (
+    "With every command: --quiet (-q) leaves out summaries and warnings, --verbose (-v) tells more."
+)
+
+
+def epilog(command: str | None) -> str:
+    """Examples and what holds for all commands; `\\b` keeps the lines of a paragraph."""
+    parts = []
+    if command in _EXAMPLES:
+        parts.append("\n".join(["\b", "Examples:", *(f"  {e}" for e in _EXAMPLES[command])]))
+    parts.append(_EVERYWHERE)
+    return "\n\n".join(parts)
+
+
+def examples(command: str) -> tuple[str, ...]:
+    return _EXAMPLES.get(command, ())

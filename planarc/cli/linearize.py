@@ -1,0 +1,77 @@
+"""`planarc linearize`: the linear model at a point, and its modes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.analysis import Settings, number, open_model, say_json, say_table, settings_of
+from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+
+
+def linearize(
+    target: Target,
+    class_name: ClassName = None,
+    at: Annotated[
+        str, typer.Option(metavar="WHERE", help="`start`, `equilibrium`, or a time in seconds.")
+    ] = "start",
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--output-of",
+            metavar="NAME",
+            help="A variable as output. Repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    settings: Settings = None,
+    library: Libraries = None,
+    as_json: AsJson = False,
+) -> int:
+    """Linearize a model at a point, and show its modes.
+
+    With --json also the matrices A, B, C, D, with the names of their rows and columns.
+    """  # fmt: skip
+    model = open_model(target, class_name, library)
+    values, starts = settings_of(model, settings)
+    point: Any
+    try:
+        point = float(at)
+    except ValueError:
+        point = at
+    found = model.linearize(point, parameters=values, start=starts, outputs=outputs)
+    modes = [
+        {
+            "eigenvalue": [m.eigenvalue.real, m.eigenvalue.imag],
+            "natural_frequency": m.natural_frequency,
+            "frequency": m.frequency,
+            "damping": m.damping,
+            "shape": {n: [z.real, z.imag] for n, z in m.shape.items()},
+        }
+        for m in found.modes
+    ]
+    if as_json:
+        matrices = {n: getattr(found, n).tolist() for n in "ABCD"}
+        names = {n: list(getattr(found, n)) for n in ("states", "inputs", "outputs")}
+        known = {n: found.values[n] for n in found.states if n in found.values}
+        say_json(
+            {"model": model.name, "time": found.time, "point": known, "stable": found.stable}
+            | names | matrices | {"modes": modes}
+        )  # fmt: skip
+        return 0
+    rows = [
+        (
+            f"{m.eigenvalue.real:.6g} {'+' if m.eigenvalue.imag >= 0 else '-'} "
+            f"{abs(m.eigenvalue.imag):.6g}i",
+            number(m.natural_frequency),
+            number(m.frequency),
+            number(m.damping),
+            max(m.shape, key=lambda n: abs(m.shape[n])),
+        )
+        for m in found.modes
+    ]
+    console.say(f"{model.name} at t = {found.time:.6g} s: {len(found.states)} states")
+    say_table(("eigenvalue [1/s]", "natural [rad/s]", "damped [Hz]", "damping", "mostly"), rows)
+    return 0

@@ -1,0 +1,88 @@
+"""`planarc new`: a small working model to start from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.files import check_writable
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_TAKEN = frozenset({"PlanarMultiBody", "Modelica"})
+
+#: A pendulum: small, and yet with all that a mechanism has.
+TEMPLATE = """\
+model {name} "A rod that swings under gravity"
+  import PlanarMultiBody.Joints;
+  import PlanarMultiBody.Parts;
+
+  parameter Modelica.Units.SI.Length L=0.5 "Length of the rod";
+
+  inner PlanarMultiBody.World world "Gravity, and the fixed frame";
+  Joints.Revolute hinge(phi(start=1, fixed=true), w(fixed=true)) "It starts at rest, at 1 rad";
+  Parts.BodyShape rod(r={{L, 0}}, m=1, I=L^2/12) "A slender rod of 1 kg";
+
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+
+  annotation(experiment(StopTime=5, Interval=0.01));
+end {name};
+"""
+
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME", help="The name of the model; the file is NAME.pmo.", show_default=False
+    ),
+]
+
+
+def new(name: Name) -> int:
+    """Write a small working model to start from."""
+    path = Path(name) if name.endswith((".pmo", ".mo")) else Path(f"{name}.pmo")
+    class_name = path.stem
+    _refuse_bad_name(class_name)
+    check_writable(path, "NAME")
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(TEMPLATE.format(name=class_name))
+    except FileExistsError:
+        raise UsageError(
+            Diagnostic("C151", f"`{path}` exists already", hint="choose another name")
+        ) from None
+    console.say(f"wrote {path}")
+    console.tell(f"run it with: planarc simulate {path}")
+    return 0
+
+
+def _refuse_bad_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise UsageError(
+            Diagnostic(
+                "C152",
+                f"`{name}` cannot be the name of a model",
+                hint="use letters, digits and `_`, beginning with a letter",
+            )
+        )
+    if name in _TAKEN or _is_word(name):
+        what = "a library's name" if name in _TAKEN else "a word of the language"
+        raise UsageError(
+            Diagnostic("C152", f"`{name}` is {what}", hint="choose another name for the model")
+        )
+
+
+def _is_word(name: str) -> bool:
+    from planarc.core.source import Source
+    from planarc.parse.parser import parse_text
+
+    try:
+        parse_text(Source(name, f"model {name} end {name};"))
+    except PlanarcError:
+        return True
+    return False

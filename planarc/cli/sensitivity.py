@@ -1,0 +1,103 @@
+"""`planarc sensitivity`: how results change with parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.analysis import (
+    Intervals,
+    Settings,
+    Stop,
+    Tolerance,
+    number,
+    open_model,
+    say_json,
+    say_table,
+    settings_of,
+)
+from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+
+def sensitivity(
+    target: Target,
+    class_name: ClassName = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="A parameter. Repeatable.", show_default=False),
+    ] = None,
+    variable: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="A variable. Repeatable; by default those that may be states.",
+            show_default=False,
+        ),
+    ] = None,
+    stop: Stop = None,
+    intervals: Intervals = None,
+    tolerance: Tolerance = None,
+    settings: Settings = None,
+    library: Libraries = None,
+    output: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A table over time, .csv.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Derivatives of variables with respect to parameters, over time.
+
+    They are integrated together with the motion.
+    """
+    if not parameter:
+        raise UsageError(
+            Diagnostic("C253", "no parameter is named", hint="write `--parameter body.m`")
+        )
+    model = open_model(target, class_name, library)
+    values, starts = settings_of(model, settings)
+    found = model.sensitivities(
+        parameter,
+        stop_time=stop,
+        intervals=intervals,
+        tolerance=tolerance,
+        values=values,
+        start=starts,
+    )
+    variables = list(variable or model.states)
+    pairs = {(v, p): found[v, p] for v in variables for p in found.parameters}
+    if output is not None:
+        _write(output, {f"d({v})/d({p})": x.tolist() for (v, p), x in pairs.items()},
+               found.time.tolist())  # fmt: skip
+    if as_json:
+        table = [
+            {"variable": v, "parameter": p, "values": x.tolist()} for (v, p), x in pairs.items()
+        ]
+        say_json(
+            {"model": model.name, "method": found.method, "time": found.time.tolist(),
+             "sensitivities": table, "output": None if output is None else str(output)}
+        )  # fmt: skip
+        return 0
+    end = number(float(found.time[-1]))
+    console.say(f"{model.name}: derivatives, and the largest until t = {end} s")
+    rows = [(v, p, number(x[-1]), number(abs(x).max())) for (v, p), x in pairs.items()]
+    say_table(("variable", "parameter", "at the end", "largest"), rows)
+    if output is not None:
+        console.say(f"{output} ({len(found.time)} rows)")
+    return 0
+
+
+def _write(path: Path, columns: dict[str, list[float]], time: list[float]) -> None:
+    import csv
+    import io
+
+    from planarc.view.storage import replacing
+
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["time", *columns])
+    writer.writerows(zip(time, *columns.values(), strict=True))
+    with replacing(path) as file:
+        file.write(text.getvalue().encode())

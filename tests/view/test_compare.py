@@ -1,0 +1,79 @@
+"""Two results part where the tube ends, in value and in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planarc.view.compare import Comparison, compare_tables
+from planarc.view.table import Table
+
+T = np.linspace(0.0, 10.0, 501)
+
+
+def table(time: np.ndarray, **columns: np.ndarray) -> Table:
+    return Table(time, columns, {})
+
+
+def compare(a: Table, b: Table, tolerance: float = 1e-3, width: float = 1e-3) -> Comparison:
+    return compare_tables(a, b, tolerance, width)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=30),
+    st.floats(0, 0.1),
+    st.floats(0, 0.1),
+)
+def test_a_result_agrees_with_itself(values: list[float], tolerance: float, width: float) -> None:
+    a = table(np.arange(len(values), dtype=float), x=np.array(values))
+    assert compare(a, a, tolerance, width).same
+
+
+def test_other_sampling_of_one_curve_is_no_difference() -> None:
+    coarse = np.linspace(0.0, 10.0, 200)
+    assert compare(table(T, x=np.sin(T)), table(coarse, x=np.sin(coarse))).same
+
+
+def test_a_difference_within_the_tube_is_none_and_one_outside_is_told() -> None:
+    a = table(T, x=np.sin(T))
+    size = float(np.ptp(np.sin(T)))
+    assert compare(a, table(T, x=np.sin(T) + 0.9e-3 * size), width=0).same
+    found = compare(a, table(T, x=np.sin(T) + 1.1e-3 * size), width=0)
+    assert [p.name for p in found.parted] == ["x"]
+    assert found.parted[0].most == pytest.approx(1.1e-3 * size, rel=1e-6)
+
+
+def test_a_step_may_come_a_little_later_but_not_much() -> None:
+    def step(at: float) -> np.ndarray:
+        return (at < T).astype(float)
+
+    a = table(T, x=step(5.0))
+    assert compare(a, table(T, x=step(5.02)), width=0.005).same
+    found = compare(a, table(T, x=step(5.2)), width=0.005)
+    assert found.parted[0].time == pytest.approx(5.06, abs=0.021)
+    assert (found.parted[0].a, found.parted[0].b) == (1.0, 0.0)
+
+
+def test_they_are_told_in_the_order_in_which_they_part() -> None:
+    a = table(T, x=np.zeros(501), y=np.zeros(501), z=np.zeros(501))
+    b = table(T, z=np.zeros(501), y=(T > 2) * 5.0, x=(T > 4) * 2.0)
+    assert [p.name for p in compare(a, b).parted] == ["y", "x"]
+
+
+def test_missing_variables_and_other_ends_are_told() -> None:
+    found = compare(table(T, x=T, y=T), table(T[:301], x=T[:301], z=T[:301]))
+    assert (found.only_a, found.only_b) == (("y",), ("z",))
+    assert found.ends == (10.0, 6.0)
+    assert not found.same
+    assert found.parted == ()
+
+
+def test_what_is_no_number_agrees_with_nothing_else() -> None:
+    hole = np.sin(T)
+    hole[100:110] = np.nan
+    assert compare(table(T, x=hole), table(T, x=hole)).same
+    found = compare(table(T, x=np.sin(T)), table(T, x=hole))
+    assert found.parted[0].time == pytest.approx(T[100])
