@@ -77,6 +77,10 @@ def _walk(root: Node, found: Gathered) -> None:
             stack.extend(reversed(_children(node)))
 
 
+#: a class that contains itself, or a model that is too large
+_ENDLESS = frozenset({"F251", "F252"})
+
+
 def _children(instance: Instance) -> list[Node]:
     nodes: list[Node] = []
     for name, (_, definition) in instance.layout.members.items():
@@ -87,6 +91,8 @@ def _children(instance: Instance) -> list[Node]:
         try:
             node = node_of(element)
         except PlanarcError as problem:
+            if any(d.code in _ENDLESS for d in problem.diagnostics):
+                raise  # going on would find the same again and again
             instance.session.keep(problem)
             continue
         if _is_here(element, node):
