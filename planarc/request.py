@@ -49,10 +49,12 @@ class Reader:
 
     def __call__(self, path: Path) -> syntax.StoredDefinition:
         from planarc.core.cache import key
+        from planarc.substitutes import substitute
 
         data = _bytes_of(path)
         self.files[path.absolute()] = key(data)
-        return self.parse(Source(shown_name(path), decode(data), path))
+        stored = self.parse(Source(shown_name(path), decode(data), path))
+        return stored if path.is_relative_to(stdlib()) else substitute(stored, self)
 
     def parse(self, source: Source) -> syntax.StoredDefinition:
         from planarc.parse.parser import parse_text
