@@ -17,7 +17,7 @@ its column at any of a few sample positions of the mechanism (`samples`).
 Needs:     slopes that do not depend on the block's unknowns.
 Promises:  exact but for rounding, where no pivot vanishes. Pivots are not compared
            with each other while running: whoever uses the result must look at the
-           residuals (`size_terms` gives their scale), and solve with pivoting when
+           residuals (`rounding` gives their scale), and solve with pivoting when
            they are not small.
 Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursion that
            comes out for chains is R. Featherstone, Robot Dynamics Algorithms, 1987.
@@ -25,7 +25,7 @@ Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursio
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
@@ -33,9 +33,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planarc.codegen.jacobian import Local
+from planarc.codegen.rounding import size_terms
 from planarc.codegen.samples import SPREAD, Samples
 from planarc.codegen.statements import is_trivial
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, Substitution, symbols
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
@@ -95,52 +96,6 @@ def eliminate(
         return None
     found = work.substitute(range(len(tears)))
     return Direct(tuple(work.steps), found, *size_terms(table, block))
-
-
-def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
-    """What the rounding errors of the residuals grow with: sums of the sizes of all terms.
-
-    Steps give each inner unknown's, then come those of the residuals.
-    """
-    known: dict[Expr, Expr] = {tear: table.call("abs", tear) for tear in block.tears}
-    steps: list[tuple[Expr, Expr]] = []
-    for a in block.inner:
-        size = _size(table, a.value, known)
-        if not is_trivial(size):
-            steps.append((table.symbol(f"$size[{a.target}]"), size))
-            size = steps[-1][0]
-        known[a.target] = size
-    return tuple(steps), tuple(_size(table, r.value, known) for r in block.residuals)
-
-
-def _size(table: Exprs, root: Expr, known: Mapping[Expr, Expr]) -> Expr:
-    """What does not depend on the unknowns counts as one term."""
-    found: dict[Expr, Expr] = {}  # of what depends on the unknowns
-    for e in postorder((root,)):
-        if e in known:
-            found[e] = known[e]
-        elif any(a in found for a in e.args):
-            found[e] = _size_of(table, e, [found.get(a) or _absolute(table, a) for a in e.args])
-    return found.get(root) or _absolute(table, root)
-
-
-def _absolute(table: Exprs, e: Expr) -> Expr:
-    return table.const(abs(e.data)) if e.is_const else table.call("abs", e)
-
-
-def _size_of(table: Exprs, e: Expr, parts: Sequence[Expr]) -> Expr:
-    match e.op:
-        case Op.ADD:
-            return table.add(*parts)
-        case Op.NEG:
-            return parts[0]
-        case Op.MUL:
-            return table.mul(*parts)
-        case Op.DIV:
-            return table.div(*parts)
-        case Op.IF:
-            return table.if_(e.args[0], parts[1], parts[2])
-    return _absolute(table, e)
 
 
 @dataclass
