@@ -60,6 +60,14 @@ def derivative(f: Residuals, z: Vector, r: Vector) -> Vector | None:
     return jacobian
 
 
+def level_rows(jacobian: Vector) -> tuple[Vector, Vector]:
+    """Rows of large numbers, as those of a stiff force, made comparable with lengths."""
+    import numpy as np
+
+    scale = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1.0)
+    return jacobian / scale[:, None], scale
+
+
 def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
     """Newton with least-norm steps and a line search, then Levenberg and Marquardt."""
     import numpy as np
@@ -108,7 +116,8 @@ def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
             break
         if len(z) == 0:
             return Root(z, r, _vanish(r, jacobian))
-        step: Vector = np.linalg.lstsq(jacobian, -r, rcond=RANK)[0].astype(np.float64)
+        matrix, scale = level_rows(jacobian)
+        step: Vector = np.linalg.lstsq(matrix, -r / scale, rcond=RANK)[0].astype(np.float64)
         longest = float(np.max(np.abs(step)))
         if longest > LONGEST:
             step *= LONGEST / longest

@@ -311,7 +311,7 @@ def free_motions(system: System, point: Vector) -> Vector | None:
     jacobian = None if r is None else newton.derivative(system, point, r)
     if jacobian is None:
         return None
-    _, sizes, directions = np.linalg.svd(jacobian)
+    _, sizes, directions = np.linalg.svd(newton.level_rows(jacobian)[0])
     rank = int(np.sum(sizes > 1e-5 * max(1e-300, sizes[0]))) if len(sizes) else 0
     return directions[rank:].T
 

@@ -158,7 +158,11 @@ def _not_assembled(
             if loop
             else "the start conditions cannot be met",
             worst[0][1].span if worst else None,
-            hint="check lengths: the parts do not reach each other"
+            hint=(
+                "check lengths: the parts do not reach each other"
+                if loop
+                else "change a parameter, or start nearer to a solution"
+            )
             + _largest_move(system.program, columns, root.point, u0),
             related=_related(worst),
         )

@@ -98,3 +98,31 @@ def test_a_dependent_joint_is_listed_as_held_or_guessed() -> None:
     assert listed["revA.phi"].held
     assert not listed["revD.phi"].held
     assert listed["revD.phi"].value - listed["revD.phi"].start == pytest.approx(-0.113832, abs=1e-5)
+
+
+STEADY = """
+model Steady
+  Real x;
+  parameter Real p = 3;
+initial equation
+  der(x) = 0;
+equation
+  der(x) = p - x*x{power};
+end Steady;
+"""
+
+
+def test_a_steady_state_is_found_from_a_singular_guess() -> None:
+    """At x = 0 the equation of the steady state does not feel x."""
+    run = planarc.load(STEADY.format(power="*x")).simulate(0)
+    assert run["x"][0] == pytest.approx(3 ** (1 / 3), abs=1e-9)
+
+
+def test_where_no_loop_is_concerned_no_length_is_spoken_of() -> None:
+    with pytest.raises(planarc.PlanarcError) as caught:
+        planarc.load(STEADY.format(power="")).simulate(0, parameters={"p": -3})
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "R412"
+    assert diagnostic.hint is not None
+    assert "length" not in diagnostic.hint
+    assert "parameter" in diagnostic.hint
