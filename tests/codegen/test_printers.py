@@ -187,15 +187,15 @@ def test_same_model_gives_the_same_text(four_bar: Any) -> None:
 
 
 def test_long_chain_of_operations_needs_no_recursion(build: Any) -> None:
-    """A formula nested 20000 deep, and a sum of 20000 terms."""
+    """A formula nested 5000 deep, and a sum of 5000 terms."""
     b = build("Deep")
     t = b.t
     x = b.variable("x")
     b.candidate(x, 0.5)
     deep = x
-    for _ in range(20000):
+    for _ in range(5000):
         deep = t.call("sin", deep)
-    wide = t.add(*(t.call("cos", t.mul(t.const(float(i)), x)) for i in range(1, 20000)))
+    wide = t.add(*(t.call("cos", t.mul(t.const(float(i)), x)) for i in range(1, 5000)))
     b.level(1, Block((x,)))
     b.level(0, b.assign(t.der(x), t.add(deep, wide)))
     program = generate(b.sorted())

@@ -195,6 +195,12 @@ class Code:
     def begin(self, label: str) -> None:
         self.lines.append(f"{label}:")
 
+    def break_block(self) -> None:
+        """Go on in a new basic block."""
+        label = self.label()
+        self.jump(label)
+        self.begin(label)
+
     def jump(self, label: str) -> None:
         self.lines.append(f"br label %{label}")
 

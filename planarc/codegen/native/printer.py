@@ -38,6 +38,9 @@ from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
 
+#: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
+LONGEST_BLOCK = 200
+
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
 declare i32 @pc_step(ptr, ptr)
@@ -84,6 +87,7 @@ class _Section:
         self._area = self._frame.load(POINTER, Frame.AREA)
         self._values: dict[Expr, Value] = {}
         self._slots: dict[Expr, int | None] = {}
+        self._next_break = LONGEST_BLOCK
 
     def levels(self, below: Iterable[Statement], top: Iterable[Statement]) -> str:
         """May end before the top level."""
@@ -131,6 +135,9 @@ class _Section:
         return formula(self._code, e, self._leaf)
 
     def _let(self, let: Let) -> None:
+        if len(self._code.lines) > self._next_break:
+            self._code.break_block()
+            self._next_break = len(self._code.lines) + LONGEST_BLOCK
         value = self._value(let.value)
         slot = self._slot(let.target)
         self._values[let.target] = value
