@@ -125,7 +125,8 @@ class _Writer:
 
     def _reach(self, zeros: Sequence[Expr]) -> Reach:
         """The split of the steps; blocks that zero functions need go with the levels."""
-        wanted = [self._table.der(c.symbol) for c in self._sorted.candidates]
+        candidates = [c.symbol for c in self._sorted.candidates]
+        wanted = [*candidates, *map(self._table.der, candidates)]
         names = [p.name for p in self._dae.parameters]
         reach = split_steps(self._short, names, wanted)
         needed = needed_steps(reach.rest, symbols(*zeros))

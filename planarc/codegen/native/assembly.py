@@ -117,9 +117,11 @@ class Code:
         self.lines: list[str] = []
         self._count = 0
 
-    def text(self, attributes: str = "nounwind") -> str:
+    def text(self) -> str:
         body = "\n".join(f"  {line}" if line[-1] != ":" else line for line in self.lines)
         places = "".join(f"  {line}\n" for line in self._places)
+        # On Windows large frames would call a function that no library has.
+        attributes = 'nounwind "no-stack-arg-probe"'
         return f"{self._head} {attributes} {{\nentry:\n{places}{body}\n}}\n"
 
     # Instructions

@@ -15,6 +15,7 @@ from typing import Final
 from planarc.codegen.native.assembly import BIT, REAL, Code, Value
 from planarc.core.diagnostic import error
 from planarc.ir.expr import Expr, Op
+from planarc.ir.frame import C_LIBRARY
 
 #: Functions that the processor or LLVM itself knows.
 INTRINSICS: Final = {
@@ -24,18 +25,11 @@ INTRINSICS: Final = {
     "ceil": "llvm.ceil.f64",
     "trunc": "llvm.trunc.f64",
 }
-#: Functions of the C library, with their numbers of arguments.
-LIBRARY: Final = {
-    **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh exp log log10".split(), 1),  # noqa: SIM905
-    "atan2": 2,
-    "pow": 2,
-}
-
 DECLARATIONS: Final = "".join(
     [f"declare double @{name}(double)\n" for name in INTRINSICS.values()]
     + [
         f"declare double @{name}({', '.join(['double'] * n)}) nounwind willreturn memory(none)\n"
-        for name, n in LIBRARY.items()
+        for name, n in C_LIBRARY.items()
     ]
 )
 

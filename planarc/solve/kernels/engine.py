@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
+
+from planarc.ir.frame import C_LIBRARY
 
 _REAL, _POINTER = ctypes.c_double, ctypes.c_void_p
 _FRAME_AND_TIME = (_POINTER, _REAL)
@@ -37,6 +40,8 @@ class Engine:
         empty = llvm.parse_assembly("")
         empty.triple = llvm.get_process_triple()
         self._engine = llvm.create_mcjit_compiler(empty, machine)
+        if sys.platform == "win32":
+            _name_library(llvm)
         split = 8 + int.from_bytes(code[:8], "little")
         for part in (code[8:split], code[split:]):
             self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))
@@ -49,3 +54,10 @@ class Engine:
     def _function(self, name: str) -> Callable[..., int]:
         made = ctypes.CFUNCTYPE(ctypes.c_int, *_SIGNATURES[name])
         return made(self.address(name))
+
+
+def _name_library(llvm: Any) -> None:
+    """Tell LLVM where the C library's functions are: on Windows it does not find them."""
+    library = ctypes.CDLL("ucrtbase")
+    for name in (*C_LIBRARY, "floor", "ceil", "trunc"):
+        llvm.add_symbol(name, ctypes.cast(getattr(library, name), _POINTER).value)
