@@ -114,7 +114,7 @@ def sweep(
 
 
 def _tell(study: Study, output: Path | None) -> None:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for row in study:
         if len(rows) == _SHOWN:
             break
