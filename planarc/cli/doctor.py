@@ -99,7 +99,7 @@ def _swing(backend: Backend) -> tuple[float, str]:
 
     compiled = compiler.compile_model(Request(text=_SELF_TEST), backend)
     result = compiler.run(compiled, RunOptions(backend=backend, solver=Solver.AUTO))
-    g = abs(float(result["world.g"][0])) if "world.g" in result else 9.80665
+    g = abs(float(result["world.g"][0])) if "world.g" in result else 9.81
     start = float(result["hinge.phi"][0]) + pi / 2
     end = float(result["hinge.phi"][-1]) + pi / 2
     return abs(end - start * cos(sqrt(g))) / abs(start), result.statistics.solver
