@@ -21,7 +21,7 @@ are then moved from there to where they were wanted.
 
 Promises: does not depend on tolerances.
 Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
-          R413 (cannot be evaluated).
+          R413 (cannot be evaluated), R415 (redundant joints).
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
 from planarc.ir.result import Held
 from planarc.solve import newton, start_failure
 from planarc.solve.start_branch import nearest_root
+from planarc.solve.start_redundancy import refuse_redundancy
 
 if TYPE_CHECKING:
     import numpy as np
@@ -74,6 +75,7 @@ def solve_start(
 def _finish(system: System, values: Vector, held: Sequence[bool]) -> Start:
     program = system.program
     flag = system.evaluate_flag(values)
+    refuse_redundancy(system, values)
     if flag != 0 or not system.finite(values):
         raise start_failure.not_evaluated(system, flag)
     w = system.kernel.w

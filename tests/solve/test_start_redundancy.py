@@ -1,0 +1,102 @@
+"""Joints that constrain the same motion twice are named; singular positions are passed."""
+
+from __future__ import annotations
+
+import pytest
+
+import planarc
+
+PARALLELOGRAM = """
+model Parallelogram "Two or three parallel bars of 0.5 m under a beam of 2 m"
+  import PlanarMultiBody.Joints.Revolute;
+  import PlanarMultiBody.Parts;
+  inner PlanarMultiBody.World world;
+  Parts.Fixed groundA(r={{0, 0}});
+  Parts.Fixed groundB(r={{1, 0}});
+  Parts.Fixed groundC(r={{2, 0}});
+  Parts.FixedTranslation barA(r={{0.5, 0}});
+  Parts.FixedTranslation barB(r={{0.5, 0}});
+  Parts.FixedTranslation barC(r={{{third}, 0}});
+  Parts.FixedTranslation left(r={{1, 0}});
+  Parts.FixedTranslation right(r={{1, 0}});
+  Parts.Body body(m=2, I=0.1);
+  Revolute lowA(phi(start={angle}, fixed=true), w(start=0, fixed=true));
+  Revolute lowB(phi(start={angle}));
+  Revolute highA(phi(start=-({angle})));
+  Revolute highB(phi(start=-({angle})));
+  Revolute lowC(phi(start={angle}));
+  Revolute highC(phi(start=-({angle})));
+equation
+  connect(groundA.frame_b, lowA.frame_a);
+  connect(lowA.frame_b, barA.frame_a);
+  connect(barA.frame_b, highA.frame_a);
+  connect(groundB.frame_b, lowB.frame_a);
+  connect(lowB.frame_b, barB.frame_a);
+  connect(barB.frame_b, highB.frame_a);
+  connect(groundC.frame_b, lowC.frame_a);
+  connect(lowC.frame_b, barC.frame_a);
+  connect(barC.frame_b, highC.frame_a);
+  connect(highA.frame_b, left.frame_a);
+  connect(left.frame_b, highB.frame_b);
+  connect(left.frame_b, right.frame_a);
+  connect(right.frame_b, highC.frame_b);
+  connect(left.frame_a, body.frame_a);
+end Parallelogram;
+"""
+
+
+def parallelogram(third: float, angle: float, more: bool) -> planarc.Model:
+    lines = PARALLELOGRAM.format(third=third, angle=angle).splitlines()
+    third_bar = ("lowC", "highC", "barC")
+    kept = [line for line in lines if more or not any(name in line for name in third_bar)]
+    return planarc.load("\n".join(kept))
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_third_parallel_bar_is_recognised_and_its_joints_named(backend: str) -> None:
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    with pytest.raises(planarc.PlanarcError) as caught:
+        parallelogram(0.5, 1.0, True).simulate(0, backend=backend)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "R415"
+    for joint in ("lowA", "lowB", "lowC", "highA", "highB", "highC"):
+        assert f"`{joint}`" in diagnostic.message
+    assert diagnostic.span is not None
+    assert diagnostic.hint is not None
+
+
+@pytest.mark.parametrize("angle", [1.0, 0.0])
+def test_two_parallel_bars_are_none_too_many(angle: float) -> None:
+    """Not even where they lie flat, and their conditions are dependent for the moment."""
+    run = parallelogram(0.5, angle, False).simulate(0)
+    assert run["highB.phi"][0] == pytest.approx(-angle, abs=1e-7)
+
+
+def test_a_third_bar_of_another_length_is_a_truss_without_motion() -> None:
+    """It takes the last freedom away instead of repeating a constraint."""
+    with pytest.raises(planarc.PlanarcError) as caught:
+        parallelogram(0.6, 1.0, True).simulate(0)
+    assert caught.value.diagnostics[0].code != "R415"
+
+
+def test_two_sliders_side_by_side_are_named_before_they_run() -> None:
+    text = """
+    model Twice
+      inner PlanarMultiBody.World world;
+      PlanarMultiBody.Parts.Fixed ground;
+      PlanarMultiBody.Parts.Body body(m=2, I=0.1);
+      PlanarMultiBody.Joints.Prismatic a(n={0, 1}, s(start=1));
+      PlanarMultiBody.Joints.Prismatic b(n={0, 1});
+    equation
+      connect(ground.frame_b, a.frame_a);
+      connect(ground.frame_b, b.frame_a);
+      connect(a.frame_b, body.frame_a);
+      connect(b.frame_b, body.frame_a);
+    end Twice;
+    """
+    with pytest.raises(planarc.PlanarcError) as caught:
+        planarc.load(text).simulate(0)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.hint is not None
+    assert "`a` and `b` hold the same motion twice" in diagnostic.hint
