@@ -56,7 +56,23 @@ def test_the_model_of_the_readme_is_a_model(
 
 def test_every_command_is_in_the_readme() -> None:
     named = re.findall(r"^\| `planarc ([a-z]+)", README, re.MULTILINE)
-    assert named == [command.name for command in app.registered_commands]
+    assert len(named) == len(set(named))
+    assert set(named) == {command.name for command in app.registered_commands}
+
+
+def test_the_error_of_the_readme_is_what_planarc_says() -> None:
+    (shown,) = blocks("text")
+    golden = (ROOT / "tests" / "errors" / "missing_equation.case").read_text("utf-8")
+    assert shown in golden
+
+
+def test_every_component_of_the_readme_is_in_the_library_and_the_other_way_round() -> None:
+    rows = re.findall(r"^\| `(Parts|Joints|Forces)` \| (.*) \|$", README, re.MULTILINE)
+    assert len(rows) == 3
+    for package, text in rows:
+        order = ROOT / "stdlib" / "PlanarMultiBody" / package / "package.order"
+        listed = {name for name in order.read_text("utf-8").split() if name != "Internal"}
+        assert set(re.findall(r"`(\w+)`", text)) == listed
 
 
 def test_every_exit_code_is_in_the_readme() -> None:
