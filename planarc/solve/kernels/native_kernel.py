@@ -54,6 +54,8 @@ class NativeKernel:
             (Frame.AREA, self._area),
         ):
             self._frame[where] = array.ctypes.data
+        results = sorted({c.slot for c in program.columns if not c.constant})
+        self._results = np.array(results, np.intp)
         self._candidate_slots = np.array([c.slot for c in program.candidates], np.intp)
         self._residual_places = np.array(
             [
@@ -210,4 +212,4 @@ class NativeKernel:
             accepted[at : at + n] = [self.w[starts[s]] for s in slots]
 
     def _check_all(self) -> int:
-        return 0 if np.isfinite(self.w.sum()) else -1
+        return 0 if np.isfinite(self.w[self._results]).all() else -1

@@ -39,6 +39,7 @@ class NumpyKernel:
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []
         self._derivative_slots: list[int] = []
+        self._results = sorted({c.slot for c in program.columns if not c.constant})
         self._started = False
         for p in program.parameter_slots:
             if p.default is not None:
@@ -182,8 +183,12 @@ class NumpyKernel:
         return -1
 
     def _check_all(self) -> int:
-        """After `rest`: every number must be finite."""
-        return 0 if math.isfinite(math.fsum(self.w)) else self._not_finite()
+        """After `rest`: every result must be finite."""
+        w = self.w
+        for slot in self._results:
+            if w[slot] - w[slot] != 0.0:
+                return self._not_finite()
+        return 0
 
     def _not_finite(self) -> int:
         self.failed_block = -1
