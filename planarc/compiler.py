@@ -71,11 +71,12 @@ class Compiled:
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     """Parse what is needed and flatten. Raises PlanarcError."""
     from planarc.flatten.pipeline import flatten as run_stage
+    from planarc.flatten.units import UnitCheck
 
     seconds = (clock or Clock()).seconds
     begin, parsed = perf_counter(), target.reader.seconds
     try:
-        model = run_stage(target.library, target.class_name)
+        model = run_stage(target.library, target.class_name, UnitCheck(target.units.value))
         return replace(model, warnings=(*target.warnings, *model.warnings))
     finally:
         # Files of libraries are parsed on the way; that time counts as parsing.

@@ -67,6 +67,7 @@ def _key(request: Request, backend: Backend) -> str:
         file,
         request.text or "",
         request.class_name or "",
+        request.units.value,
         *(str(r) for r in roots),
         *listed,
         *_machine(backend),

@@ -16,6 +16,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Units
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
 from planarc.ir import syntax
@@ -38,6 +39,7 @@ class Request:
     class_name: str | None = None
     libraries: tuple[Path, ...] = ()
     text: str | None = None
+    units: Units = Units.WARN
 
 
 @dataclass(slots=True)
@@ -74,6 +76,7 @@ class Target:
     class_name: str
     reader: Reader
     warnings: tuple[Diagnostic, ...] = ()  # of the request, such as versions of libraries
+    units: Units = Units.WARN
 
 
 def shown_name(path: Path) -> str:
@@ -123,7 +126,7 @@ def open_target(request: Request) -> Target:
 
     library, reader, names = open_library(request)
     name = _class_of(request, library, names)
-    return Target(library, name, reader, tuple(check_versions(library, name)))
+    return Target(library, name, reader, tuple(check_versions(library, name)), units=request.units)
 
 
 def _class_of(request: Request, library: Library, names: Sequence[str]) -> str:

@@ -176,14 +176,14 @@ def _first_jobs(request: Request) -> tuple[str, list[_Job], list[Finding]]:
 
 def _jobs_of_folder(request: Request, folder: Path) -> tuple[str, list[_Job], list[Finding]]:
     """The packages in a folder (or the one that it is), and files that stand by themselves."""
-    around = Request(libraries=(folder, *request.libraries))
+    around = Request(libraries=(folder, *request.libraries), units=request.units)
     library, _, _ = open_library(around)
     own = type(library)((folder,), library.parse_file, library.parse_annotation)
     packages = [entry for entry in map(own.entry, own.top_names()) if entry and entry.folder]
     jobs = [_Job(around, entry.full_name) for entry in packages]
     unread = []
     for path in () if any(entry.folder == folder for entry in packages) else _files_in(folder):
-        alone = Request(path, libraries=around.libraries)
+        alone = replace(around, file=path)
         try:
             _, _, names = open_library(alone)
         except PlanarcError as problem:
@@ -244,7 +244,7 @@ def _examine(job: _Job) -> Finding:
             return finding
         from planarc.compiler import flatten
 
-        warnings = flatten(Target(library, job.name, reader)).warnings
+        warnings = flatten(Target(library, job.name, reader, units=job.request.units)).warnings
         return replace(finding, verdict=Verdict.GOOD, diagnostics=warnings)
     except PlanarcError as error:
         return replace(finding, verdict=Verdict.BAD, diagnostics=error.diagnostics)

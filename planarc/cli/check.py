@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_req
 from planarc.cli.exits import Exit
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Units
 
 All = Annotated[
     bool,
@@ -20,12 +22,17 @@ All = Annotated[
     ),
 ]
 
+UnitOption = Annotated[
+    Units, typer.Option("--units", help="What becomes of units that differ.", show_default=True)
+]
+
 
 def check(
     target: Target,
     class_name: ClassName = None,
     library: Libraries = None,
     every: All = False,
+    units: UnitOption = Units.WARN,
     as_json: AsJson = False,
 ) -> int:
     """Check a model without running it.
@@ -33,12 +40,13 @@ def check(
     Names, types, connections, and the count of equations and unknowns.
     """
     if every:
-        return _check_all(target, class_name, library, as_json)
+        return _check_all(target, class_name, library, units, as_json)
     from planarc import compiler
     from planarc.request import open_target
 
     clock = compiler.Clock()
-    flat = compiler.flatten(open_target(make_request(target, class_name, library)), clock)
+    request = replace(make_request(target, class_name, library), units=units)
+    flat = compiler.flatten(open_target(request), clock)
     model = compiler.to_sorted(compiler.to_dae(flat, clock), clock)
     warnings = (*flat.warnings, *model.dae.warnings)
     if as_json:
@@ -56,7 +64,7 @@ def check(
 
 
 def _check_all(
-    target: str, class_name: str | None, library: list[Path] | None, as_json: bool
+    target: str, class_name: str | None, library: list[Path] | None, units: Units, as_json: bool
 ) -> int:
     from planarc.cli.progress import counting_line
     from planarc.cli.survey_text import as_text, to_json
@@ -70,8 +78,9 @@ def _check_all(
                 hint="leave out the class, or leave out `--all`",
             )
         )
+    request = replace(make_request(target, None, library), units=units)
     with counting_line() as progress:
-        found = survey(make_request(target, None, library), progress=progress)
+        found = survey(request, progress=progress)
     if as_json:
         console.say(to_json(found))
     else:

@@ -20,6 +20,14 @@ class Solver(StrEnum):
     SCIPY_BDF = "scipy-bdf"
 
 
+class Units(StrEnum):
+    """What becomes of units that differ in an equation, a binding or a connection."""
+
+    WARN = "warn"
+    ERROR = "error"
+    OFF = "off"
+
+
 @dataclass(frozen=True, slots=True)
 class RunOptions:
     """Times in seconds. None takes what the model's `experiment` annotation says.

@@ -175,3 +175,23 @@ def test_the_survey_goes_on_without_a_class_that_kills_or_hangs(
     assert codes["Ship.Deck"] == "X003"
     assert codes["Ship.Rope"] == "P101"
     assert found.total.others == 4
+
+
+@pytest.mark.parametrize(("units", "code"), [("warn", 0), ("error", 1), ("off", 0)])
+@pytest.mark.parametrize("every", [True, False])
+def test_units_warn_or_fail_or_are_left_alone(
+    units: str, code: int, every: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = """model M
+      Real s(unit="m") = time;
+      Real m(unit="kg");
+    equation
+      m = s;
+    end M;"""
+    (tmp_path / "m.pmo").write_text(text, "utf-8")
+    arguments = ["check", str(tmp_path / "m.pmo"), f"--units={units}", "--json"]
+    assert run([*arguments, "--all"] if every else arguments) == code
+    answer = json.loads(capsys.readouterr().out)
+    diagnostics = answer["classes"][0]["diagnostics"] if every else answer["diagnostics"]
+    found = [d["severity"] for d in diagnostics]
+    assert found == {"warn": ["warning"], "error": ["error"], "off": []}[units]
