@@ -24,7 +24,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.options import Backend, RunOptions
 from planarc.request import Request, Target, open_target
 
@@ -143,7 +143,10 @@ def compile_model(
     with _no_collection():
         target = open_target(request)
         model = flatten(target, clock)
-        program = to_program(to_sorted(to_dae(model, clock), clock), clock)
+        try:
+            program = to_program(to_sorted(to_dae(model, clock), clock), clock)
+        except PlanarcError as problem:  # a warning may tell what led to it
+            raise PlanarcError((*model.warnings, *problem.diagnostics)) from None
         code = to_code(program, backend, clock)
     remember(request, backend, target.reader, Remembered(program, code, model.warnings))
     return Compiled(program, backend, code, model.warnings)

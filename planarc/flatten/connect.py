@@ -55,6 +55,8 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
     left = _sides(node.left, env)
     right = _sides(node.right, env)
     if left is None or right is None:
+        if left is not None or right is not None:
+            _warn_absent(node.left if left is None else node.right, env)
         return []  # a conditional connector is not there
     pairs: list[tuple[object, object]] = [(left, right)]
     found: list[Connection] = []
@@ -75,6 +77,26 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
         else:
             raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
     return found
+
+
+def _warn_absent(ref: syntax.Ref, env: Env) -> None:
+    """A connector of a component, switched off there, is connected to something that exists.
+
+    A class's own conditional connectors are connected to its inside without a word.
+    """
+    try:
+        view = resolve(ref, env) if len(ref.parts) == 2 else None
+    except PlanarcError:  # its component is not there itself
+        return
+    if not isinstance(view, Absent) or view.element.name != ref.parts[1].name:
+        return
+    definition = view.element.definition
+    condition = definition.condition if isinstance(definition, syntax.Component) else None
+    owner = ref.parts[0].name
+    hint = "remove the connection, or make the condition of the connector true"
+    if isinstance(condition, syntax.Ref):
+        hint = f"switch it on: `{owner}({condition} = true)`"
+    env.session.warn("F311", f"`{ref}` is not there, so its connection is left out", ref.span, hint)
 
 
 def _sides(ref: syntax.Ref, env: Env) -> object | None:

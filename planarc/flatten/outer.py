@@ -42,9 +42,32 @@ def _find_inner(element: Element) -> Element | None:
     while current is not None:
         slot = current.layout.members.get(element.name)
         if slot is not None and slot[1].prefixes.inner:
+            _warn_twins(element, current)
             return lookup.member(current, element.name)
         current = current.parent
     return None
+
+
+def _warn_twins(element: Element, owner: Instance) -> None:
+    """Another inner component of the same class: one of them is likely a mistake."""
+    session = element.scope.session
+    members = owner.layout.members
+    definition = members[element.name][1]
+    if not isinstance(definition, syntax.Component):
+        return
+    for name, (_, other) in members.items():
+        if name == element.name or not other.prefixes.inner:
+            continue
+        if isinstance(other, syntax.Component) and str(other.type) == str(definition.type):
+            message = (
+                f"`{name}` and `{element.name}` are both `inner {definition.type}`: "
+                f"what is declared `outer {definition.type} {element.name}` uses "
+                f"`{element.name}` only"
+            )
+            if all(w.message != message for w in session.warnings):
+                session.warn(
+                    "F264", message, other.span, f"remove one of them: keep `{element.name}`"
+                )
 
 
 def _default_node(element: Element, definition: syntax.Component) -> Node:
