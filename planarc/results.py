@@ -177,19 +177,32 @@ class Result:
         dataset: xarray.Dataset = module.Dataset(columns, coordinate, {"model": self.name})
         return dataset
 
-    def to_csv(self, path: str | Path) -> Path:
-        return self._write(Path(path), ".csv")
+    def to_csv(
+        self,
+        path: str | Path,
+        variables: str | Iterable[str] | None = None,
+        *,
+        units: bool = False,
+    ) -> Path:
+        """All variables, or some; with `units` in the head of each column."""
+        return self._write(Path(path), ".csv", variables, units)
 
-    def to_mat(self, path: str | Path) -> Path:
+    def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
         """MATLAB level 4, as Modelica tools share it."""
-        return self._write(Path(path), ".mat")
+        return self._write(Path(path), ".mat", variables, False)
 
-    def _write(self, path: Path, suffix: str) -> Path:
+    def _write(
+        self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
+    ) -> Path:
         from planarc.view.table import write_table
 
+        only = None
+        if variables is not None:
+            names = "|".join(re.escape(n) for n in self.select(variables))
+            only = re.compile(rf"\A(?:{names})\Z")
         if path.suffix.lower() != suffix:
             path = path.with_name(path.name + suffix)
-        write_table(path, self.rows)
+        write_table(path, self.rows, only, units)
         return path
 
     # Pictures

@@ -41,6 +41,8 @@ Progress: TypeAlias = "Callable[[int, int, int], None]"
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
 BUNDLE, PATIENCE = 32, 1.0
+#: Bytes for a process of a study: a notebook may hold much that a fork takes over.
+NO_BOUND = 1 << 62
 _START = ".start"
 
 
@@ -315,7 +317,7 @@ def _in_processes(
 
     with tempfile.TemporaryDirectory(prefix="planarc-") as folder:
         place = _hand_over(payload, Path(folder))
-        crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit)
+        crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit, NO_BOUND)
         crew.add(_Job(place, bundle) for bundle in _bundles(tasks, workers))
         try:
             for job, result in crew:

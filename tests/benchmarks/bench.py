@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
 
 MODEL = Path(__file__).parent.parent / "cases" / "b2_fourbar_gravity" / "four_bar.pmo"
 RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
@@ -119,6 +119,34 @@ def again(backend: str) -> float:
     return statistics.median(times[1:])  # the first one imports what it needs
 
 
+def from_python() -> float:
+    """CPU seconds of one more `model.simulate` from Python."""
+    import planarc as package
+
+    model = package.load(MODEL)
+    times = []
+    for _ in range(REPEATS + 1):
+        begin = process_time()
+        model.simulate(10.0, intervals=500, tolerance=1e-6, start={"revA.phi": next(_starts)})
+        times.append(process_time() - begin)
+    return statistics.median(times[1:])
+
+
+def study() -> float:
+    """Wall seconds of 1,000 runs on all cores."""
+    import planarc as package
+
+    model = package.load(MODEL)
+    points = package.latin_hypercube({"crankBody.m": (0.5, 2), "revA.phi.start": (0.5, 1.5)}, 1000)
+    begin = perf_counter()
+    found = package.sweep(
+        model, points, "max(revA.w)", stop_time=10.0, intervals=500, tolerance=1e-6
+    )
+    if found.failures:
+        raise RuntimeError(f"a run failed: {found.failures[0].reason}")
+    return perf_counter() - begin
+
+
 def seconds(usages: Sequence[Usage]) -> float:
     return statistics.median(u.seconds for u in usages)
 
@@ -134,6 +162,8 @@ BARS = (
     Bar("four-bar, warm caches, with page", "s", None, lambda: seconds(warm())),
     Bar("four-bar again in one process, native", "ms", 10.0, lambda: 1e3 * again("native")),
     Bar("four-bar again in one process, numpy", "ms", None, lambda: 1e3 * again("numpy")),
+    Bar("four-bar again, model.simulate", "ms", 8.0, lambda: 1e3 * from_python()),
+    Bar("sweep of 1,000 four-bars, wall", "s", 15.0, study),
     Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
 )
 

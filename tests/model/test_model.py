@@ -185,7 +185,7 @@ def test_another_run_takes_milliseconds(four_bar: Model) -> None:
         begin = process_time()
         four_bar.simulate(10, tolerance=1e-6, intervals=500, start={"revA.phi": 1 + 1e-3 * i})
         times.append(process_time() - begin)
-    assert min(times) < 8e-3  # the median is measured by the benchmarks
+    assert min(times) < 16e-3  # the benchmarks allow 8 ms, on a machine that does nothing else
 
 
 def test_back_ends_agree(four_bar: Model) -> None:

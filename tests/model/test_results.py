@@ -52,6 +52,14 @@ def test_tables_hold_the_same_numbers(result: Result, tmp_path: Path) -> None:
         assert np.allclose(read_table(path)["revA.phi"], result["revA.phi"], atol=0)
 
 
+def test_a_table_may_hold_some_variables_and_units(result: Result, tmp_path: Path) -> None:
+    some = result.to_csv(tmp_path / "a.csv", ["revA.phi", "revB.phi"], units=True)
+    head = some.read_text("utf-8").splitlines()[0]
+    assert "rad" in head
+    assert set(read_table(some).columns) == {"revA.phi", "revB.phi"}
+    assert "revA.w" not in read_table(result.to_mat(tmp_path / "a.mat", r"phi$"))
+
+
 def test_a_table_that_cannot_be_written_says_so(result: Result, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no folder"):
         result.to_csv(tmp_path / "nowhere" / "a.csv")
