@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import struct
 import sys
 from pathlib import Path
@@ -81,6 +82,63 @@ def test_mat_is_what_matlab_reads(result: Result, tmp_path: Path) -> None:
     # `opposite` is the negative of what `rev.phi` is.
     assert read["dataInfo"][:2, 3].tolist() == [2, -2]
     assert "".join(read["description"][:, 1]).strip() == "Angle [rad|deg]"
+
+
+def test_mat_is_what_dymat_reads(result: Result, tmp_path: Path) -> None:
+    dymat = pytest.importorskip("DyMat")
+    write_table(tmp_path / "r.mat", result)
+    file = dymat.DyMatFile(str(tmp_path / "r.mat"))
+    for name in ("rev.phi", "rev.b.phi", "opposite", "a[1,2]", "on"):
+        assert np.array_equal(file.data(name), result[name]), name
+        assert np.array_equal(file.abscissa(name)[0], result.time)
+    assert file.data("L").tolist() == [2.5, 2.5]
+    assert file.data("minusL").tolist() == [-2.5, -2.5]
+    assert file.description("rev.phi") == "Angle [rad|deg]"
+    # Stored once: the others share the column of the first.
+    assert dict(file.sharedData("rev.phi")) == {"rev.b.phi": 1, "opposite": -1}
+
+
+def test_units_come_back_from_csv_on_request(result: Result, tmp_path: Path) -> None:
+    write_table(tmp_path / "r.csv", result, units=True)
+    head = (tmp_path / "r.csv").read_text("utf-8").splitlines()[0]
+    assert head.startswith('"time [s]","rev.phi [rad]","rev.b.phi",')
+    table = read_table(tmp_path / "r.csv")
+    assert table.units == {"rev.phi": "rad", "a[1,2]": "m"}
+    assert np.array_equal(table["rev.phi"], result["rev.phi"])
+    write_table(tmp_path / "r.csv", result)
+    assert read_table(tmp_path / "r.csv").units == {}
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_a_pattern_chooses_variables_and_parameters(
+    result: Result, tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"r{suffix}"
+    write_table(path, result, re.compile("phi$|L"))
+    table = read_table(path)
+    assert list(table.columns) == ["rev.phi", "rev.b.phi", "L", "minusL"]
+    assert np.array_equal(table["minusL"], np.full(ROWS, -2.5))
+    with pytest.raises(UsageError, match="no variable matches `nothing`"):
+        write_table(path, result, re.compile("nothing"))
+
+
+def test_columns_of_a_mat_are_made_when_they_are_asked_for(result: Result, tmp_path: Path) -> None:
+    write_table(tmp_path / "r.mat", result)
+    columns = read_table(tmp_path / "r.mat").columns
+    assert columns["L"] is not columns["L"]
+    columns["rev.phi"][0] = 99  # a copy: the file and later readers do not see it
+    assert columns["rev.phi"][0] == result["rev.phi"][0]
+    with pytest.raises(KeyError):
+        columns["nothing"]
+
+
+def test_a_csv_of_others_may_have_quotes_blanks_and_empty_lines(tmp_path: Path) -> None:
+    text = '\ufefftime, x ,"y"\n0, 1,"2"\n\n1,nan,-inf\n'
+    (tmp_path / "o.csv").write_text(text, "utf-8")
+    table = read_table(tmp_path / "o.csv")
+    assert table["time"].tolist() == [0, 1]
+    assert table["y"].tolist() == [2, -np.inf]
+    assert table["x"][0] == 1 and np.isnan(table["x"][1])
 
 
 def test_units_come_back_from_mat(result: Result, tmp_path: Path) -> None:
