@@ -9,8 +9,8 @@ def main() -> None:
     import sys
 
     # A command ends soon, and most of what it makes lives until then: look for cycles
-    # seldom. That takes 15 % off a check with many library classes.
-    gc.set_threshold(100_000, 20, 50)
+    # seldom. That takes a third off a check with many library classes.
+    gc.set_threshold(1_000_000, 10, 10)
 
     from planarc.cli.app import run
 
