@@ -87,6 +87,10 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
         if name is None or value is None:
             continue
         number = _number(value, instance.scope(), argument.name[0])
+        if name in ("interval", "tolerance") and number <= 0:
+            raise error(
+                "F287", f"`{argument.name[0]}` of the experiment must be positive", value.span
+            )
         found = replace(found, **{name: number})
     if found.stop < found.start:
         raise error(

@@ -18,6 +18,7 @@ from planarc.flatten.conform import NUMERIC, counted, expect, type_text, unify
 from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.select import MAPPED, array, boolean, integer, opened
+from planarc.flatten.variability import variability_of
 from planarc.ir import flat
 
 Arguments = list[flat.Expression]
@@ -126,8 +127,15 @@ def _der(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expressi
     value = arguments[0]
     if value.type.base not in NUMERIC:
         raise wrong_argument(name, value)
+    if value.type.base is not flat.Base.REAL:
+        _expect_steady(value, env)
     type_ = flat.REAL.with_dims(value.type.dims)
     return flat.Builtin(type_, span, "der", (value,))
+
+
+def _expect_steady(value: flat.Expression, env: Env) -> None:
+    if variability_of(value, env.session, env.hidden) > flat.Variability.PARAMETER:
+        raise error("F291", "`der` cannot be applied to what changes at events only", value.span)
 
 
 def _same(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
@@ -315,6 +323,11 @@ REFUSED = {
     "promote": ("`promote`", "10.3.5"),
     "getInstanceName": ("`getInstanceName`", "3.7.5"),
 }
+
+#: not in functions (specification 12.2)
+OF_MODELS = frozenset(
+    {"der", "initial", "terminal", "sample", "pre", "edge", "change", "delay", "cardinality"}
+)
 
 NAMES = frozenset(RULES) | frozenset(REFUSED) | {"cardinality", "assert", "terminate", "reinit"}
 

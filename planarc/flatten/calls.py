@@ -98,6 +98,8 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
     if name in builtins.REFUSED:
         feature, section = builtins.REFUSED[name]
         raise unsupported(feature, section, node.span)
+    if env.function is not None and name in builtins.OF_MODELS:
+        raise error("F303", f"a function cannot use `{name}`", node.span)
     if name == "cardinality":
         return _cardinality(node, env)
     if name in ("assert", "terminate", "reinit"):

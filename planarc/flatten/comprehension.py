@@ -28,7 +28,7 @@ MAX_OPENED = 1_000_000
 def type_comprehension(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
     """The value of a comprehension, or of a reduction over one."""
     if reduce == "array":
-        opened = _open_array(node, node.iterators, env)
+        opened = _open_array(node, node.iterators[::-1], env)
     else:
         items = _open_items(node, node.iterators, env)
         opened = None if items is None else _reduced(items, reduce, node.span)
@@ -161,7 +161,7 @@ def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | N
 def _open_array(
     node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
 ) -> flat.Expression | None:
-    """`{e for i, j}` is an array over i of arrays over j."""
+    """`{e for i, j}` is `{{e for i} for j}`: the last iterator is the outermost (10.4.1.2)."""
     if not iterators:
         return expressions.type_expression(node.body, env)
     values = iteration_values(iterators[0], env, (node.body,))
@@ -223,7 +223,7 @@ def _kept(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
     if env.function is None and not env.in_algorithm:
         raise error("F281", "the range of this loop must be known when compiling", node.span)
     ranges = []
-    for iterator in node.iterators:
+    for iterator in node.iterators[::-1] if reduce == "array" else node.iterators:
         typed = iteration_range(iterator, env, (node.body,))
         local = flat.Reference(typed.type.element(), iterator.span, iterator.name)
         env = env.with_local(iterator.name, local)

@@ -22,6 +22,10 @@ class Env:
     end: tuple[flat.Expression, int] | None = None
     #: in an algorithm: a loop whose body needs constant indices must be unrolled
     in_algorithm: bool = False
+    #: the iterators of the loops around
+    iterators: frozenset[str] = frozenset()
+    #: inside the body of a loop that `break` can leave
+    in_loop: bool = False
 
     @property
     def session(self) -> Session:
@@ -34,6 +38,10 @@ class Env:
 
     def with_local(self, name: str, value: flat.Expression) -> Env:
         return replace(self, locals={**self.locals, name: value})
+
+    def with_iterator(self, name: str, value: flat.Expression) -> Env:
+        inner = replace(self, iterators=self.iterators | {name}, in_loop=True)
+        return inner.with_local(name, value)
 
     def with_end(self, base: flat.Expression, dimension: int) -> Env:
         return replace(self, end=(base, dimension))

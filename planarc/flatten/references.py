@@ -13,6 +13,7 @@ Reference: Modelica Language Specification 3.6, sections 5.3.2 and 10.5.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TypeAlias
 
 from planarc.core.diagnostic import PlanarcError, Related, error
@@ -39,7 +40,10 @@ def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
 
 def _local(ref: syntax.Ref, env: Env) -> flat.Expression:
     first = ref.parts[0]
-    value = with_subscripts(env.locals[first.name], first.subscripts, env, ref.span)
+    value = env.locals[first.name]
+    if isinstance(value, flat.Reference):
+        value = replace(value, span=ref.span)  # where it is used, not where it is declared
+    value = with_subscripts(value, first.subscripts, env, ref.span)
     for part in ref.parts[1:]:
         value = with_subscripts(
             field_of(value, part.name, ref.span), part.subscripts, env, ref.span

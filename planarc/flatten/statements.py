@@ -12,6 +12,7 @@ Reference: Modelica Language Specification 3.6, chapter 11.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from planarc.core.diagnostic import PlanarcError, error
@@ -80,9 +81,11 @@ def _entries(
 
 def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
     """The left side of an assignment: a variable, an entry or a field of one."""
+    name = ref.parts[0].name
+    if name in env.iterators and not ref.absolute:
+        raise error("F301", f"the iterator `{name}` of a loop cannot be assigned", ref.span)
     target = expressions.type_expression(ref, env)
     if env.function is not None:
-        name = ref.parts[0].name
         if name not in env.locals:
             raise error("F301", f"a function cannot assign `{ref}`", ref.span)
         if any(v.name == name for v in env.function.signature.inputs):
@@ -208,7 +211,7 @@ def _loop(
     first = iterators[0]
     range_ = comprehension.iteration_range(first, env, node.body)
     local = flat.Reference(range_.type.element(), first.span, first.name)
-    body = _loop(iterators[1:], node, env.with_local(first.name, local), component)
+    body = _loop(iterators[1:], node, env.with_iterator(first.name, local), component)
     return (flat.ForStatement(node.span, component, first.name, range_, body),)
 
 
@@ -222,14 +225,14 @@ def _unrolled(
         raise error("F281", "the range of this loop must be known when compiling", node.span)
     found: list[flat.Statement] = []
     for value in values:
-        inner = env.with_local(iterators[0].name, value)
+        inner = replace(env.with_iterator(iterators[0].name, value), in_loop=False)
         found += _unrolled(iterators[1:], node, inner, component)
     return tuple(found)
 
 
 def _while(node: syntax.WhileStatement, env: Env, component: str) -> Statements:
     condition = condition_of(node.condition, env, "the condition of `while`")
-    body = type_statements(node.body, env, component)
+    body = type_statements(node.body, replace(env, in_loop=True), component)
     return (flat.WhileStatement(node.span, component, condition, body),)
 
 
@@ -258,6 +261,12 @@ def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
 
 
 def _break(node: syntax.Break, env: Env, component: str) -> Statements:
+    if not env.in_loop:
+        raise error(
+            "F303",
+            "`break` is allowed in loops only, and not in one over an array of components",
+            node.span,
+        )
     return (flat.Break(node.span, component),)
 
 

@@ -197,6 +197,19 @@ class Checker:
             return
         self.agree(what, self.of(left), self.of(right), e.span)
 
+    def name(self, variable: flat.Variable) -> None:
+        """A unit that cannot be read, and one for display that measures something else."""
+        own, shown = variable.attributes.unit, variable.attributes.display_unit
+        if own and self.units[variable.name] is None:
+            self.warn(f"the unit `{own}` of `{variable.name}` is not known", variable.span)
+        measured = unit.parse(shown)
+        if measured is not None and self.units[variable.name] not in (None, measured):
+            message = f"`{variable.name}` has the unit `{own}`, which is not shown in `{shown}`"
+            self.warn(message, variable.span)
+
+    def warn(self, message: str, span: Span) -> None:
+        self.found.append(Diagnostic("F331", message, span, Severity.WARNING))
+
     def variable(self, variable: flat.Variable) -> None:
         own = self.units[variable.name]
         a = variable.attributes
@@ -242,6 +255,7 @@ def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnosti
         {f.name: f for f in model.functions},
     )
     for variable in model.variables:
+        checker.name(variable)
         checker.variable(variable)
     checker.equations(model.equations)
     checker.equations(model.initial_equations)

@@ -177,7 +177,8 @@ def _empty(type_: flat.Type) -> str:
 
 
 def _comprehension(e: flat.Comprehension) -> str:
-    ranges = ", ".join([f"{n} in {print_expression(r)}" for n, r in e.iterators])
+    iterators = e.iterators[::-1] if e.reduce == "array" else e.iterators  # the last is outermost
+    ranges = ", ".join([f"{n} in {print_expression(r)}" for n, r in iterators])
     inner = f"{print_expression(e.body)} for {ranges}"
     return "{" + inner + "}" if e.reduce == "array" else f"{e.reduce}({inner})"
 
