@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from planarc.study import Outcome, Payload, Task
+    from planarc.workers import Outcome, Payload, Task
 
 
 def on_cluster(
     client: Any, payload: Payload, bundles: Sequence[tuple[Task, ...]]
 ) -> Iterator[list[Outcome]]:
     """Outcomes as they come. `client` is a `distributed.Client`."""
-    from planarc.study import Outcome, run_bundle
+    from planarc.workers import Outcome, run_bundle
 
     try:
         completed: Any = import_module("distributed").as_completed

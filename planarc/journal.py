@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TextIO
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from planarc.study import Outcome
+    from planarc.workers import Outcome
 
 
 class Journal:
@@ -49,7 +49,7 @@ class Journal:
             ) from None
 
     def _read(self, key: str) -> None:
-        from planarc.study import Outcome
+        from planarc.workers import Outcome
 
         self._file.seek(0)
         lines = self._file.read().split("\n")

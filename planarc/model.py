@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planarc.ir.program import Kernel, Program
     from planarc.signals import Signal
 
-_TEXT = re.compile(r"[\n;]|\b(model|block|package|class)\s+\w+")
+_TEXT = re.compile(r"[\n;]")
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 

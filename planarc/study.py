@@ -12,23 +12,18 @@ interrupted study is taken up where it was.
 from __future__ import annotations
 
 import hashlib
-import math
-import pickle
-import sys
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
 from planarc.design import Point, grid
-from planarc.metric import Metric, Metrics, read_metric
+from planarc.metric import Metric, read_metric
 from planarc.table import Failure, Study
 from planarc.values import Value, parameter_values, start_values
+from planarc.workers import Outcome, Payload, Task, outcomes_of
 
 if TYPE_CHECKING:
     from planarc.journal import Journal
@@ -39,10 +34,6 @@ __all__ = ["Failure", "Study", "StudyInterrupted", "sweep"]
 #: Called with the numbers of finished, of all, and of failed points.
 Progress: TypeAlias = "Callable[[int, int, int], None]"
 
-#: Points in one bundle, at most, and seconds after which it is handed back unfinished.
-BUNDLE, PATIENCE = 32, 1.0
-#: Bytes for a process of a study: a notebook may hold much that a fork takes over.
-NO_BOUND = 1 << 62
 _START = ".start"
 
 
@@ -52,35 +43,6 @@ class StudyInterrupted(KeyboardInterrupt):
     def __init__(self, study: Study) -> None:
         super().__init__("the study was interrupted")
         self.study = study
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """Of one point: its metrics, or why it has none."""
-
-    index: int
-    values: dict[str, float] | None
-    failed: str | None = None
-    lost: bool = False  # its process died or took too long: worth another try
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """One point as numbers; `wrong` says why it cannot be run at all."""
-
-    index: int
-    values: dict[str, float]
-    starts: dict[str, float]
-    wrong: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Payload:
-    """What all runs share."""
-
-    model: Model
-    options: RunOptions
-    metrics: Metrics
 
 
 def sweep(
@@ -123,7 +85,7 @@ def sweep(
     done = dict(book.done) if book else {}
     watch = _watcher(progress, len(tasks))
     try:
-        for outcomes in _outcomes(payload, tasks, done, workers, client, limit):
+        for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
             done.update((o.index, o) for o in outcomes)
             if book:
                 book.add(o for o in outcomes if not o.lost)
@@ -241,136 +203,3 @@ def _watcher(progress: bool | Progress, count: int) -> Progress:
     from planarc.bar import Bar
 
     return Bar()
-
-
-# Who does the work --------------------------------------------------------------------------
-
-
-def _outcomes(
-    payload: Payload,
-    tasks: Sequence[Task],
-    done: Mapping[int, Outcome],
-    workers: int | None,
-    client: Any,
-    limit: float,
-) -> Iterator[list[Outcome]]:
-    from planarc.crew import cores
-
-    wrong = [Outcome(t.index, None, t.wrong) for t in tasks if t.wrong]
-    if wrong:
-        yield wrong
-    left = [t for t in tasks if t.wrong is None and t.index not in done]
-    count = cores() if workers is None else workers
-    if not isinstance(count, int) or count < 1:
-        raise UsageError(
-            Diagnostic("C232", f"the number of workers is an integer above 0, not {count}")
-        )
-    if client is not None:
-        from planarc.cluster import on_cluster
-
-        yield from on_cluster(client, payload, _bundles(left, 4 * len(client.ncores() or [0])))
-    elif min(count, len(left)) <= 1:
-        for bundle in _bundles(left, 1):
-            yield run_bundle(payload, bundle)
-    else:
-        yield from _in_processes(payload, left, count, limit)
-
-
-def _bundles(tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
-    size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
-    return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
-
-
-def run_bundle(
-    payload: Payload, bundle: Sequence[Task], patience: float = math.inf
-) -> list[Outcome]:
-    """The outcomes of the first points, as many as fit into some seconds (at least one)."""
-    end = monotonic() + patience
-    outcomes: list[Outcome] = []
-    for task in bundle:
-        outcomes.append(_run(payload, task))
-        if monotonic() > end:
-            break
-    return outcomes
-
-
-def _run(payload: Payload, task: Task) -> Outcome:
-    options = payload.options
-    options = replace(
-        options, values={**options.values, **task.values}, starts={**options.starts, **task.starts}
-    )
-    try:
-        result = payload.model.run(options)
-    except PlanarcError as problem:
-        return Outcome(task.index, None, problem.diagnostics[0].message)
-    try:
-        return Outcome(task.index, payload.metrics(result))
-    except (Exception, SystemExit) as problem:
-        reason = f"the metric fails: {type(problem).__name__}: {problem}"
-        return Outcome(task.index, None, reason)
-
-
-def _in_processes(
-    payload: Payload, tasks: Sequence[Task], workers: int, limit: float
-) -> Iterator[list[Outcome]]:
-    from planarc.crew import Crew, Lost
-
-    with tempfile.TemporaryDirectory(prefix="planarc-") as folder:
-        place = _hand_over(payload, Path(folder))
-        crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit, NO_BOUND)
-        crew.add(_Job(place, bundle) for bundle in _bundles(tasks, workers))
-        try:
-            for job, result in crew:
-                if not isinstance(result, Lost):
-                    if rest := job.bundle[len(result) :]:
-                        crew.add([_Job(place, rest)])
-                    yield result
-                elif len(job.bundle) == 1:
-                    why = "died" if result is Lost.DIED else f"took longer than {limit:g} s"
-                    reason = f"the process that ran it {why}"
-                    yield [Outcome(job.bundle[0].index, None, reason, lost=True)]
-                else:  # which point was it?
-                    crew.add(_Job(place, (task,)) for task in job.bundle)
-        finally:
-            _SHARED.pop(place, None)
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    place: str  # of the payload
-    bundle: tuple[Task, ...]
-
-
-#: Payloads that forked processes find here; others read them from their file.
-_SHARED: dict[str, Payload] = {}
-
-
-def _hand_over(payload: Payload, folder: Path) -> str:
-    place = str(folder / "payload")
-    if sys.platform.startswith("linux"):
-        _SHARED[place] = payload
-        payload.model.compiled().load()  # before the fork: the code is in memory once
-        return place
-    try:
-        Path(place).write_bytes(pickle.dumps(payload))
-    except (pickle.PicklingError, AttributeError, TypeError) as problem:
-        raise UsageError(
-            Diagnostic(
-                "C236",
-                f"the metric cannot be sent to other processes: {problem}",
-                hint="make it a function of a module, or use workers=1",
-            )
-        ) from None
-    return place
-
-
-def _work(job: _Job) -> list[Outcome]:
-    """In a process of the crew."""
-    payload = _SHARED.get(job.place) or _read(job.place)
-    return run_bundle(payload, job.bundle, PATIENCE)
-
-
-@lru_cache(maxsize=2)
-def _read(place: str) -> Payload:
-    payload: Payload = pickle.loads(Path(place).read_bytes())
-    return payload

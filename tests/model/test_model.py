@@ -51,6 +51,12 @@ def test_a_model_from_a_file_a_class_and_a_text() -> None:
         assert np.array_equal(result.rows.data, results[0].rows.data)
 
 
+def test_a_file_may_have_any_name(tmp_path: Path) -> None:
+    path = tmp_path / "my model of a pendulum.pmo"
+    path.write_bytes((ROOT / "examples" / "pendulum.pmo").read_bytes())
+    assert planarc.load(str(path)).name == "Pendulum"
+
+
 def test_parameters_and_variables_tell_what_they_are(pendulum: Model) -> None:
     mass = pendulum.parameters["bob.m"]
     assert (mass.value, mass.unit, mass.settable, mass.structural) == (2.0, "kg", True, False)
