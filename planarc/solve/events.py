@@ -447,9 +447,10 @@ class Events:
 
 
 def assertion_diagnostic(t: float, assertion: Assertion, message: str) -> Diagnostic:
+    place = f" in `{assertion.component}`" if assertion.component else ""
     return Diagnostic(
         "R430",
-        f"assertion failed at t = {t:.6g} s: {message}",
+        f"assertion failed at t = {t:.6g} s{place}: {message}",
         assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
     )

@@ -91,13 +91,13 @@ def test_a_spline_passes_its_points_smoothly(run: Run) -> None:
     np.testing.assert_allclose(table("before"), table("after"), atol=1e-5)
 
 
-def cam_follower(run: Run, curve: str, tolerance: float = 1e-7) -> Any:
+def cam_follower(run: Run, curve: str, tolerance: float = 1e-7, s1: float = 0.24) -> Any:
     return run(
         f"""
   Joints.Revolute hinge(phi(start=0.8, fixed=true), w(fixed=true));
   Parts.Body cam(m=2, I=0.01, r_CM={{0.2, 0.03}});
   Joints.CurveCurveJoint contact(redeclare Joints.Internal.{curve},
-    redeclare Joints.Internal.StraightLine curve2, s1(start=0.24));
+    redeclare Joints.Internal.StraightLine curve2, s1(start={s1}));
   Joints.Prismatic slide(n={{0, 1}}, s(start=0.12));
   Parts.Body follower(m=0.5);
 equation
@@ -155,6 +155,13 @@ equation
     np.testing.assert_allclose(np.hypot(result["disc.r[1]"], result["disc.r[2]"]), distance)
     x, y = (result[f"contact.normal1[{i}]"] + result[f"contact.normal2[{i}]"] for i in (1, 2))
     np.testing.assert_allclose([x, y], 0, atol=1e-9)
+
+
+def test_a_contact_sought_on_the_wrong_side_is_found_on_the_right_one(run: Run) -> None:
+    """Below the cam the normals point the same way, which `atan2` does not accept."""
+    right = cam_follower(run, "Ellipse curve1(a=0.15, b=0.08)")
+    wrong = cam_follower(run, "Ellipse curve1(a=0.15, b=0.08)", s1=0.6)
+    np.testing.assert_allclose(wrong["slide.s"], right["slide.s"], atol=1e-9)
 
 
 def test_separation_is_detected_where_the_force_changes_its_sign(run: Run) -> None:
