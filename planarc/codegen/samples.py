@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 #: How far each position is moved from the start, in the unit of the coordinate.
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
 _STEPS = 15  # of Newton's method
+_CLOSED = 1e-9  # a step that closes a loop well enough
 
 
 class Samples:
@@ -82,6 +84,8 @@ class Samples:
                 self._put(block, x)
                 step = _least(*self._linearised(block, formulas))
                 x -= np.clip(step, -0.5, 0.5)
+                if not np.abs(step[np.isfinite(step)]).max(initial=0.0) > _CLOSED:
+                    break
             self._put(block, x)
 
     def _put(self, block: Block, x: Values) -> None:
@@ -120,7 +124,8 @@ def _least(r: Values, jacobian: Values) -> Values:
     steps = np.full((k, n), math.nan)
     for i in range(k):
         if np.isfinite(jacobian[i]).all() and np.isfinite(r[i]).all():
-            steps[i] = np.linalg.lstsq(jacobian[i], r[i], rcond=1e-9)[0]
+            with suppress(np.linalg.LinAlgError):
+                steps[i] = np.linalg.lstsq(jacobian[i], r[i], rcond=1e-9)[0]
     return steps
 
 
