@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from planarc.view.table import Table
 
 _END = "\r\n"
-#: Rows formatted at a time, so that a long result needs little memory as text.
-_CHUNK = 4096
+#: Numbers formatted at a time, so that a long result needs little memory as text.
+_CHUNK = 1 << 18
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
@@ -28,8 +28,9 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool
     names += [f"{c.name} [{c.unit}]" if units and c.unit else c.name for c in columns]
     header = ",".join(map(_quoted, names))
     file.write((header + _END).encode())
-    for first in range(0, len(result.time), _CHUNK):
-        file.write(_rows(result, columns, first, first + _CHUNK).encode())
+    rows = max(1, _CHUNK // len(names))
+    for first in range(0, len(result.time), rows):
+        file.write(_rows(result, columns, first, first + rows).encode())
 
 
 def _quoted(name: str) -> str:

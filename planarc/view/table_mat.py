@@ -32,8 +32,8 @@ _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 _CLASS = ("Atrajectory", "1.1", "", "binTrans")
 
 
-#: Rows written at a time, so that a long result is not copied as a whole.
-_CHUNK = 4096
+#: Numbers written at a time, so that a long result is not copied as a whole.
+_CHUNK = 1 << 20
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
@@ -65,8 +65,9 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
     _matrix(file, "data_1", _DOUBLE, first)
     _head(file, "data_2", _DOUBLE, 1 + len(varying), len(result.time))
     stored = [result.stored[slot] for slot in varying]
-    for at in range(0, len(result.time), _CHUNK):
-        rows = slice(at, at + _CHUNK)
+    most = max(1, _CHUNK // (1 + len(stored)))
+    for at in range(0, len(result.time), most):
+        rows = slice(at, at + most)
         points = np.column_stack([result.time[rows], result.data[rows, stored]])
         file.write(points.astype("<f8", copy=False).tobytes())
 
