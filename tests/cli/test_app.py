@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from planarc.cli import check, console
-from planarc.cli.app import run
+from planarc.cli.app import app, run
 
-COMMANDS = ("simulate", "check", "flatten", "equations", "compile", "list")
+COMMANDS = tuple(command.name or "" for command in app.registered_commands)
 HEAVY = ("numpy", "scipy", "sympy", "matplotlib", "llvmlite", "lark", "rich", "sksundae")
 
 
@@ -43,7 +43,9 @@ def test_no_arguments_show_the_help(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([command, "--help"]) == 0
-    assert f"Usage: planarc {command} " in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert f"Usage: planarc {command} " in shown
+    assert f"Examples:\n    planarc {command}" in shown
 
 
 def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
