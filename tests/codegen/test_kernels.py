@@ -211,6 +211,21 @@ def test_number_that_is_not_finite_names_its_equation(
     assert "body.f" in program.equations[kernel.failed_equation].text
 
 
+@pytest.mark.parametrize(("name", "equation"), [("L1", 1), ("m", 7)])
+def test_block_that_is_not_finite_names_its_equation(
+    four_bar: SortedDae, backend: Callable[[Program], Any], name: str, equation: int
+) -> None:
+    """In the position loop, and in the linear block of the accelerations."""
+    program = generate(four_bar)
+    kernel = backend(program)
+    kernel.w[program.slots[name]] = float("nan")
+    kernel.parameters()
+    kernel.select([0, 3])
+    assert kernel.rhs(0.0, [1.2, 0.5], [0.0, 0.0]) < 0
+    assert kernel.failed_equation == equation
+    assert program.blocks[0 if name == "L1" else 2].equations[0] == equation
+
+
 def test_formula_outside_its_domain_fails(
     build: Callable[[str], Any], backend: Callable[[Program], Any]
 ) -> None:

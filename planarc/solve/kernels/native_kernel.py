@@ -102,7 +102,20 @@ class NativeKernel:
 
     @property
     def failed_equation(self) -> int:
-        return first_not_finite(self._program, self.w.tolist())
+        found = first_not_finite(self._program, self.w.tolist())
+        block = self.failed_block
+        if found >= 0 or block < 0:
+            return found
+        return self._row_not_finite(block)
+
+    def _row_not_finite(self, block: int) -> int:
+        """The equation of the first residual, or row of slopes, that is not finite."""
+        code = self._program.blocks[block]
+        m, n = len(code.residuals), len(code.tears)
+        r, a = self._place.residuals(block), self._place.jacobian(block)
+        rows = self._area[a : a + m * n].reshape(m, n)
+        finite = np.isfinite(self._area[r : r + m]) & np.isfinite(rows).all(axis=1)
+        return -1 if finite.all() else code.equations[int(np.argmin(finite))]
 
     @property
     def addresses(self) -> Addresses:

@@ -29,6 +29,14 @@ class UnsolvedError(Exception):
         self.block = block
 
 
+class NotFiniteError(ArithmeticError):
+    """A residual of a block, or its slopes, are not finite; carries the equation."""
+
+    def __init__(self, equation: int) -> None:
+        super().__init__(equation)
+        self.equation = equation
+
+
 class Block:
     """The tears of a block while it is solved, and its last accepted point."""
 
@@ -42,6 +50,7 @@ class Block:
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
         self._w = w
+        self._equations = code.equations
         self._below = code.height > 0
         self.slots = [program.slots[str(tear)] for tear in code.tears]
         self._most = STEPS_BELOW if self._below else STEPS_TOP
@@ -153,7 +162,7 @@ class Block:
             self._finish()
             return x
         if not size < 1e300 or self._count >= self._most:  # nan, far out, too many
-            raise UnsolvedError(self.index)
+            self._checked(None, residuals, matrix)
         self._sizes = [max(map(abs, row)) for row in matrix]
         self._size_of_residuals = _norm(residuals, self._sizes)
         return x
@@ -163,8 +172,9 @@ class Block:
     ) -> Sequence[float]:
         if change is not None:
             return change
-        if not math.isfinite(sum(residuals) + sum(map(sum, matrix))):
-            raise ArithmeticError("a number is not finite")
+        for equation, r, row in zip(self._equations, residuals, matrix, strict=True):
+            if not math.isfinite(r + sum(row)):
+                raise NotFiniteError(equation)
         raise UnsolvedError(self.index)
 
     def _finish(self) -> None:

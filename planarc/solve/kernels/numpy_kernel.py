@@ -11,7 +11,7 @@ from typing import Any
 
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
-from planarc.solve.kernels.numpy_block import Block, UnsolvedError, by_columns
+from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
 from planarc.solve.kernels.numpy_support import NAMESPACE
 
 _FILE = "<planarc numpy>"
@@ -165,6 +165,9 @@ class NumpyKernel:
         if isinstance(problem, UnsolvedError):
             self.failed_block = problem.block
             return 1
+        if isinstance(problem, NotFiniteError):
+            self.failed_equation = problem.equation
+            return -1
         frame = problem.__traceback__
         while frame is not None:
             if frame.tb_frame.f_code.co_filename == _FILE:
