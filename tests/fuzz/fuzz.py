@@ -143,8 +143,13 @@ def _judge_extreme(name: str) -> Outcome:
 def run(seed: int, numbers: Iterable[int], workers: int) -> Iterator[tuple[int, Outcome | Lost]]:
     crew: Crew[tuple[int, int], Outcome] = Crew(_judge_number, workers, LIMIT, MEMORY)
     crew.add((seed, number) for number in numbers)
+    again: set[int] = set()
     for (_, number), outcome in crew:
-        yield number, outcome
+        if outcome is Lost.TOO_LONG and number not in again:  # the machine may have been busy
+            again.add(number)
+            crew.add([(seed, number)])
+        else:
+            yield number, outcome
 
 
 def run_extremes(names: Iterable[str], workers: int) -> Iterator[tuple[str, Outcome | Lost]]:
