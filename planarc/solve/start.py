@@ -342,11 +342,34 @@ def _solve_stages(
 ) -> Vector | None:
     u = u0.copy()
     for rows, columns in system.stages():
-        root = nearest_root(system, u, rows, columns, held)
+        root = None
+        if system.initial_rows.stop - 1 in rows:
+            root = solve_stage(system, u, rows, _movable(system, u, held))
+        if root is None or not root.converged:
+            root = nearest_root(system, u, rows, columns, held)
         if not root.converged:
             return None
         u = root.point
     return u
+
+
+def _movable(
+    system: System, u: Vector, held: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+) -> list[int]:
+    """The candidates that closed loops and held values leave free: initial equations are for
+    these, and need not shake what is settled."""
+    import numpy as np
+
+    free = [i for i, h in enumerate(held) if not h]
+    r = system(u)
+    jacobian = None if r is None else newton.derivative(system, u, r)
+    if jacobian is None:
+        return free
+    kept = np.delete(jacobian, system.initial_rows, axis=0)[:, free]
+    _, sizes, directions = np.linalg.svd(newton.level_rows(kept)[0])
+    rank = int(np.sum(sizes > 1e-8 * np.max(sizes, initial=1.0)))
+    moves = np.abs(directions[rank:]).max(axis=0, initial=0.0)
+    return [i for i, move in zip(free, moves, strict=True) if move > 1e-6]
 
 
 def solve_stage(
