@@ -10,6 +10,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op
+from planarc.lower import rounding
 from planarc.lower.operators import divide, product, relation
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import (
@@ -235,8 +236,8 @@ def _as_number(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
     return a[0]
 
 
-def _truncated(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    return each(lambda e: scope.table.call("floor", e), a[0])
+def _rounded(step: Callable[..., Expr]) -> Builtin:
+    return lambda scope, a, span: each(lambda *e: step(scope, *e, span), *a)
 
 
 def _string(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
@@ -280,7 +281,12 @@ _BUILTINS: Mapping[str, Builtin] = {
     "min": _reduction(math.inf, lambda t, x, y: t.call("min", x, y)),
     "max": _reduction(-math.inf, lambda t, x, y: t.call("max", x, y)),
     "dot": lambda scope, a, _span: product(scope.table, a[0], a[1]),
-    "integer": _truncated,
+    "floor": _rounded(rounding.floor),
+    "integer": _rounded(rounding.floor),
+    "ceil": _rounded(rounding.ceil),
+    "div": _rounded(rounding.div),
+    "mod": _rounded(rounding.mod),
+    "rem": _rounded(rounding.rem),
     "Integer": _as_number,
     "Real": _as_number,
     "String": _string,

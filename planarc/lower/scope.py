@@ -35,6 +35,8 @@ class Model:
     assertions: list[dae.Assertion] = field(default_factory=list)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     time_derivative: Differentiator = field(init=False)
+    #: of every rounded expression, see `rounding`
+    phases: dict[Expr, Expr] = field(default_factory=dict)
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -376,3 +376,51 @@ def test_an_array_in_a_function_is_bounded() -> None:
             end M;""",
             Backend.NUMPY,
         )
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, 3.0])
+def test_a_sawtooth_jumps_at_events(backend: Backend, start: float) -> None:
+    """Between events `mod` is smooth, so its integral is that of the closed form."""
+    result = run(
+        f"""model M
+          Real x(start = 0, fixed = true);
+          Real saw = mod(time + {start}, 1);
+          Integer n = integer(2*(time + {start}));
+          Real down = ceil(-time - {start});
+        equation
+          der(x) = saw;
+        end M;""",
+        backend,
+        stop=2.4,
+    )
+    whole = np.floor(result.time)
+    assert result["x"] == pytest.approx(whole / 2 + (result.time - whole) ** 2 / 2, abs=1e-7)
+    assert float(result["saw"][-1]) == pytest.approx(0.4, abs=1e-12)
+    assert result["n"][-1] == 4 + 2 * start
+    assert result["down"][-1] == -2 - start
+    assert sorted({round(e.time, 7) for e in result.events}) == [0.5, 1.0, 1.5, 2.0]
+
+
+def test_rounding_of_a_state_that_turns_back(backend: Backend) -> None:
+    """x = 2.5*sin(t) goes up and down over whole numbers; noEvent rounds the same in place."""
+    result = run(
+        """model M
+          Real x(start = 0, fixed = true);
+          Integer n = integer(x);
+          Integer up(start = 0, fixed = true);
+          Real q = div(x, 1), r = rem(x, 1);
+          Real plain = noEvent(floor(x));
+        equation
+          der(x) = 2.5*cos(time);
+          when change(n) then
+            up = pre(up) + 1;
+          end when;
+        end M;""",
+        backend,
+        stop=6.0,
+    )
+    inside = np.abs(result["x"] - np.round(result["x"])) > 1e-6
+    assert (result["n"] == result["plain"])[inside].all()
+    assert result["q"][inside] == pytest.approx(np.trunc(result["x"])[inside])
+    assert (result["q"] + result["r"])[inside] == pytest.approx(result["x"][inside])
+    assert result["up"][-1] == 9
