@@ -29,6 +29,20 @@ def test_a_held_alias_has_its_sign(sort: Sort) -> None:
     assert [(text(f.symbol), text(f.start)) for f in model.fixed] == [("y", "-4")]
 
 
+def test_of_equal_priority_the_written_start_makes_the_candidate(sort: Sort) -> None:
+    for written in ("x", "y"):
+        model = sort("der(x) = 1", "y = 2*x", "z = der(y)", attributes={written: {"start": 3}})
+        assert [c.display for c in model.candidates] == [written]
+
+
+def test_a_written_start_of_a_dependent_variable_is_kept(sort: Sort) -> None:
+    attributes = {"x": {"select": "prefer"}, "y": {"start": 3}}
+    model = sort("der(x) = 1", "y = 2*x", "z = der(y)", attributes=attributes)
+    (kept,) = model.fixed
+    assert (kept.display, text(kept.start), kept.fixed, kept.written) == ("y", "3", False, True)
+    assert kept.height == 1
+
+
 def test_torn_unknowns_of_the_top_start_from_their_guess(sort: Sort) -> None:
     model = sort("cos(y) = y", attributes={"y": {"start": 0.7}})
     assert [(text(s), text(v)) for s, v in model.guesses] == [("y", "0.7")]
