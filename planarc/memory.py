@@ -78,10 +78,9 @@ def _machine(backend: Backend) -> tuple[str, ...]:
     """Native code belongs to one kind of processor and one version of its compiler."""
     if backend is not Backend.NATIVE:
         return ()
-    import platform
-    from importlib.metadata import version
+    from planarc.codegen.native.machine import key
 
-    return (platform.machine(), platform.processor(), version("llvmlite"))
+    return (key(),)
 
 
 def _unchanged(path: Path, key: str) -> bool:
