@@ -110,7 +110,8 @@ def _values(system: System, point: Vector, guides: Sequence[Guide]) -> Vector:
 
 
 def _distance(values: Vector, guides: Sequence[Guide]) -> float:
-    return sum(g.weight * (v - g.start) ** 2 for g, v in zip(guides, values.tolist(), strict=True))
+    pairs = zip(guides, values.tolist(), strict=True)
+    return float(sum(g.weight * (v - g.start) ** 2 for g, v in pairs))
 
 
 def _as_meant(
