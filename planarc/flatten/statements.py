@@ -32,6 +32,7 @@ from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Leaf
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import children
 
 Statements = tuple[flat.Statement, ...]
 
@@ -53,11 +54,11 @@ def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements
         raise mismatch(target.type, value.type, f"the value of `{node.target}`", node.value.span)
     if isinstance(target, flat.Reference):
         return (flat.Assignment(node.span, component, target, value),)
-    return _entries(node, target, value, component)
+    return _entries(node.span, target, value, component)
 
 
 def _entries(
-    node: syntax.Assignment, target: flat.Expression, value: flat.Expression, component: str
+    span: Span, target: flat.Expression, value: flat.Expression, component: str
 ) -> Statements:
     """A record, or a slice over components, is assigned entry by entry."""
     found: list[flat.Statement] = []
@@ -65,17 +66,17 @@ def _entries(
     while pairs:
         left, right = pairs.pop(0)
         if isinstance(left, flat.Reference):
-            found.append(flat.Assignment(node.span, component, left, right))
+            found.append(flat.Assignment(span, component, left, right))
         elif isinstance(left, flat.Array):
             indices = range(1, len(left.items) + 1)
             inner = [(left.items[i - 1], element_at(right, i)) for i in indices]
             pairs = inner + pairs
         elif isinstance(left, flat.Record):
             names = [n for n, _ in left.type.fields]
-            fields = [references.field_of(right, n, node.span) for n in names]
+            fields = [references.field_of(right, n, span) for n in names]
             pairs = list(zip(left.items, fields, strict=True)) + pairs
         else:
-            raise error("F301", f"`{node.target}` cannot be assigned", node.target.span)
+            raise error("F301", "this cannot be assigned", left.span)
     return tuple(found)
 
 
@@ -132,17 +133,41 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
     types = call_arguments.result_types(call, env)
     check_result_count(len(node.targets), len(types), node.value, node.span)
     targets: list[flat.Reference | None] = []
-    for target, type_ in zip(node.targets, types, strict=False):
+    first: list[flat.Statement] = []
+    for k, (target, type_) in enumerate(zip(node.targets, types, strict=False)):
         if target is None:
             targets.append(None)
             continue
         typed = type_target(target, env)
-        if not isinstance(typed, flat.Reference):
-            raise unsupported("a record as one of several results", "12.4.3", target.span)
         if not conforms(typed.type, type_):
             raise mismatch(typed.type, type_, f"the result for `{target}`", target.span)
-        targets.append(typed)
-    return (flat.TupleAssignment(node.span, component, tuple(targets), call),)
+        if isinstance(typed, flat.Reference):
+            targets.append(typed)
+            continue
+        targets.append(None)
+        result = flat.Call(type_, call.span, call.function, call.arguments, k)
+        first += _entries(node.span, typed, result, component)
+        _expect_apart(typed, call, target)
+    if not any(targets):
+        return tuple(first)
+    return (*first, flat.TupleAssignment(node.span, component, tuple(targets), call))
+
+
+def _expect_apart(target: flat.Expression, call: flat.Call, ref: syntax.Ref) -> None:
+    """The fields of a record are assigned before the other results: none may be an argument."""
+    assigned = _names_in(target)
+    if any(assigned & _names_in(a) for a in call.arguments):
+        raise unsupported("a record as a result and an argument of one call", "12.4.3", ref.span)
+
+
+def _names_in(expression: flat.Expression) -> set[str]:
+    stack, found = [expression], set()
+    while stack:
+        e = stack.pop()
+        if isinstance(e, flat.Reference):
+            found.add(e.name)
+        stack.extend(children(e))
+    return found
 
 
 def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:

@@ -424,3 +424,22 @@ def test_rounding_of_a_state_that_turns_back(backend: Backend) -> None:
     assert result["q"][inside] == pytest.approx(np.trunc(result["x"])[inside])
     assert (result["q"] + result["r"])[inside] == pytest.approx(result["x"][inside])
     assert result["up"][-1] == 9
+
+
+def test_a_record_as_one_of_several_results(backend: Backend) -> None:
+    result = run(
+        """model M
+          record R Real a; Real b[2]; end R;
+          function f input Real x; output R r; output Real y;
+          algorithm r := R(x, {2*x, 3*x}); y := 4*x; end f;
+          R r, s; Real y, z;
+        equation
+          (s, z) = f(2*time);
+        algorithm
+          (r, y) := f(time);
+        end M;""",
+        backend,
+    )
+    factors = {"r.a": 1, "r.b[2]": 3, "y": 4, "s.a": 2, "s.b[1]": 4, "z": 8}
+    for name, factor in factors.items():
+        assert result[name] == pytest.approx(factor * result.time, abs=1e-12)
