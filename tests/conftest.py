@@ -6,6 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# How long an example takes says more about the machine than about planarc.
+settings.register_profile("planarc", deadline=None)
+settings.load_profile("planarc")
 
 GOLDEN = Path(__file__).parent / "golden"
 
