@@ -125,16 +125,8 @@ class _Run:
     def assign(self, target: flat.Reference, value: Value) -> None:
         name, *fields = target.name.split(".") if target.name not in self.frame else [target.name]
         indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
-        if fields:
-            record = dict(self.frame[name])  # type: ignore[arg-type]
-            place = record
-            for field in fields[:-1]:
-                place[field] = dict(place[field])  # type: ignore[arg-type]
-                place = place[field]  # type: ignore[assignment]
-            place[fields[-1]] = _stored(place.get(fields[-1], 0.0), indices, value, target.span)
-            self.frame[name] = record
-        else:
-            self.frame[name] = _stored(self.frame.get(name, 0.0), indices, value, target.span)
+        old = self.frame.get(name, 0.0)
+        self.frame[name] = _stored_field(old, fields, indices, value, target.span)
 
 
 def _default(type_: flat.Type) -> Value:
@@ -150,6 +142,24 @@ def _default(type_: flat.Type) -> Value:
                 n: compute.fill(_default(t), *[d or 0 for d in t.dims]) for n, t in type_.fields
             }
     return 0 if type_.base is flat.Base.INTEGER else 1
+
+
+def _stored_field(
+    old: Value, fields: list[str], indices: list[Value | None], value: Value, span: Span
+) -> Value:
+    """`old` with the field (of the entry at the first indices) replaced."""
+    if not fields:
+        return _stored(old, indices, value, span)
+    if isinstance(old, dict):
+        inner = _stored_field(old.get(fields[0], 0.0), fields[1:], indices, value, span)
+        return {**old, fields[0]: inner}
+    first = indices[0] if indices else None
+    if not isinstance(old, list) or not isinstance(first, int):
+        raise NotConstant("fields of several records are assigned at once", span)
+    if not 1 <= first <= len(old):
+        raise error("F219", f"the index {first} is outside of 1 to {len(old)}", span)
+    entry = _stored_field(old[first - 1], fields, indices[1:], value, span)
+    return [*old[: first - 1], entry, *old[first:]]
 
 
 def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -> Value:

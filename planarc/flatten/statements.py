@@ -109,19 +109,22 @@ def _is_fixed(leaf: Leaf) -> bool:
 
 
 def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
-    """Inside a function, `r.x[i] := v` is an assignment of the Reference `r.x[i]`."""
+    """Inside a function, `r.x[i] := v` is an assignment of the Reference `r.x[i]`;
+    so is `r[i].x := v`, since subscripts belong to the dimensions in their order."""
     if isinstance(target, flat.Reference):
         return target
     names: list[str] = []
     subscripts: tuple[flat.Expression, ...] = ()
     base: flat.Expression = target
-    if isinstance(base, flat.Index):
-        subscripts, base = base.subscripts, base.base
-    while isinstance(base, flat.Field):
-        names.append(base.name)
+    while isinstance(base, flat.Index | flat.Field):
+        if isinstance(base, flat.Index):
+            subscripts = (*base.subscripts, *subscripts)
+        else:
+            names.append(base.name)
         base = base.base
-    if not isinstance(base, flat.Reference) or base.subscripts:
-        raise unsupported("assignments to fields of an array of records", "11.2.1", ref.span)
+    if not isinstance(base, flat.Reference):
+        raise unsupported("this target of an assignment", "11.2.1", ref.span)
+    subscripts = (*base.subscripts, *subscripts)
     name = ".".join([base.name, *reversed(names)])
     return flat.Reference(target.type, ref.span, name, subscripts)
 

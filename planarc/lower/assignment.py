@@ -31,23 +31,51 @@ def store(scope: Scope, values: dict[str, Value], target: flat.Reference, value:
         whole, path = target.name, []
     if path or target.subscripts:
         old = scope.value(whole, target.span)
-        value = _replaced(scope, old, path, target, value)
+        value = _replaced(scope, old, path, target.subscripts, value, target.span)
     values[whole] = value
 
 
 def _replaced(
-    scope: Scope, old: Value, path: Sequence[str], target: flat.Reference, value: Value
+    scope: Scope,
+    old: Value,
+    path: Sequence[str],
+    subscripts: tuple[flat.Expression, ...],
+    value: Value,
+    span: Span,
 ) -> Value:
     if not path:
-        return assigned(scope, old, target.subscripts, value, target.span)
-    if not isinstance(old, Struct):
-        raise unsupported("an assignment to a field of an array of records", target.span)
+        return assigned(scope, old, subscripts, value, span)
+    if isinstance(old, Tensor):
+        return _replaced_in_entry(scope, old, path, subscripts, value, span)
+    assert isinstance(old, Struct)
     return Struct(
         tuple(
-            (n, _replaced(scope, v, path[1:], target, value) if n == path[0] else v)
+            (n, _replaced(scope, v, path[1:], subscripts, value, span) if n == path[0] else v)
             for n, v in old.fields
         )
     )
+
+
+def _replaced_in_entry(
+    scope: Scope,
+    old: Tensor,
+    path: Sequence[str],
+    subscripts: tuple[flat.Expression, ...],
+    value: Value,
+    span: Span,
+) -> Value:
+    """`r[i].x := value`: the first subscript chooses the record."""
+    first = subscripts[0] if subscripts else None
+    if first is None or isinstance(first, flat.Slice) or first.type.dims:
+        raise unsupported("an assignment to a field of several records at once", span)
+    number = expr(scalar.lower_expression(scope, first))
+    if not number.is_const:
+        raise unsupported("an assignment to an entry that is chosen while running", span)
+    rows, position = list(old.rows()), int(number.data) - 1
+    if not 0 <= position < len(rows):
+        raise error("L312", f"subscript {position + 1} is outside of 1 to {len(rows)}", span)
+    rows[position] = _replaced(scope, rows[position], path, subscripts[1:], value, span)
+    return stack(rows, old.shape[1:])
 
 
 def assigned(

@@ -443,3 +443,27 @@ def test_a_record_as_one_of_several_results(backend: Backend) -> None:
     factors = {"r.a": 1, "r.b[2]": 3, "y": 4, "s.a": 2, "s.b[1]": 4, "z": 8}
     for name, factor in factors.items():
         assert result[name] == pytest.approx(factor * result.time, abs=1e-12)
+
+
+def test_fields_of_an_array_of_records_are_assigned(backend: Backend) -> None:
+    """Once while running and once when compiling (the size of `n`)."""
+    result = run(
+        """model M
+          record R Real a; Real b[2]; end R;
+          function f
+            input R w[2];
+            output Real y;
+          protected
+            R u[2] = w;
+          algorithm
+            u[1].a := 2*w[1].a;
+            for i in 1:2 loop u[i].b[2] := 10*i; end for;
+            y := u[1].a + u[2].a + u[1].b[2] + u[2].b[2];
+          end f;
+          constant Integer n = integer(f({R(1, {0, 0}), R(2, {0, 0})}));
+          R w[2](a = {time, 1}, each b = {0, 0});
+          Real y = f(w), z[n] = ones(34);
+        end M;""",
+        backend,
+    )
+    assert result["y"] == pytest.approx(2 * result.time + 31)
