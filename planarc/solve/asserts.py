@@ -7,7 +7,9 @@ alone are looked at once.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import Diagnostic
@@ -27,12 +29,43 @@ if TYPE_CHECKING:
 ENOUGH = 200
 
 
+@dataclass
+class _Broken:
+    """A warning, with the stretches of time during which it applied."""
+
+    first: Diagnostic
+    stretches: int = 0
+    seconds: float = 0.0
+    last: float = -math.inf  # the last row at which it applied
+    end: float = -math.inf  # the last row that was looked at
+
+    def add(self, time: NDArray[np.float64], broken: NDArray[np.bool_]) -> None:
+        """Rows in their order; rows side by side that are both broken make a stretch."""
+        previous = bool(self.stretches) and self.last == self.end
+        for t, bad in zip(time.tolist(), broken.tolist(), strict=True):
+            if bad:
+                if previous:
+                    self.seconds += t - self.last
+                else:
+                    self.stretches += 1
+                self.last = t
+            previous = bad
+        self.end = float(time[-1])
+
+    def told(self) -> Diagnostic:
+        if self.seconds == 0.0:
+            return self.first
+        times = "once" if self.stretches == 1 else f"{self.stretches} times"
+        message = f"{self.first.message} ({times}, {self.seconds:.3g} s in all)"
+        return replace(self.first, message=message)
+
+
 class AssertWatch:
     """`slots` are those that the recorder must store for the conditions' sake."""
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
-        self._warned: set[int] = set()
+        self._warned: dict[int, _Broken] = {}
         self._checked = 0
         constant = {c.slot for c in program.columns if c.constant}
         constant |= {p.slot for p in program.parameter_slots}
@@ -52,7 +85,7 @@ class AssertWatch:
         self._active = list(range(len(program.assertions)))
 
     def check(self, recorder: Recorder, all_rows: bool) -> tuple[list[Diagnostic], int]:
-        """Failures in the new rows, and the row of the first error. A warning is given once.
+        """Failures in the new rows, and the row of the first error; warnings are gathered.
 
         Unless `all_rows` are to be looked at, a few new ones wait for more.
         """
@@ -67,22 +100,26 @@ class AssertWatch:
         columns = _Columns(self._program, self._kernel, recorder, first, last)
         active, self._active = self._active, self._varying
         for i in active:
-            if i in self._warned:
-                continue
             assertion = self._program.assertions[i]
             holds = np.broadcast_to(np.asarray(columns(assertion.condition)), (last - first,))
             if np.all(holds):
                 continue
             row = int(np.argmin(holds.astype(bool)))
-            diagnostic = self._diagnostic(assertion, columns, row)
             if assertion.warning:
-                self._warned.add(i)
-                found.append(diagnostic)
-            elif end is None or first + row < end[0]:
+                if i not in self._warned:
+                    self._warned[i] = _Broken(self._diagnostic(assertion, columns, row))
+                self._warned[i].add(columns.time, ~holds.astype(bool))
+                continue
+            diagnostic = self._diagnostic(assertion, columns, row)
+            if end is None or first + row < end[0]:
                 end = first + row, diagnostic
         if end is not None:
             found.append(end[1])
         return found, end[0] if end else last
+
+    def warnings(self) -> list[Diagnostic]:
+        """Assertions of the level warning that did not hold: since when, and how long in all."""
+        return [self._warned[i].told() for i in sorted(self._warned)]
 
     def _diagnostic(self, assertion: Assertion, columns: _Columns, row: int) -> Diagnostic:
         import numpy as np

@@ -338,11 +338,8 @@ class Run:
         """Asserts at new rows; the rows after a failed one are taken back."""
         found, row = self.asserts.check(self.recorder, all_rows)
         for diagnostic in found:
-            if diagnostic.severity is Severity.WARNING:
-                self.warnings.append(diagnostic)
-            else:
-                self.ended = diagnostic
-                self.recorder.cut(row + 1)
+            self.ended = diagnostic
+            self.recorder.cut(row + 1)
 
     # States
 
@@ -391,6 +388,7 @@ class Run:
             self._note(done.ended, done.warnings)
 
     def result(self) -> Result:
+        self.warnings.extend(self.asserts.warnings())
         times, data = self.recorder.rows()
         w = self.kernel.w
         constants = {c.slot: float(w[c.slot]) for c in self.program.columns if c.constant}
