@@ -36,7 +36,7 @@ def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) 
     if function in FUNCTIONS:
         table = scope.table
         return each(lambda *a: table.call(function, *a), *arguments)
-    raise unsupported(f"`{function}`", span)
+    raise unsupported(f"`{function}` (Modelica specification, section 3.7)", span)
 
 
 # Time and events -----------------------------------------------------------------------
