@@ -67,6 +67,8 @@ def plain(recipe: Recipe, at: dict[str, float]) -> float:
             return -args[0]
         case "pow":
             return float(args[0] ** args[1])
+        case "atan2" if args[0] == 0 and args[1] <= 0:
+            raise ZeroDivisionError  # decided by the sign of zero, which simplifying may change
     return float(getattr(math, head)(*args))
 
 
