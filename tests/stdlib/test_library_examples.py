@@ -38,7 +38,8 @@ def test_an_example_runs_to_its_end_and_is_drawn(name: str, backend: str) -> Non
 
     result = example(name, backend)
     assert result.ended is None
-    assert not result.warnings
+    # Contacts are two-sided; a run tells when one pulled, which some examples mean to show.
+    assert all("the contact pulls" in w.message for w in result.warnings)
     assert result.time[-1] == result.program.experiment.stop
     scene = make_scene(result)
     assert not scene.notes
