@@ -36,8 +36,21 @@ def make_integrator(
                     hint="choose `auto`, `lsoda` or `scipy-bdf`",
                 )
             ) from None
+        return _fallback(kernel, states, settings, str(problem))
+    reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
+    return integrator, reason
+
+
+def _fallback(
+    kernel: Kernel, states: int, settings: Settings, problem: str
+) -> tuple[Integrator, str]:
+    """Where CVODE's library cannot be opened: its Python interface, else scipy."""
+    try:
+        from planarc.solve.solvers.sksundae import SksundaeIntegrator
+
+        slow = SksundaeIntegrator(kernel, states, settings, "BDF")
+    except ImportError:
         from planarc.solve.solvers.scipy import ScipyIntegrator
 
         return ScipyIntegrator(kernel, states, settings, "LSODA"), f"no CVODE: {problem}"
-    reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
-    return integrator, reason
+    return slow, f"CVODE's library cannot be opened directly: {problem}"

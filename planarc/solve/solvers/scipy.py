@@ -136,14 +136,14 @@ class ScipyIntegrator:
             return March(Outcome.FAILED, cause=cause)
         self._steps += 1
         self._dense = None
-        return self._roots(limit)
+        return self._rooted(float(self._solver.t), self._solver.y, limit)
 
-    def _roots(self, limit: float) -> March:
-        begin, t = self._t, float(self._solver.t)
+    def _rooted(self, t: float, state: NDArray[np.float64], limit: float) -> March:
+        """The step to `t`, or to the first root in it."""
+        begin = self._t
         g = [0.0] * len(self._g)
         if g:
-            y = self._solver.y.tolist()
-            if self._kernel.roots(t, y, g) != 0:
+            if self._kernel.roots(t, state.tolist(), g) != 0:
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             if any(crossed(self._g, g, self._directions)):
                 found = locate(
@@ -153,7 +153,7 @@ class ScipyIntegrator:
                     return March(Outcome.FAILED, cause=Cause.BLOCK)
                 self._t, self._y = found[0], list(self.interpolate(found[0]))
                 return March(Outcome.ROOT, tuple(found[1]))
-        self._t, self._y, self._g = t, self._solver.y.tolist(), g
+        self._t, self._y, self._g = t, state.tolist(), g
         return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
 
     def interpolate(self, t: float) -> Sequence[float]:
