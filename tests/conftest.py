@@ -21,6 +21,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="rewrite the golden files; read them as a reviewer",
     )
+    parser.addoption(
+        "--screenshots",
+        metavar="DIR",
+        help="keep the pictures of the pages here (default: $PLANARC_SCREENSHOTS, else in "
+        "pytest's temporary folder)",
+    )
 
 
 @pytest.fixture
