@@ -51,7 +51,8 @@ PREFERENCE = 1.45
 RATE = 0.35
 #: Part of the margin to use up before the next look.
 CAUTION = 0.75
-_MUST_STAY = 4 * StateSelect.ALWAYS
+#: The class of candidates that must be states.
+MUST_STAY = 4 * StateSelect.ALWAYS
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +68,14 @@ class Selector:
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
-        self._leader = _leaders(program)
+        self._leader = leaders_of(program)
         #: Blocks with a choice to make of their own.
         self.open = [
             i
             for i, b in enumerate(program.blocks)
             if b.height > 0 and b.residuals and b.free > 0 and i not in self._leader
         ]
-        self._class = _classes(program, ())
+        self._class = classes_of(program, ())
         self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
         self.watch = Watch([c for i in self.open for c in self._slots(i)])
@@ -87,7 +88,7 @@ class Selector:
 
         Of equal candidates those become states that are held at the start.
         """
-        self._class = _classes(self._program, held)
+        self._class = classes_of(self._program, held)
         for i, block in enumerate(self._program.blocks):
             if block.height > 0 and i not in self._leader:
                 self._determined[i] = self._pivot(i, block) if block.residuals else []
@@ -161,11 +162,11 @@ class Selector:
         return [list(map(mul, row, parts)) for row in g]
 
     def _must_stay(self, block: BlockCode, j: int) -> bool:
-        return self._class[block.first + j] == _MUST_STAY
+        return self._class[block.first + j] == MUST_STAY
 
     def _pivot(self, i: int, block: BlockCode) -> list[int]:
         classes = self._class[block.first : block.first + len(block.tears)]
-        chosen = choose_columns(self._jacobian(i), classes, _MUST_STAY)
+        chosen = choose_columns(self._jacobian(i), classes, MUST_STAY)
         if chosen is None:
             raise self._too_many(block)
         return chosen
@@ -232,7 +233,7 @@ class Selector:
         ]
 
 
-def _classes(program: Program, held: Collection[int]) -> list[int]:
+def classes_of(program: Program, held: Collection[int]) -> list[int]:
     """Of each candidate: low ones should be determined, high ones should be states.
 
     A coordinate and its derivatives are states together, so the highest of them counts.
@@ -241,14 +242,14 @@ def _classes(program: Program, held: Collection[int]) -> list[int]:
     forced = _forced(program)
     classes = [0] * len(program.candidates)
     for i, c in reversed(list(enumerate(program.candidates))):
-        classes[i] = _MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed + (i in held)
+        classes[i] = MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed + (i in held)
         derivative = slots.get(c.derivative)
         if derivative is not None:
             classes[i] = max(classes[i], classes[derivative])
     return classes
 
 
-def _leaders(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
+def leaders_of(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
     """Blocks whose tears are the derivatives of another block's tears follow its choice.
 
     Gives that block, and for each of its tears the place of the derivative. Their
