@@ -24,7 +24,7 @@ from planarc.core.source import NOWHERE, Span
 from planarc.flatten.connect import Connection, Member, Side, is_public_input, match_leaves
 from planarc.flatten.disjoint import DisjointSets
 from planarc.flatten.environment import Env
-from planarc.flatten.expand import unused_members
+from planarc.flatten.expand import outside_signals, unused_members
 from planarc.flatten.functions import function_of
 from planarc.flatten.lookup import member, static_instance
 from planarc.flatten.redeclare import class_of
@@ -78,6 +78,9 @@ def connect_all(
             members[lone.key] = lone
     grouped = [[members[key] for key in keys] for keys in sets.sets()]
     result.unused = unused_members(leaves, used, [[m.leaf for m in g] for g in grouped])
+    for leaf in outside_signals(grouped, used):
+        leaf.causality = syntax.Causality.INPUT
+        session.warn("F316", f"no component gives `{leaf.name}`: it is an input", leaf.span)
     for joined in grouped:
         if joined[0].leaf.name in result.unused:
             continue

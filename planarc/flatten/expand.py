@@ -17,7 +17,7 @@ from typing import TypeGuard
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.connect import component_names
+from planarc.flatten.connect import Member, component_names, is_public_input
 from planarc.flatten.disjoint import DisjointSets
 from planarc.flatten.environment import Env
 from planarc.flatten.instantiate import node_of
@@ -232,6 +232,45 @@ def unused_members(
         groups.find(leaf.name) for leaf in leaves if leaf.name in used or not in_expandable(leaf)
     }
     return {leaf.name for leaf in leaves if groups.find(leaf.name) not in alive}
+
+
+def outside_signals(sets: Sequence[Sequence[Member]], used: set[str]) -> list[Leaf]:
+    """Variables of the model's own buses that components only read: they come from outside.
+
+    `used` are names in equations, which may give a variable its value (9.1.3).
+    """
+    groups: DisjointSets[str] = DisjointSets()  # one variable may be in two connection sets
+    members: dict[str, list[Member]] = {}
+    for joined in sets:
+        if joined[0].is_flow or not any(in_expandable(m.leaf) for m in joined):
+            continue
+        for m in joined:
+            groups.join(joined[0].key[0], m.key[0])
+            members.setdefault(m.key[0], []).append(m)
+    found = []
+    for names in groups.sets():
+        joined = [m for name in names for m in members[name]]
+        own = [m.leaf for m in joined if in_expandable(m.leaf) and _is_of_model(m.leaf)]
+        if own and all(_only_reads(m, used) for m in joined):
+            found.append(own[0])
+    return found
+
+
+def _only_reads(member: Member, used: set[str]) -> bool:
+    leaf = member.leaf
+    if in_expandable(leaf):
+        return leaf.name not in used
+    return not member.outside and is_public_input(leaf)
+
+
+def _is_of_model(leaf: Leaf) -> bool:
+    """In a public connector of the model itself."""
+    current: Instance | None = leaf.parent
+    while current is not None and current.is_connector:
+        if current.element is not None and current.element.protected:
+            return False
+        current = current.parent
+    return current is not None and current.depth == 0
 
 
 def in_expandable(leaf: Leaf) -> bool:

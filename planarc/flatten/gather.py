@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import annotation
+from planarc.flatten.balance import is_given
 from planarc.flatten.bindings import attributes_of, leaf_binding
 from planarc.flatten.environment import Env
 from planarc.flatten.equations import Collector, type_equations
@@ -158,13 +159,21 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         definition.span,
         binding,
         attributes,
-        leaf.causality.value if leaf.parent.depth == 0 and not leaf.element.protected else "",
+        _causality_of_model(leaf),
         leaf.element.protected or _is_hidden(leaf.parent),
         leaf.mod.final or definition.prefixes.final,
         leaf.structural,
         definition.comment,
         leaf.parent.prefix or "",
     )
+
+
+def _causality_of_model(leaf: Leaf) -> str:
+    """Inputs of the model itself, also those in its connectors and records; its outputs."""
+    if is_given(leaf):
+        return leaf.causality.value
+    own = leaf.parent.depth == 0 and not leaf.element.protected
+    return leaf.causality.value if own else ""
 
 
 def _is_hidden(instance: Instance) -> bool:

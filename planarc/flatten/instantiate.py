@@ -120,11 +120,7 @@ def _make_leaf(
         mod = merge(mod, cls.mod, element.name)
     leaf = Leaf(name, layout.builtin, flat.Variability.CONTINUOUS, element, parent, mod, layout)
     leaf.variability = _leaf_variability(definition, layout.builtin, parent)
-    leaf.causality = (
-        definition.causality
-        if definition.causality is not syntax.Causality.NONE
-        else layout.causality
-    )
+    leaf.causality = _causality(definition, layout, parent)
     leaf.flow = definition.flow if definition.flow is not syntax.Flow.NONE else layout.flow
     if leaf.flow is syntax.Flow.STREAM:
         raise unsupported("stream variables", "15", definition.span)
@@ -140,6 +136,16 @@ def _make_leaf(
     if parent.prefix is not None:
         parent.session.leaves[name] = leaf
     return leaf
+
+
+def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Causality:
+    """Of the declaration, else of its type, else of the record or connector around (4.4.2.2)."""
+    for own in (definition.causality, layout.causality):
+        if own is not syntax.Causality.NONE:
+            return own
+    if parent.is_record or parent.is_connector:
+        return parent.causality
+    return syntax.Causality.NONE
 
 
 def _leaf_variability(
@@ -188,6 +194,7 @@ def _make_composite(
     if cls.mod:
         mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
+    causality = _causality(definition, layout, parent)
     written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
     written += layout.dimensions
     session = parent.session
@@ -200,6 +207,7 @@ def _make_composite(
             raise error("F252", f"the model has more than {MAX_COMPONENTS:,} components", None)
         prefix = full if parent.prefix is not None else None
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
+        made.causality = causality
         check_modifier(made)
         return made
 

@@ -254,6 +254,7 @@ class Instance:
     """A class opened; `prefix` is its full component name, None for a class as such."""
 
     __slots__ = (
+        "causality",
         "cls",
         "depth",
         "drawn",
@@ -289,6 +290,8 @@ class Instance:
         self.session = session
         self.variability = variability
         self.element = element
+        #: of all its variables that declare none: `input Orientation R`
+        self.causality = syntax.Causality.NONE
         self.depth: int = 0 if parent is None else parent.depth + 1
         #: belongs to a visual: it has values, but no variables
         self.drawn: bool = bool(layout.visual) or (parent is not None and parent.drawn)
