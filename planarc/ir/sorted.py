@@ -137,7 +137,7 @@ class Fixed:
     fixed: bool = True
     written: bool = True
     select: StateSelect = StateSelect.DEFAULT
-    height: int = 0  # of the level that it is computed in
+    height: int = 0  # of the candidates that it follows from; 0: of accelerations too
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Exprs, Substitution, text
+from planarc.ir.expr import Expr, Exprs, Substitution, postorder, text
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Assignment, Block, Candidate, Fixed, Level, Residual, Step
 from planarc.structure.attributes import Attributes
@@ -25,7 +25,9 @@ def held_variables(
 ) -> tuple[Fixed, ...]:
     """Fixed variables, and what could have been a state and has a start or is a joint's."""
     chosen = {c.symbol for c in candidates}
+    levels = tuple(levels)
     heights = {a.target: level.height for level in levels for a in _assignments(level)}
+    solved_with = _solved_with(levels)
     found = []
     for symbol, a in attributes.items():
         height = heights.get(symbol, 0)
@@ -34,9 +36,42 @@ def held_variables(
             start = a.start if a.start is not None else table.zero
             written = a.fixed or a.start_written
             found.append(
-                Fixed(symbol, start, a.display, a.span, a.fixed, written, a.select, height)
+                Fixed(
+                    symbol,
+                    start,
+                    a.display,
+                    a.span,
+                    a.fixed,
+                    written,
+                    a.select,
+                    solved_with.get(symbol, 0),
+                )
             )
     return tuple(found)
+
+
+def _solved_with(levels: Sequence[Level]) -> dict[Expr, int]:
+    """The height of the candidates that each symbol follows from: positions, velocities, or
+    0 for what accelerations take part in. A spring's length is computed with the velocities
+    or forces, but follows from positions."""
+    found: dict[Expr, int] = {}
+    below: dict[Expr, int] = {}  # of expressions; the highest level where nothing moves them
+    top = max((level.height for level in levels), default=0)
+
+    def lowest(e: Expr) -> int:
+        for node in postorder((e,)):
+            if node not in below:
+                own = found.get(node, top)
+                below[node] = min((below[a] for a in node.args), default=own)
+        return below[e]
+
+    for level in levels:
+        for step in level.steps:
+            if isinstance(step, Block):
+                found.update(dict.fromkeys(step.tears, level.height))
+            for a in step.inner if isinstance(step, Block) else (step,):
+                found[a.target] = lowest(a.value)
+    return found
 
 
 def _assignments(level: Level) -> Iterator[Assignment]:
