@@ -90,9 +90,9 @@ def assigned(
         return value
     assert isinstance(old, Tensor)
     first, rest = subscripts[0], subscripts[1:]
-    rows = list(old.rows())
+    count, size = old.shape[0], math.prod(old.shape[1:])
     if isinstance(first, flat.Slice):
-        positions = list(range(len(rows)))
+        positions = list(range(count))
         many = True
     else:
         at = scalar.lower_expression(scope, first)
@@ -102,8 +102,11 @@ def assigned(
             raise unsupported("an assignment to an entry that is chosen while running", span)
         positions = [int(n.data) - 1 for n in numbers]
     values = value.rows() if many and isinstance(value, Tensor) else (value,) * len(positions)
+    items = list(old.items)
     for position, entry in zip(positions, values, strict=True):
-        if not 0 <= position < len(rows):
-            raise error("L312", f"subscript {position + 1} is outside of 1 to {len(rows)}", span)
-        rows[position] = assigned(scope, rows[position], rest, entry, span)
-    return stack(rows, old.shape[1:])
+        if not 0 <= position < count:
+            raise error("L312", f"subscript {position + 1} is outside of 1 to {count}", span)
+        row = Tensor(old.shape[1:], tuple(items[position * size : (position + 1) * size]))
+        new = assigned(scope, row if row.shape else row.items[0], rest, entry, span)
+        items[position * size : (position + 1) * size] = elements(new)
+    return Tensor(old.shape, tuple(items))

@@ -133,22 +133,23 @@ def _taken(scope: Scope, value: Value, positions: list[Value | None], span: Span
         return value
     if not isinstance(value, Tensor):
         raise error("L311", "a scalar has no subscripts", span)
-    rows, (position, *rest) = value.rows(), positions
+    position, *rest = positions
     if position is None:
-        return stack([_taken(scope, r, rest, span) for r in rows], value.shape[1:])
+        return stack([_taken(scope, r, rest, span) for r in value.rows()], value.shape[1:])
     if isinstance(position, Tensor):
-        picked = [_row(scope, rows, expr(p), span) for p in position.items]
+        picked = [_row(scope, value, expr(p), span) for p in position.items]
         return stack([_taken(scope, r, rest, span) for r in picked], value.shape[1:])
-    return _taken(scope, _row(scope, rows, expr(position), span), rest, span)
+    return _taken(scope, _row(scope, value, expr(position), span), rest, span)
 
 
-def _row(scope: Scope, rows: tuple[Value, ...], position: Any, span: Span) -> Value:
+def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
     t = scope.table
     if position.is_const:
-        number = int(position.data)
-        if not 1 <= number <= len(rows):
-            raise error("L312", f"subscript {number} is outside of 1 to {len(rows)}", span)
-        return rows[number - 1]
+        number, count = int(position.data), value.shape[0]
+        if not 1 <= number <= count:
+            raise error("L312", f"subscript {number} is outside of 1 to {count}", span)
+        return value.row(number - 1)
+    rows = value.rows()
     if not rows:
         raise error("L312", "an empty array has no entries", span)
     # A subscript that changes while running: a choice between all entries.

@@ -25,13 +25,15 @@ class Tensor:
 
     def rows(self) -> tuple[Value, ...]:
         """The entries along the first dimension."""
+        return self.items if len(self.shape) == 1 else tuple(map(self.row, range(self.shape[0])))
+
+    def row(self, i: int) -> Value:
+        """The entry at `i` along the first dimension, counted from 0."""
         inner = self.shape[1:]
         if not inner:
-            return self.items
+            return self.items[i]
         size = math.prod(inner)
-        return tuple(
-            Tensor(inner, self.items[i * size : (i + 1) * size]) for i in range(self.shape[0])
-        )
+        return Tensor(inner, self.items[i * size : (i + 1) * size])
 
 
 @dataclass(frozen=True, slots=True)
