@@ -6,7 +6,8 @@ Out:  Study    a tidy table: a row for each point, with its values and its metri
 Points go in small bundles to processes that each load the compiled model once; only
 metrics come back, so that memory stays as it is. A point that fails, or that takes its
 process with it, is told with its reason, and the others go on. With a `journal`, an
-interrupted study is taken up where it was.
+interrupted study is taken up where it was. Without a native back end, points of a model
+without events are run many at a time on NumPy's arrays (`planarc.batch`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from planarc.batch import plan_batch
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
 from planarc.design import Point, grid
@@ -79,8 +81,9 @@ def sweep(
         values=parameter_values(model.program, parameters),
         starts=start_values(model.program, start),
     )
-    payload = Payload(model, options, read_metric(metric, model.program))
+    metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table)
+    payload = Payload(model, options, metrics, plan_batch(model, options, metrics, len(tasks)))
     book = _journal(journal, payload, table)
     done = dict(book.done) if book else {}
     watch = _watcher(progress, len(tasks))

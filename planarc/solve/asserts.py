@@ -10,19 +10,29 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
 from planarc.solve.events import assertion_diagnostic
-from planarc.solve.recorder import Recorder
 from planarc.solve.values import Reader, formatted
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+
+class Rows(Protocol):
+    """What a recorder has taken: `count` rows, and the column of each slot."""
+
+    time: NDArray[np.float64]
+    data: NDArray[np.float64]
+    stored: dict[int, int]
+
+    @property
+    def count(self) -> int: ...
 
 
 #: Rows that are gathered before they are looked at.
@@ -84,7 +94,7 @@ class AssertWatch:
         self._varying = varying
         self._active = list(range(len(program.assertions)))
 
-    def check(self, recorder: Recorder, all_rows: bool) -> tuple[list[Diagnostic], int]:
+    def check(self, recorder: Rows, all_rows: bool) -> tuple[list[Diagnostic], int]:
         """Failures in the new rows, and the row of the first error; warnings are gathered.
 
         Unless `all_rows` are to be looked at, a few new ones wait for more.
@@ -172,7 +182,7 @@ class _Columns:
     """Values of expressions over the rows `first` to `last`."""
 
     def __init__(
-        self, program: Program, kernel: Kernel, recorder: Recorder, first: int, last: int
+        self, program: Program, kernel: Kernel, recorder: Rows, first: int, last: int
     ) -> None:
         self.time = recorder.time[first:last]
         self._rows = recorder.data[first:last]
@@ -187,7 +197,7 @@ class _Columns:
             for e in postorder((root,)):
                 if e.op is Op.CONST:
                     values[e] = e.data
-                elif not e.args or e.op is Op.APPLY:
+                elif not e.args or e.op in (Op.APPLY, Op.PAST):
                     values[e] = self._leaf(e)
                 else:
                     values[e] = _operation(e)(*(values[a] for a in e.args))

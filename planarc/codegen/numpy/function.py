@@ -50,8 +50,16 @@ def taken_values(code: BlockCode) -> list[Expr]:
 class FunctionText:
     """One function of the text."""
 
-    def __init__(self, program: Program, names: Names, always: set[Expr], parts: Parts) -> None:
+    def __init__(
+        self,
+        program: Program,
+        names: Names,
+        always: set[Expr],
+        parts: Parts,
+        arrays: bool = False,
+    ) -> None:
         self._program = program
+        self._arrays = arrays
         self._names = names
         self._always = always
         self._parts = parts
@@ -116,13 +124,18 @@ class FunctionText:
             return "t"
         return self._names(e)
 
+    def _formula(self, e: Expr, careful: bool = False) -> str:
+        return formula(e, self._leaf, careful=careful, arrays=self._arrays)
+
     def _let(self, let: Let, indent: str) -> str:
         target = let.target
         careful = target not in self._always and is_part(self._program, target)
-        right = formula(let.value, self._leaf, careful=careful)
+        right = self._formula(let.value, careful)
         if is_truth(let.value) and text(target) in self._slots:
             if let.value.is_const:
                 right = "1.0" if let.value.data else "0.0"
+            elif self._arrays:
+                right = f"where({right}, 1.0, 0.0)"
             else:
                 right = f"1.0 if {right} else 0.0"
         self._defined[target] = None
@@ -154,7 +167,7 @@ class FunctionText:
     def _direct(self, block: str, code: BlockCode) -> list[str]:
         assert code.direct is not None
         indent = " " * 8
-        tears = _tuple(formula(e, self._leaf, careful=True) for e in code.direct.tears)
+        tears = _tuple(self._formula(e, careful=True) for e in code.direct.tears)
         residuals = _tuple(self._names(r) for r in code.direct.residuals)
         sizes = _tuple(self._names(s) for s in code.direct.sizes)
         return [
@@ -206,7 +219,7 @@ class FunctionText:
             return [*columns, f"{indent}{call}({residuals}, by_columns(columns))"]
         rows: list[list[str]] = [["0.0"] * len(code.tears) for _ in code.residuals]
         for i, j, value in code.jacobian:
-            rows[i][j] = formula(value, self._leaf)
+            rows[i][j] = self._formula(value)
         lines = [f"{indent}{call}(", f"{indent}    {residuals},", f"{indent}    ("]
         lines += [f"{indent}        {_tuple(row)}," for row in rows]
         return [*lines, f"{indent}    ),", f"{indent})"]
@@ -217,7 +230,7 @@ class FunctionText:
         n, seeds = len(code.tears), ", ".join(self._names(s) for s in code.tangent.seeds)
         deeper = indent + "    "
         self._defined.update((s, None) for s in code.tangent.seeds)
-        entries = _tuple(formula(e, self._leaf) for e in code.tangent.entries)
+        entries = _tuple(self._formula(e) for e in code.tangent.entries)
         return [
             f"{indent}columns = []",
             f"{indent}for column in range({n}):",
