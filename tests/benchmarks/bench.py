@@ -4,7 +4,8 @@
 
 "four-bar" is the mechanism of tests/cases/b2_fourbar_gravity: 10 s at a tolerance of 1e-6,
 all variables stored, 501 rows, result file included, the page only where said. Results are
-never cached, and each timed run has another start value. Times are CPU seconds (user and
+never cached, and each timed run has another start value. "cam follower" is the library's example
+of that name, run as it stands (4 s, 201 rows). Times are CPU seconds (user and
 system) of the whole process with its children, the median of some runs.
 """
 
@@ -17,13 +18,19 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from time import perf_counter, process_time, sleep
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planarc.core.options import RunOptions
+    from planarc.request import Request
 
 MODEL = Path(__file__).parent.parent / "cases" / "b2_fourbar_gravity" / "four_bar.pmo"
 RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
+CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
 REPEATS = 5
 
 #: Start angles of the crank, another one for each run.
@@ -70,22 +77,30 @@ def four_bar(*options: str) -> list[str]:
     return ["simulate", str(MODEL), *RUN, "--set", start, *options]
 
 
-def fresh(*options: str) -> list[Usage]:
+def cam_follower(*options: str) -> list[str]:
+    # Near the example's own start of 0.8 rad.
+    return ["simulate", CAM, "--set", f"hinge.phi.start={next(_starts) - 0.2!r}", *options]
+
+
+Command = Callable[..., list[str]]
+
+
+def fresh(*options: str, command: Command = four_bar) -> list[Usage]:
     """Runs with empty caches."""
     found = []
     for _ in range(REPEATS):
         with tempfile.TemporaryDirectory() as folder:
             here = Path(folder)
-            found.append(planarc(four_bar(*options), here / "cache", here))
+            found.append(planarc(command(*options), here / "cache", here))
     return found
 
 
-def warm(*options: str) -> list[Usage]:
+def warm(*options: str, command: Command = four_bar) -> list[Usage]:
     """Runs after a first one that filled the caches."""
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
-        planarc(four_bar(*options), here / "cache", here)
-        return [planarc(four_bar(*options), here / "cache", here) for _ in range(REPEATS)]
+        planarc(command(*options), here / "cache", here)
+        return [planarc(command(*options), here / "cache", here) for _ in range(REPEATS)]
 
 
 def help_page() -> list[Usage]:
@@ -96,27 +111,36 @@ def help_page() -> list[Usage]:
 
 def again(backend: str) -> float:
     """CPU seconds of one more run in this process, results stored in memory."""
-    from planarc.compiler import compile_model, run
-    from planarc.core.options import Backend, RunOptions
+    from planarc.core.options import RunOptions
     from planarc.request import Request
 
+    options = RunOptions(stop=10.0, intervals=500, tolerance=1e-6)
+    return _again(Request(MODEL), backend, options, "revA.phi", 0.0)
+
+
+def cam_again(backend: str) -> float:
+    """The same of the cam follower."""
+    from planarc.core.options import RunOptions
+    from planarc.request import Request
+
+    return _again(Request(class_name=CAM), backend, RunOptions(), "hinge.phi", -0.2)
+
+
+def _again(request: Request, backend: str, given: RunOptions, start: str, shift: float) -> float:
+    from planarc.compiler import compile_model, run
+    from planarc.core.options import Backend
+
     chosen = Backend(backend)
-    compiled = compile_model(Request(MODEL), chosen)
+    compiled = compile_model(request, chosen)
     times = []
     for _ in range(REPEATS + 1):
-        options = RunOptions(
-            stop=10.0,
-            intervals=500,
-            tolerance=1e-6,
-            backend=chosen,
-            starts={"revA.phi": next(_starts)},
-        )
+        options = replace(given, backend=chosen, starts={start: next(_starts) + shift})
         begin = process_time()
         result = run(compiled, options)
         times.append(process_time() - begin)
         if len(times) == 1:
             sleep(0.3)  # threads that importing numpy started spin on for a moment
-        if len(result.time) != 501 or result.ended is not None:
+        if result.ended is not None:
             raise RuntimeError(f"{backend}: the run ended early: {result.ended}")
     return statistics.median(times[1:])  # the first one imports what it needs
 
@@ -165,6 +189,9 @@ BARS = (
     Bar("four-bar again in one process, native", "ms", 10.0, lambda: 1e3 * again("native")),
     Bar("four-bar again in one process, numpy", "ms", None, lambda: 1e3 * again("numpy")),
     Bar("four-bar again, model.simulate", "ms", 8.0, lambda: 1e3 * from_python()),
+    Bar("cam follower, warm caches", "s", 1.0, lambda: seconds(warm(command=cam_follower))),
+    Bar("cam follower again in one process, native", "ms", 15.0, lambda: 1e3 * cam_again("native")),
+    Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),
     Bar("sweep of 1,000 four-bars, wall", "s", 15.0, study),
     Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
 )
