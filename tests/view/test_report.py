@@ -17,8 +17,8 @@ from planarc.core.diagnostic import UsageError
 from planarc.ir.expr import Exprs
 from planarc.ir.flat import Part
 from planarc.view.report import write_report
-from planarc.view.report.curves import choose_curves
-from planarc.view.report.data import ROWS, page_data, thin_rows
+from planarc.view.report.data import ROWS, curve_data, thin_rows
+from planarc.view.report.figures import choose_figures
 from planarc.view.report.page import render_page
 from planarc.view.scene import make_scene
 
@@ -47,30 +47,67 @@ def data_of(page: str) -> Any:
     return json.loads(found[1])
 
 
+def numbers(column: Any, form: str = "<f4") -> Any:
+    """A column of the page as the page's script reads it."""
+    return np.frombuffer(base64.b64decode(column), form) if isinstance(column, str) else column
+
+
+def curve_of(data: Any, name: str) -> tuple[Any, str]:
+    """Values and unit of a variable on the page."""
+    curves = data["curves"]
+    _, index, factor, unit, _ = next(v for v in curves["variables"] if v[0] == name)
+    return factor * numbers(curves["columns"][index]), unit
+
+
+def shown(data: Any) -> list[str]:
+    return [n for f in data["curves"]["figures"] if f["on"] for n in f["curves"]]
+
+
 def test_the_joint_angles_are_shown_in_degrees(pendulum: Callable[..., Any]) -> None:
     result = pendulum()
     data = data_of(render_page(result, make_scene(result)))
-    shown = [curve for curve in data["curves"] if curve["shown"]]
-    assert [(c["name"], c["unit"]) for c in shown] == [("hinge.phi", "deg")]
-    np.testing.assert_allclose(shown[0]["values"], np.degrees(np.sin(TIME)), atol=1e-4)
-    assert [c["name"] for c in data["curves"]] == ["hinge.phi", "hinge.w", "energy"]
+    assert shown(data) == ["hinge.phi"]
+    values, unit = curve_of(data, "hinge.phi")
+    assert unit == "deg"
+    np.testing.assert_allclose(values, np.degrees(np.sin(TIME)), rtol=1e-6)
+
+
+def test_every_variable_and_parameter_is_on_the_page(pendulum: Callable[..., Any]) -> None:
+    result = pendulum()
+    data = data_of(render_page(result, make_scene(result)))
+    assert [v[0] for v in data["curves"]["variables"]] == ["hinge.phi", "hinge.w", "energy", "g"]
+    assert curve_of(data, "g")[0] == 9.81
+    np.testing.assert_array_equal(numbers(data["curves"]["time"], "<f8"), TIME)
 
 
 def test_the_motion_is_in_the_page(pendulum: Callable[..., Any]) -> None:
     result = pendulum()
-    data = data_of(render_page(result, make_scene(result)))
-    (rod,) = data["items"]
-    np.testing.assert_allclose(data["tracks"][rod["angle"][0]], np.sin(TIME), atol=1e-5)
+    scene = data_of(render_page(result, make_scene(result)))["scene"]
+    (rod,) = scene["items"]
+    angle = numbers(scene["tracks"][rod["angle"][0]])
+    np.testing.assert_allclose(angle, np.sin(TIME), rtol=1e-6)
     assert rod["length"] == 1.0
 
 
 def test_chosen_curves_replace_the_rule(pendulum: Callable[..., Any], tmp_path: Path) -> None:
     result = pendulum()
     write_report(tmp_path / "a.html", result, make_scene(result), curves=["energy"])
-    data = data_of((tmp_path / "a.html").read_text(encoding="utf-8"))
-    assert [c["name"] for c in data["curves"]] == ["energy"]
+    assert shown(data_of((tmp_path / "a.html").read_text(encoding="utf-8"))) == ["energy"]
     with pytest.raises(UsageError, match="no variable `entropy`"):
         write_report(tmp_path / "b.html", result, make_scene(result), curves=["entropy"])
+
+
+def test_what_has_no_room_is_left_out_and_counted(
+    table: Exprs, result_of: Callable[..., Any]
+) -> None:
+    columns = {f"x{i}": np.sin(TIME + i) for i in range(50)}
+    result = result_of(table, TIME, columns)
+    figures = choose_figures(result, ["x49"])
+    data = curve_data(result, figures, room=2000)
+    names = [v[0] for v in data["variables"]]
+    assert "x49" in names
+    assert 2 < len(names) < 50
+    assert data["left_out"] == 50 - len(names)
 
 
 def test_texts_of_a_model_cannot_become_markup(pendulum: Callable[..., Any]) -> None:
@@ -79,7 +116,7 @@ def test_texts_of_a_model_cannot_become_markup(pendulum: Callable[..., Any]) -> 
     attacked = render_page(evil, make_scene(evil), [(EVIL, EVIL)])
     assert attacked.count("<script") == honest.count("<script") == 3
     assert "<img" not in attacked
-    assert data_of(attacked)["items"][0]["component"] == EVIL
+    assert data_of(attacked)["scene"]["items"][0]["component"] == EVIL
 
 
 def test_only_the_scripts_of_the_page_may_run_and_nothing_is_loaded(
@@ -112,10 +149,11 @@ def test_a_large_result_is_thinned_and_the_page_says_so(pendulum: Callable[..., 
     result = pendulum(time)
     page = render_page(result, make_scene(result))
     data = data_of(page)
-    assert len(data["time"]) <= 1.1 * ROWS
+    assert 0.5 * ROWS < len(numbers(data["curves"]["time"], "<f8")) <= ROWS
+    assert data["curves"]["time"] == data["scene"]["time"]
     assert f"of {len(time)} rows" in page
-    phi = next(c["values"] for c in data["curves"] if c["name"] == "hinge.phi")
-    assert max(phi) == pytest.approx(np.degrees(1.0), abs=1e-4)
+    phi, _ = curve_of(data, "hinge.phi")
+    assert max(phi) == pytest.approx(np.degrees(np.sin(time).max()), rel=1e-6)
 
 
 def test_thinning_keeps_ends_and_peaks() -> None:
@@ -131,16 +169,16 @@ def test_a_small_result_is_not_thinned() -> None:
 
 
 def test_values_that_are_not_finite_are_gaps(table: Exprs, result_of: Callable[..., Any]) -> None:
-    values = np.where(TIME > 0.5, np.nan, TIME)
+    values = np.where(TIME > 0.5, np.inf, TIME)
     result = result_of(table, TIME, {"x": values})
-    data = page_data(result, make_scene(result), choose_curves(result))
-    assert [v is None for v in data["curves"][0]["values"]] == np.isnan(values).tolist()
+    data = {"curves": curve_data(result, choose_figures(result))}
+    assert np.isnan(curve_of(data, "x")[0]).tolist() == np.isinf(values).tolist()
 
 
 def test_a_page_that_cannot_be_written_is_a_usage_error(
     pendulum: Callable[..., Any], tmp_path: Path
 ) -> None:
-    with pytest.raises(UsageError, match="cannot write the report"):
+    with pytest.raises(UsageError, match="cannot write"):
         write_report(tmp_path / "no" / "page.html", pendulum(), make_scene(pendulum()))
 
 

@@ -7,99 +7,131 @@ by their hashes.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.view.report.curves import choose_curves
-from planarc.view.report.data import page_data
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.view.report import assets
+from planarc.view.report.data import choose_rows, curve_data, scene_data
+from planarc.view.report.figures import choose_figures
 
 if TYPE_CHECKING:
+    from planarc.ir.insight import Insight
     from planarc.ir.result import Result
     from planarc.view.scene import Scene
 
-_HERE = Path(__file__).parent
-_VENDOR = _HERE.parent / "vendor"
-_SCRIPTS = ("draw.js", "player.js", "plots.js", "page.js")
+#: Events that the page lists.
+EVENTS = 1000
+
+Rows = Sequence[tuple[str, str]]
 
 
 def write_report(
     path: Path,
     result: Result,
     scene: Scene,
-    summary: Sequence[tuple[str, str]] = (),
+    summary: Rows = (),
     curves: Sequence[str] | None = None,
+    insight: Insight | None = None,
 ) -> None:
     """Write the page of a run to `path`.
 
-    `summary` is shown as a table of label and text; `curves` names the variables to plot,
-    None chooses them. Raises UsageError where the file cannot be written or a name is unknown.
+    `summary` is shown as labels with texts; `curves` names the variables to plot, None chooses
+    them. Raises UsageError where the file cannot be written or a name is unknown.
     """
+    from planarc.view.storage import replacing
+
     unknown = [name for name in curves or () if name not in result]
     if unknown:
         raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))
-    text = render_page(result, scene, summary, None if curves is None else tuple(curves))
-    try:
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as reason:
-        message = f"cannot write the report `{path}`: {reason.strerror or reason}"
-        raise UsageError(Diagnostic("V101", message)) from None
+    text = render_page(result, scene, summary, None if curves is None else tuple(curves), insight)
+    with replacing(path) as file:
+        file.write(text.encode())
 
 
 def render_page(
     result: Result,
     scene: Scene,
-    summary: Sequence[tuple[str, str]] = (),
+    summary: Rows = (),
     curves: tuple[str, ...] | None = None,
+    insight: Insight | None = None,
 ) -> str:
     """The page as text."""
     program = result.program
-    data = page_data(result, scene, choose_curves(result, curves))
-    chart = (_VENDOR / "uPlot.iife.min.js").read_text(encoding="utf-8")
-    script = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
-    notes = [*_notes(result, len(data["time"])), *scene.notes]
-    return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
-        policy=f"'sha256-{_digest(chart)}' 'sha256-{_digest(script)}'",
+    figures = choose_figures(result, curves, insight)
+    rows = choose_rows(result, figures, tracks=4 * len(scene.items))
+    events = [(e.time, ", ".join(e.causes)) for e in result.events[:EVENTS]]
+    series, layers = ((), ()) if insight is None else (insight.series, insight.layers)
+    data = {
+        "name": program.name.rpartition(".")[2],
+        "scene": scene_data(scene, rows, sorted({t for t, _ in events}), layers),
+        "curves": curve_data(result, figures, rows, series),
+        "events": events,
+    }
+    chart = assets.chart_script()
+    script = assets.script(*assets.PLAYER, *assets.PLOTS, "page.js")
+    left_out = data["curves"]["left_out"]  # type: ignore[index]
+    notes = [*_notes(result, len(rows), left_out), *(("remark", n) for n in scene.notes)]
+    cards = [
+        _card("Mechanism", _list(insight.facts)) if insight is not None and insight.facts else "",
+        _card("Run", _list(summary)) if summary else "",
+        _card("Events", _events(len(result.events))) if result.events else "",
+    ]
+    return Template(assets.page_template()).substitute(
+        policy=assets.policy(chart, script),
         name=html.escape(program.name),
         description=html.escape(program.description),
-        styles=(_VENDOR / "uPlot.min.css").read_text(encoding="utf-8")
-        + (_HERE / "page.css").read_text(encoding="utf-8"),
-        summary="".join(
-            f"<tr><th>{html.escape(label)}</th><td>{html.escape(value)}</td></tr>"
-            for label, value in summary
-        ),
-        notes="".join(f"<p>{html.escape(note)}</p>" for note in notes),
-        data=embed_json(data),
+        styles=assets.styles(*assets.STYLES, "page.css"),
+        notes="".join(f'<p class="{kind}">{html.escape(text)}</p>' for kind, text in notes),
+        cards="".join(cards),
+        open="" if any(f.on for f in figures) else " open",
+        data=assets.embed_json(data),
         chart=chart,
         script=script,
     )
 
 
-def embed_json(value: object) -> str:
-    """JSON that cannot leave its script element, nor end a line in old engines."""
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    for character in "<>&":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
+def _card(title: str, inside: str) -> str:
+    return f'<section class="card"><h2>{html.escape(title)}</h2>{inside}</section>'
 
 
-def _digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+def _list(rows: Rows) -> str:
+    entries = (f"<dt>{html.escape(label)}</dt><dd>{html.escape(text)}</dd>" for label, text in rows)
+    return f"<dl>{''.join(entries)}</dl>"
 
 
-def _notes(result: Result, shown: int) -> list[str]:
+def _events(count: int) -> str:
+    more = f'<p class="faint">The first {EVENTS} of {count}.</p>' if count > EVENTS else ""
+    return f'<ol id="events"></ol>{more}'
+
+
+def _notes(result: Result, shown: int, left_out: int) -> list[tuple[str, str]]:
+    """What a reader must know before looking: (kind, text)."""
     notes = []
     if result.ended is not None:
-        notes.append(f"The run ended at t = {result.time[-1]:g} s: {result.ended.message}")
+        kind = "error" if result.ended.severity is Severity.ERROR else "remark"
+        notes.append((kind, f"The run ended at t = {result.time[-1]:g} s: {result.ended.message}"))
+    notes += [("warning", _told(warning)) for warning in result.warnings]
     if shown < len(result.time):
         notes.append(
-            f"Shown are {shown} of {len(result.time)} rows; of each stretch of time the lowest "
-            "and highest values are kept. The result file holds all rows."
+            (
+                "remark",
+                f"Shown are {shown} of {len(result.time)} rows; of each stretch of time the lowest "
+                "and highest values of the first curves are kept. The result file holds all rows.",
+            )
+        )
+    if left_out:
+        notes.append(
+            (
+                "remark",
+                f"{left_out} variables had no room on this page; the result file holds them.",
+            )
         )
     return notes
+
+
+def _told(warning: Diagnostic) -> str:
+    return f"{warning.message}\n{warning.hint}" if warning.hint else warning.message

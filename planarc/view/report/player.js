@@ -1,134 +1,346 @@
-// The mechanism on the canvas: the poses of an instant, the view, the grid.
+// The player: the mechanism on a canvas with everything that moves it.
+//
+//   const player = planarc.createPlayer(element, scene, { keys: document });
+//   player.setTime(1.5);  player.play();  player.pause();  player.fit();
+//   player.setScene(other);            keeps time, view, layers and whether it plays
+//   player.onTime((t, reader) => ...)  after every picture; reader.at(column) is a value then
+//
+// A scene is {time, tracks, items, box, layers, events}; see `data.py`.
 
-function makeTrackReader(data) {
-  // Values of moving quantities between rows, by linear interpolation.
-  const { time, tracks } = data;
-  let row = 0;
-  let part = 0;
-  return {
-    seek(t) {
-      let low = 0;
-      let high = time.length - 1;
-      while (high - low > 1) {
-        const middle = (low + high) >> 1;
-        if (time[middle] <= t) low = middle;
-        else high = middle;
+const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+planarc.createPlayer = function (element, scene, options = {}) {
+  const { element: make, button } = planarc;
+  const canvas = make("canvas", {
+    class: "stage", tabindex: 0, role: "img",
+    "aria-label": "The moving mechanism. Space plays and pauses, arrow keys step, plus and minus zoom, F fits.",
+  });
+  const slider = make("input", { type: "range", step: "any", "aria-label": "Time", class: "time" });
+  const clock = make("output", { class: "clock" });
+  const playing = button("play", "Play (Space)", () => play(!state.playing), { class: "play" });
+  const repeat = button("repeat", "Repeat (L)", () => setRepeat(!state.repeat));
+  const speed = make("select", { "aria-label": "Speed", title: "Speed" });
+  const marks = make("div", { class: "marks", "aria-hidden": "true" });
+  const chips = make("div", { class: "chips", role: "group", "aria-label": "Layers" });
+  const zoomers = make(
+    "div", { class: "zoomers" },
+    button("plus", "Zoom in (+)", () => zoomMiddle(1.3)),
+    button("minus", "Zoom out (−)", () => zoomMiddle(1 / 1.3)),
+    button("fit", "Show all (F)", fit),
+  );
+  const root = make(
+    "div", { class: "player" },
+    make("div", { class: "frame" }, canvas, zoomers),
+    make(
+      "div", { class: "transport" },
+      button("back", "Step back (←)", () => step(-1, false)), playing,
+      button("forward", "Step on (→)", () => step(1, false)),
+      make("div", { class: "track" }, slider, marks), clock, speed, repeat,
+    ),
+    chips,
+  );
+  element.append(root);
+
+  const stage = planarc.createStage(canvas);
+  const listeners = new Set();
+  const state = { time: 0, playing: false, repeat: true, fitted: true, asked: false, last: 0, natural: 1 };
+  let reader = null;
+  let items = [];
+  let layers = [];
+  let box = null;
+  let digits = 2;
+  let alive = true;
+
+  function setScene(next, { keepTime = true, keepView = true } = {}) {
+    const first = reader === null;
+    const shown = new Map(layers.map((l) => [l.id, l]));
+    reader = planarc.createReader(planarc.times(next.time));
+    const tracks = next.tracks.map(planarc.column);
+    const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
+    items = next.items.map((item) => ({
+      ...item, x: at(item.x), y: at(item.y), angle: at(item.angle), length: at(item.length),
+      width: at(item.width), extra: at(item.extra), color: item.color.map(at),
+    }));
+    box = next.box;
+    layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box));
+    for (const layer of layers) {
+      const before = shown.get(layer.id);
+      if (!before) continue;
+      layer.on = before.on;
+      const chosen = new Map(before.members.map((m) => [m.name, m.on]));
+      for (const m of layer.members) m.on = chosen.get(m.name) ?? m.on;
+    }
+    const span = reader.stop - reader.start;
+    digits = Math.max(0, Math.min(9, 2 - Math.floor(Math.log10(span || 1))));
+    slider.min = reader.start;
+    slider.max = reader.stop;
+    slider.disabled = !(span > 0);
+    if (first) listSpeeds(span);
+    listMarks(next.events || [], span);
+    listLayers();
+    state.time = keepTime && !first ? Math.min(reader.stop, Math.max(reader.start, state.time)) : reader.start;
+    if (first || !keepView) fit();
+    ask();
+  }
+
+  function listSpeeds(span) {
+    // Around one second a second; a run of milliseconds or hours gets its own.
+    state.natural = span > 90 || (span > 0 && span < 1) ? span / 10 : 1;
+    speed.replaceChildren(...SPEEDS.map((factor) => {
+      const value = Number((factor * state.natural).toPrecision(2));
+      return new Option(`${value}×`, value, factor === 1, factor === 1);
+    }));
+  }
+
+  function listMarks(events, span) {
+    marks.replaceChildren(...events.slice(0, 400).map((t) => {
+      const mark = make("i");
+      mark.style.left = `${span > 0 ? (100 * (t - reader.start)) / span : 0}%`;
+      return mark;
+    }));
+  }
+
+  function listLayers() {
+    chips.replaceChildren(...layers.map(chip));
+    chips.hidden = layers.length === 0;
+  }
+
+  function chip(layer) {
+    const scale = make("span", { class: "key" });
+    const toggle = make(
+      "button",
+      { type: "button", class: "chip", "aria-pressed": String(layer.on), onclick: () => setLayer(layer.id, !layer.on) },
+      make("i", { class: "dot" }), layer.title, scale,
+    );
+    const dot = toggle.querySelector(".dot");
+    layer.dress = () => {
+      toggle.setAttribute("aria-pressed", String(layer.on));
+      dot.style.background = planarc.layerColor(layer.id);
+      const pixels = layer.key ? layer.key * layer.reach.scale * stage.view.scale : 0;
+      scale.hidden = !layer.on || !(pixels > 2 && pixels < 200);
+      if (scale.hidden || scale.dataset.pixels === String(Math.round(pixels))) return;
+      scale.dataset.pixels = String(Math.round(pixels));
+      const bar = make("b");
+      bar.style.width = `${pixels}px`;
+      bar.style.background = planarc.layerColor(layer.id);
+      scale.replaceChildren(bar, `${planarc.digits(layer.key, 1)} ${planarc.unit(layer.unit)}`);
+    };
+    layer.dress();
+    if (layer.members.length < 2) return make("span", { class: "layer" }, toggle);
+    const list = make("div", { class: "members" }, ...layer.members.map((member) => {
+      const input = make("input", {
+        type: "checkbox", checked: member.on,
+        onchange: () => {
+          member.on = input.checked;
+          if (member.on && !layer.on) setLayer(layer.id, true);
+          ask();
+        },
+      });
+      return make("label", {}, input, member.name);
+    }));
+    const more = make(
+      "details", { class: "choose" },
+      make("summary", { title: `Choose: ${layer.title}`, "aria-label": `Choose: ${layer.title}` }), list,
+    );
+    more.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      more.open = false;
+      more.querySelector("summary").focus();
+    });
+    return make("span", { class: "layer" }, toggle, more);
+  }
+
+  function setLayer(id, on) {
+    const layer = layers.find((l) => l.id === id);
+    if (!layer) return;
+    layer.on = on;
+    ask();
+  }
+
+  function show() {
+    state.asked = false;
+    if (!alive) return;
+    reader.seek(state.time);
+    stage.draw(items, layers.filter((l) => l.on), reader);
+    for (const layer of layers) layer.dress();
+    slider.value = state.time;
+    slider.style.setProperty("--done", `${(100 * (state.time - reader.start)) / (reader.stop - reader.start || 1)}%`);
+    clock.textContent = `${state.time.toFixed(digits)} s`;
+    for (const listener of listeners) listener(state.time, reader);
+  }
+
+  function ask() {
+    if (!state.asked) requestAnimationFrame(show);
+    state.asked = true;
+  }
+
+  function setTime(t) {
+    state.time = Math.min(reader.stop, Math.max(reader.start, t));
+    ask();
+  }
+
+  function play(on = true) {
+    const before = state.playing;
+    state.playing = on && reader.stop > reader.start;
+    playing.replaceChildren(planarc.icon(state.playing ? "pause" : "play"));
+    const title = state.playing ? "Pause (Space)" : "Play (Space)";
+    playing.title = title;
+    playing.setAttribute("aria-label", title);
+    if (!state.playing || before) return;
+    if (state.time >= reader.stop) state.time = reader.start;
+    state.last = performance.now();
+    requestAnimationFrame(tick);
+  }
+
+  function tick(moment) {
+    if (!state.playing || !alive) return;
+    state.time += (Math.max(0, moment - state.last) / 1000) * Number(speed.value);
+    state.last = moment;
+    if (state.time > reader.stop) {
+      if (state.repeat) state.time = reader.start;
+      else {
+        state.time = reader.stop;
+        play(false);
       }
-      row = low;
-      const span = time.length > 1 ? time[high] - time[low] : 0;
-      part = span > 0 ? Math.min(1, Math.max(0, (t - time[low]) / span)) : 0;
-    },
-    value(quantity) {
-      if (!Array.isArray(quantity)) return quantity;
-      return this.between(tracks[quantity[0]]);
-    },
-    between(values) {
-      const a = values[row];
-      const b = values[Math.min(row + 1, values.length - 1)];
-      return a === null || b === null ? NaN : a + (b - a) * part;
-    },
-  };
-}
+    }
+    show();
+    if (state.playing) requestAnimationFrame(tick);
+  }
 
-function makeStage(canvas, data, reader, isDark) {
-  const ctx = canvas.getContext("2d");
-  const view = { x: 0, y: 0, scale: 100 };
+  function step(direction, far) {
+    play(false);
+    setTime(state.time + (direction * (reader.stop - reader.start)) / (far ? 20 : 200));
+  }
 
-  function size() {
-    const ratio = window.devicePixelRatio || 1;
-    const { width, height } = canvas.getBoundingClientRect();
-    canvas.width = Math.max(1, Math.round(width * ratio));
-    canvas.height = Math.max(1, Math.round(height * ratio));
-    return { ratio, width, height };
+  function setRepeat(on) {
+    state.repeat = on;
+    repeat.setAttribute("aria-pressed", String(on));
+  }
+
+  function zoomMiddle(factor, x = 0, y = 0) {
+    state.fitted = false;
+    stage.zoom(factor, x, y);
+    ask();
   }
 
   function fit() {
-    const { width, height } = canvas.getBoundingClientRect();
-    const [left, bottom, right, top] = data.box || [-1, -1, 1, 1];
-    const w = Math.max(right - left, 1e-9);
-    const h = Math.max(top - bottom, 1e-9);
-    view.x = (left + right) / 2;
-    view.y = (bottom + top) / 2;
-    view.scale = Math.min(1e12, Math.max(1e-12, 0.88 * Math.min(width / w, height / h)));
+    state.fitted = true;
+    stage.fit(box);
+    ask();
   }
 
-  function zoom(factor, x, y) {
-    // Keeps the point of the world under (x, y), in pixels from the canvas's middle.
-    const wx = view.x + x / view.scale;
-    const wy = view.y - y / view.scale;
-    view.scale = Math.min(1e12, Math.max(1e-12, view.scale * factor));
-    view.x = wx - x / view.scale;
-    view.y = wy + y / view.scale;
+  function faster(direction) {
+    speed.selectedIndex = Math.min(speed.length - 1, Math.max(0, speed.selectedIndex + direction));
   }
 
-  function move(dx, dy) {
-    view.x -= dx / view.scale;
-    view.y += dy / view.scale;
-  }
+  const KEYS = {
+    " ": () => play(!state.playing),
+    ArrowLeft: (e) => step(-1, e.shiftKey),
+    ArrowRight: (e) => step(1, e.shiftKey),
+    Home: () => setTime(reader.start),
+    End: () => setTime(reader.stop),
+    f: fit,
+    l: () => setRepeat(!state.repeat),
+    "+": () => zoomMiddle(1.3),
+    "=": () => zoomMiddle(1.3),
+    "-": () => zoomMiddle(1 / 1.3),
+    ",": () => faster(-1),
+    ".": () => faster(1),
+  };
 
-  function grid(width, height, ratio) {
-    const styles = getComputedStyle(document.documentElement);
-    const target = 90 / view.scale;
-    const power = 10 ** Math.floor(Math.log10(target));
-    const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= target);
-    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-    ctx.strokeStyle = styles.getPropertyValue("--grid");
-    ctx.lineWidth = 1;
-    ctx.beginPath();
-    const first = Math.ceil((view.x - width / 2 / view.scale) / step) * step;
-    for (let x = first; x < view.x + width / 2 / view.scale; x += step) {
-      const sx = Math.round(width / 2 + (x - view.x) * view.scale) + 0.5;
-      ctx.moveTo(sx, 0);
-      ctx.lineTo(sx, height);
+  function onKey(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented) return;
+    const inside = event.target.closest ? event.target.closest("input, select, textarea, button, summary, a") : null;
+    if (inside && inside !== slider) {
+      if (inside.matches("select, textarea, input:not([type=checkbox])")) return;
+      if (event.key === " ") return;
     }
-    const lowest = Math.ceil((view.y - height / 2 / view.scale) / step) * step;
-    for (let y = lowest; y < view.y + height / 2 / view.scale; y += step) {
-      const sy = Math.round(height / 2 - (y - view.y) * view.scale) + 0.5;
-      ctx.moveTo(0, sy);
-      ctx.lineTo(width, sy);
-    }
-    ctx.stroke();
-    // The scale: one step of the grid.
-    ctx.fillStyle = styles.getPropertyValue("--faint");
-    ctx.strokeStyle = ctx.fillStyle;
-    ctx.lineWidth = 2;
-    const bar = step * view.scale;
-    ctx.beginPath();
-    ctx.moveTo(14, height - 14);
-    ctx.lineTo(14 + bar, height - 14);
-    ctx.stroke();
-    ctx.font = "12px system-ui, sans-serif";
-    ctx.textAlign = "left";
-    ctx.textBaseline = "bottom";
-    ctx.fillText(`${Number(step.toPrecision(3))} m`, 14, height - 18);
+    const action = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action) return;
+    event.preventDefault();
+    action(event);
   }
 
-  function draw(t) {
-    const { ratio, width, height } = size();
-    reader.seek(t);
-    grid(width, height, ratio);
-    const k = view.scale * ratio;
-    for (const item of data.items) {
-      const pose = {
-        ...item,
-        x: reader.value(item.x),
-        y: reader.value(item.y),
-        angle: reader.value(item.angle),
-        length: reader.value(item.length),
-        width: reader.value(item.width),
-        extra: reader.value(item.extra),
-        color: item.color.map((c) => reader.value(c)),
-      };
-      if (![pose.x, pose.y, pose.angle, pose.length, pose.width].every(Number.isFinite)) continue;
-      ctx.setTransform(
-        k, 0, 0, -k,
-        (width / 2 - view.x * view.scale) * ratio, (height / 2 + view.y * view.scale) * ratio,
-      );
-      ctx.translate(pose.x, pose.y);
-      ctx.rotate(pose.angle);
-      paint(ctx, pose, 1 / view.scale, isDark());
-    }
-  }
+  const keys = options.keys || root;
+  keys.addEventListener("keydown", onKey);
+  slider.addEventListener("input", () => {
+    play(false);
+    setTime(Number(slider.value));
+  });
 
-  return { fit, zoom, move, draw };
-}
+  const touches = new Map(); // pointers that hold the picture
+  function spread() {
+    const [a, b] = [...touches.values()];
+    return b ? { x: (a[0] + b[0]) / 2, y: (a[1] + b[1]) / 2, size: Math.hypot(a[0] - b[0], a[1] - b[1]) }
+      : { x: a[0], y: a[1], size: 0 };
+  }
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    touches.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!touches.has(event.pointerId)) return;
+    const before = spread();
+    touches.set(event.pointerId, [event.clientX, event.clientY]);
+    const after = spread();
+    state.fitted = false;
+    stage.move(after.x - before.x, after.y - before.y);
+    if (before.size > 0 && after.size > 0) {
+      const place = canvas.getBoundingClientRect();
+      stage.zoom(after.size / before.size, after.x - place.left - place.width / 2, after.y - place.top - place.height / 2);
+    }
+    ask();
+  });
+  for (const end of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(end, (event) => touches.delete(event.pointerId));
+  }
+  canvas.addEventListener("dblclick", fit);
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const place = canvas.getBoundingClientRect();
+    zoomMiddle(
+      Math.exp(-event.deltaY * 0.0015),
+      event.clientX - place.left - place.width / 2, event.clientY - place.top - place.height / 2,
+    );
+  }, { passive: false });
+
+  const watch = new ResizeObserver(() => {
+    stage.measure();
+    if (state.fitted) stage.fit(box);
+    ask();
+  });
+  watch.observe(canvas);
+  planarc.theme.onChange(() => {
+    stage.dress();
+    for (const layer of layers) layer.dress();
+    ask();
+  });
+
+  setScene(scene);
+  setRepeat(options.loop !== false);
+  if (options.playing) play(true);
+
+  return {
+    setScene, setTime, play, pause: () => play(false), fit, setLayer, redraw: ask,
+    get time() { return state.time; },
+    get playing() { return state.playing; },
+    get reader() { return reader; },
+    get view() { return stage.view; },
+    get layers() { return layers; },
+    pose(component) {
+      // Where the first item of a component is now; for tests and for people at the console.
+      const item = items.find((i) => i.component === component);
+      const pose = {};
+      reader.seek(state.time);
+      return item && planarc.posed(item, reader, pose) ? { ...pose } : null;
+    },
+    picture: () => canvas,
+    onTime: (listener) => listeners.add(listener),
+    destroy() {
+      alive = false;
+      watch.disconnect();
+      keys.removeEventListener("keydown", onKey);
+      root.remove();
+    },
+  };
+};

@@ -1,111 +1,245 @@
-// The curves: one plot for each unit, with a line at the time that the mechanism shows.
+// The curves: one plot for each unit of a figure, with a line at the time that is shown.
+//
+//   const plots = planarc.createPlots(element, curves, { seek: (t) => player.setTime(t) });
+//   plots.mark(t, reader);  plots.toggle("crank.w", true);  plots.setData(other);
 
 const PALETTE = {
-  light: ["#2563c9", "#c2410c", "#15803d", "#a21caf", "#0e7490", "#b91c1c", "#6d5a00", "#4d4d9b"],
+  light: ["#1d63c4", "#c2410c", "#15803d", "#a21caf", "#0e7490", "#b91c1c", "#7a6200", "#4d4d9b"],
   dark: ["#7fb0ff", "#ffa366", "#7ddc9a", "#e59af0", "#6fd3e6", "#ff9a94", "#e0cc6a", "#b7b6ff"],
 };
+const CHOSEN = "Chosen";
 
-function makePlots(place, data, isDark, seek) {
-  let plots = [];
-  let now = data.time[0];
+planarc.readCurves = function (source) {
+  // Curves as the page carries them: columns are decoded when they are first looked at.
+  const decoded = new Map();
+  const column = (index) => {
+    if (!decoded.has(index)) decoded.set(index, planarc.column(source.columns[index]));
+    return decoded.get(index);
+  };
+  const variables = new Map(source.variables.map(([name, index, factor, unit, description]) => [
+    name,
+    {
+      name, unit, description,
+      constant: typeof source.columns[index] === "number" || source.columns[index] === null,
+      value: (reader) => factor * reader.at(column(index)),
+      values(count) {
+        const own = column(index);
+        if (own === null || typeof own === "number") return new Array(count).fill(own === null ? null : own * factor);
+        return Array.from(own, (v) => (Number.isFinite(v) ? v * factor : null));
+      },
+    },
+  ]));
+  return { time: Array.from(planarc.times(source.time)), variables, figures: source.figures };
+};
 
-  function build() {
-    for (const plot of plots) plot.chart.destroy();
-    place.replaceChildren();
-    const groups = new Map();
-    for (const curve of data.curves.filter((c) => c.shown)) {
-      if (!groups.has(curve.unit)) groups.set(curve.unit, []);
-      groups.get(curve.unit).push(curve);
-    }
-    plots = [...groups].map(([unit, curves]) => makePlot(unit, curves, groups.size));
-    mark(now);
+planarc.createPlots = function (element, source, { seek = () => {}, changed = () => {} } = {}) {
+  const { element: make } = planarc;
+  const chips = make("div", { class: "chips", role: "group", "aria-label": "Figures" });
+  const place = make("div", { class: "figures" });
+  const empty = make("p", { class: "faint" }, "No curve is shown: choose a figure above, or variables below.");
+  element.append(chips, place, empty);
+  let data = planarc.readCurves(source);
+  let figures = open(data.figures);
+  let panels = [];
+  let now = null; // time and reader of the last mark
+
+  function open(list) {
+    return list
+      .map((f) => ({ title: f.title, on: Boolean(f.on), curves: f.curves.filter((n) => data.variables.has(n)) }))
+      .concat({ title: CHOSEN, on: true, curves: [] });
   }
 
-  function makePlot(unit, curves, count) {
-    const styles = getComputedStyle(document.documentElement);
-    const colors = PALETTE[isDark() ? "dark" : "light"];
-    const box = document.createElement("div");
-    box.className = "plot";
-    place.append(box);
+  const chosen = () => figures[figures.length - 1];
+
+  function build() {
+    for (const panel of panels) panel.chart.destroy();
+    panels = [];
+    place.replaceChildren();
+    for (const figure of figures) {
+      if (figure.on && figure.curves.length) place.append(drawFigure(figure));
+    }
+    empty.hidden = panels.length > 0;
+    chips.replaceChildren(...figures.filter((f) => f !== chosen() || f.curves.length).map((figure) => make(
+      "button",
+      {
+        type: "button", class: "chip", "aria-pressed": String(figure.on),
+        onclick: () => { figure.on = !figure.on; build(); },
+      },
+      figure.title,
+    )));
+    chips.hidden = chips.childElementCount < 2 && figures[0].on;
+    if (now) mark(...now);
+    changed(new Set(chosen().curves));
+  }
+
+  function drawFigure(figure) {
+    const box = make("section", { class: "figure", "aria-label": figure.title });
+    box.append(make("h3", {}, figure.title));
+    place.append(box); // before the plots, which ask for their width
+    const units = new Map();
+    for (const name of figure.curves) {
+      const variable = data.variables.get(name);
+      if (!units.has(variable.unit)) units.set(variable.unit, []);
+      units.get(variable.unit).push(variable);
+    }
+    for (const [unit, curves] of units) panels.push(drawPanel(box, figure, unit, curves, units.size));
+    return box;
+  }
+
+  function drawPanel(box, figure, unit, curves, count) {
+    const colors = PALETTE[planarc.theme.isDark() ? "dark" : "light"];
+    const holder = make("div", { class: "plot" });
+    const legend = make("div", { class: "legend" });
+    box.append(holder, legend);
     const axis = {
-      stroke: styles.getPropertyValue("--faint").trim(),
-      grid: { stroke: styles.getPropertyValue("--grid").trim(), width: 1 },
-      ticks: { stroke: styles.getPropertyValue("--line").trim(), width: 1 },
-      font: "12px system-ui, sans-serif",
+      stroke: planarc.theme.color("faint"), font: "11.5px system-ui, sans-serif", gap: 4,
+      grid: { stroke: planarc.theme.color("grid"), width: 1 },
+      ticks: { stroke: planarc.theme.color("line"), width: 1, size: 4 },
     };
-    const names = curves.length === 1 ? curves[0].name : "";
+    const values = curves.map((curve, i) => entry(legend, figure, curve, colors[i % colors.length], i >= colors.length));
     const chart = new uPlot(
       {
-        width: Math.max(200, box.clientWidth),
-        height: Math.max(170, Math.min(360, Math.round(560 / count))),
-        scales: { x: { time: false } },
+        width: Math.max(200, holder.clientWidth),
+        height: count > 1 || figures.filter((f) => f.on && f.curves.length).length > 1 ? 178 : 236,
+        padding: [8, 8, 0, 0],
+        scales: { x: { time: false }, y: { range: span } },
         legend: { show: false },
-        cursor: { sync: { key: "time" }, points: { size: 6 } },
+        cursor: { sync: { key: "planarc" }, points: { size: 6 } },
         axes: [
-          { ...axis, label: "time / s", labelSize: 20, labelFont: axis.font },
-          {
-            ...axis,
-            label: [names, unit && unit !== "1" ? unit : ""].filter(Boolean).join(" / "),
-            labelSize: 20,
-            labelFont: axis.font,
-            size: 62,
-          },
+          { ...axis, size: 28, values: (u, ticks) => ticks.map((v, i) => (i === ticks.length - 1 ? `${plain(v)} s` : plain(v))) },
+          { ...axis, size: 56, values: (u, ticks) => ticks.map(plain) },
         ],
-        series: [
-          {},
-          ...curves.map((c, i) => ({
-            label: c.name,
-            stroke: colors[i % colors.length],
-            width: 1.6,
-            dash: i >= colors.length ? [6, 4] : undefined,
-            points: { show: false },
-          })),
-        ],
+        series: [{}, ...curves.map((c, i) => ({
+          stroke: colors[i % colors.length], width: 1.6, dash: i >= colors.length ? [6, 4] : undefined,
+          points: { show: false },
+        }))],
+        hooks: { setCursor: [(u) => tell(u.cursor.idx)] },
       },
-      [data.time, ...curves.map((c) => c.values)],
-      box,
+      [data.time, ...curves.map((c) => c.values(data.time.length))],
+      holder,
     );
-    const line = document.createElement("div");
-    line.className = "now";
+    holder.append(make("span", { class: "axis-unit" }, planarc.unit(unit)));
+    const line = make("div", { class: "now" });
     chart.over.append(line);
+    grabbable(line, chart);
     chart.over.addEventListener("click", () => {
-      if (chart.select.width < 3) seek(chart.posToVal(chart.cursor.left, "x"));
+      if (chart.select.width < 3 && chart.cursor.left >= 0) seek(chart.posToVal(chart.cursor.left, "x"));
     });
-    const legend = document.createElement("div");
-    legend.className = "legend";
-    const values = curves.map((curve, i) => {
-      const entry = document.createElement("span");
-      const swatch = document.createElement("i");
-      swatch.style.background = colors[i % colors.length];
-      const value = document.createElement("b");
-      entry.title = curve.description;
-      entry.append(swatch, `${curve.name} `, value);
-      legend.append(entry);
-      return value;
+
+    function tell(row) {
+      // While the pointer is in the plot the legend tells the values there.
+      panel.hovered = row !== null && row !== undefined;
+      if (panel.hovered) curves.forEach((c, i) => { values[i].textContent = text(chart.data[i + 1][row], unit); });
+      else if (now) markPanel(panel, ...now);
+    }
+    const panel = { chart, line, holder, curves, values, unit, hovered: false };
+    return panel;
+  }
+
+  const text = (value, unit) => `${planarc.digits(value ?? NaN)} ${planarc.unit(unit)}`.trim();
+  const plain = (value) => String(Number(value.toPrecision(6))).replace("-", "−");
+
+  function span(u, low, high) {
+    // A constant gets room above and below; noise around it is not blown up to a curve.
+    if (low === null || high === null) return [0, 1];
+    const size = Math.max(Math.abs(low), Math.abs(high));
+    if (high - low <= 1e-9 * size) {
+      const room = size > 0 ? 0.1 * size : 1;
+      return [low - room, high + room];
+    }
+    return uPlot.rangeNum(low, high, 0.08, true);
+  }
+
+  function entry(legend, figure, curve, color, dashed) {
+    const value = make("b");
+    const swatch = make("i", { class: dashed ? "dashed" : "" });
+    swatch.style.color = color;
+    const remove = planarc.button("close", `Take ${curve.name} away`, () => {
+      figure.curves = figure.curves.filter((n) => n !== curve.name);
+      build();
+    }, { class: "remove" });
+    legend.append(make("span", { title: curve.description }, swatch, make("span", { class: "name" }, curve.name), value, remove));
+    return value;
+  }
+
+  function grabbable(line, chart) {
+    const go = (event) => {
+      const place = chart.over.getBoundingClientRect();
+      seek(chart.posToVal(event.clientX - place.left, "x"));
+    };
+    for (const name of ["mousedown", "click"]) line.addEventListener(name, (event) => event.stopPropagation());
+    line.addEventListener("pointerdown", (event) => {
+      event.stopPropagation();
+      line.setPointerCapture(event.pointerId);
     });
-    box.append(legend);
-    return { chart, line, box, curves, values };
+    line.addEventListener("pointermove", (event) => {
+      if (line.hasPointerCapture(event.pointerId)) go(event);
+    });
+  }
+
+  function markPanel({ chart, line, curves, values, unit, hovered }, t, reader) {
+    const left = chart.valToPos(t, "x");
+    line.style.transform = `translateX(${left}px)`;
+    line.hidden = !(left >= -1 && left <= chart.over.clientWidth + 1);
+    if (!hovered && reader) curves.forEach((c, i) => { values[i].textContent = text(c.value(reader), unit); });
   }
 
   function mark(t, reader) {
-    now = t;
-    for (const { chart, line, curves, values } of plots) {
-      const left = chart.valToPos(t, "x");
-      line.style.left = `${left - 1}px`;
-      line.hidden = !(left >= -1 && left <= chart.over.clientWidth + 1);
-      if (!reader) continue;
-      curves.forEach((curve, i) => {
-        const value = reader.between(curve.values);
-        values[i].textContent = Number.isFinite(value) ? value.toPrecision(4) : "";
-      });
-    }
+    now = [t, reader];
+    for (const panel of panels) markPanel(panel, t, reader);
   }
 
-  function resize() {
-    for (const { chart, box } of plots) {
-      chart.setSize({ width: Math.max(200, box.clientWidth), height: chart.height });
+  function toggle(name, on) {
+    const figure = chosen();
+    figure.curves = figure.curves.filter((n) => n !== name);
+    if (on) {
+      figure.curves.push(name);
+      figure.on = true;
     }
+    build();
   }
 
-  return { build, mark, resize };
-}
+  function setData(next) {
+    // Other numbers of the same model: what is shown stays, where it still exists.
+    const before = figures;
+    data = planarc.readCurves(next);
+    figures = open(data.figures);
+    for (const figure of figures) {
+      const old = before.find((f) => f.title === figure.title);
+      if (!old) continue;
+      figure.on = old.on;
+      figure.curves = old.curves.filter((n) => data.variables.has(n));
+    }
+    if (!refill(before)) build();
+  }
+
+  function refill(before) {
+    // The quick way: equal figures keep their plots and only get new numbers.
+    const same = before.length === figures.length
+      && figures.every((f, i) => f.curves.join() === before[i].curves.join() && f.on === before[i].on);
+    if (!same) return false;
+    for (const panel of panels) {
+      panel.curves = panel.curves.map((c) => data.variables.get(c.name));
+      panel.chart.setData([data.time, ...panel.curves.map((c) => c.values(data.time.length))]);
+    }
+    if (now) mark(...now);
+    return true;
+  }
+
+  new ResizeObserver(() => {
+    for (const { chart, holder } of panels) {
+      const width = Math.max(200, holder.clientWidth);
+      if (Math.abs(width - chart.width) > 1) chart.setSize({ width, height: chart.height });
+    }
+    if (now) mark(...now);
+  }).observe(place);
+  planarc.theme.onChange(build);
+  build();
+
+  return {
+    mark, toggle, setData,
+    get variables() { return data.variables; },
+    get chosen() { return new Set(chosen().curves); },
+    get panels() { return panels; },
+  };
+};

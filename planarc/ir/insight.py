@@ -1,0 +1,60 @@
+"""What is known of a mechanism beyond its variables: given by `insight`, shown by `view`.
+
+All is plain data over the rows of one result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: A number, or one number for each row of the result.
+Track: TypeAlias = "float | NDArray[np.float64]"
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """A curve that is no variable of the model, by its name, over the rows."""
+
+    name: str
+    unit: str
+    description: str
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point in the world (m), and a vector there (`u`, `v`, in the layer's unit) or none."""
+
+    name: str
+    x: Track
+    y: Track
+    u: Track = 0.0
+    v: Track = 0.0
+    on: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """What may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
+
+    id: str
+    title: str
+    kind: str
+    unit: str
+    members: tuple[Mark, ...]
+    on: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Insight:
+    """`facts` are labels with texts, `figures` titles with the names of series or variables."""
+
+    facts: tuple[tuple[str, str], ...] = ()
+    series: tuple[Series, ...] = ()
+    figures: tuple[tuple[str, tuple[str, ...], bool], ...] = ()
+    layers: tuple[Layer, ...] = ()

@@ -1,0 +1,63 @@
+"""Columns of numbers as a page carries them: base64 of little-endian floats, each distinct one
+once. What never changes is a number.
+
+32 bits hold seven digits, more than a screen shows; times have 64 bits, so that rows at nearly
+the same time stay apart.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.view.scene import Track
+
+#: A number, None where it is not finite, or base64.
+Encoded: TypeAlias = "float | str | None"
+
+
+class Columns:
+    """Gives numbers to columns of some rows of a result; `all` holds them encoded."""
+
+    def __init__(self, rows: NDArray[np.int64] | slice) -> None:
+        self._rows = rows
+        self._known: dict[object, int] = {}
+        self.all: list[Encoded] = []
+        self.size = 0  # of all, in characters
+
+    def add(self, values: Track) -> int:
+        """The number of a column, equal ones the same."""
+        encoded = number(values) if isinstance(values, (int, float)) else self._encode(values)
+        if encoded not in self._known:
+            self._known[encoded] = len(self.all)
+            self.all.append(encoded)
+            self.size += len(str(encoded)) + 3
+        return self._known[encoded]
+
+    def _encode(self, values: Any) -> Encoded:
+        import numpy as np
+
+        own = values[self._rows].astype(np.float32)
+        if own.size and (own == own[0]).all():
+            return number(float(own[0]))
+        return encode(own)
+
+
+def encode(values: NDArray[Any], form: str = "<f4") -> str:
+    """Base64 of the numbers; what is not finite is NaN, and there is no -0."""
+    import numpy as np
+
+    with np.errstate(over="ignore"):
+        own = np.ascontiguousarray(values, dtype=form) + np.zeros(1, dtype=form)
+    own[~np.isfinite(own)] = np.nan
+    return base64.b64encode(own.tobytes()).decode()
+
+
+def number(value: float) -> float | None:
+    """With seven digits; None where it is not finite."""
+    return float(f"{value:.7g}") + 0.0 if math.isfinite(value) else None

@@ -1,0 +1,95 @@
+"""Which curves a page offers, in figures.
+
+First the figures of the model's documentation; without one the coordinates of the joints, or of
+the bodies where there is no joint. Then what the model itself declares, and what insight
+gave. What does not change makes no curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planarc.ir.insight import Insight
+    from planarc.ir.result import Result
+
+#: A plot with more curves than this cannot be read.
+LIMIT = 16
+
+_BODIES = (".Body", ".PointMass")
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """`on`: shown when the page opens."""
+
+    title: str
+    curves: tuple[str, ...]
+    on: bool = False
+
+
+def choose_figures(
+    result: Result, names: Sequence[str] | None = None, insight: Insight | None = None
+) -> tuple[Figure, ...]:
+    """The figures of a page; `names` are shown instead of any other."""
+    own = _documented(result)
+    joints = [name for name, kind in _parts(result) if ".Joints." in kind]
+    found = [*own]
+    if joints:
+        found.append(Figure("Joints", _changing(result, _names(joints, ("phi", "s"))), not own))
+        found.append(Figure("Joint speeds", _changing(result, _names(joints, ("w", "v")))))
+    else:
+        bodies = [name for name, kind in _parts(result) if kind.endswith(_BODIES)]
+        coordinates = _changing(result, _names(bodies, ("r[1]", "r[2]", "phi")))
+        found.append(Figure("Bodies", coordinates, not own))
+    top = [c.name for c in result.program.columns if "." not in c.name and not c.protected]
+    model = _changing(result, top)
+    found.append(Figure("Model", model, not any(f.on and f.curves for f in found)))
+    if insight is not None:
+        found += [Figure(*figure) for figure in insight.figures]
+    if names is not None:
+        found = [Figure("Curves", tuple(names), True), *(Figure(f.title, f.curves) for f in found)]
+    return tuple(f for f in found if f.curves)
+
+
+def shown_names(result: Result) -> tuple[str, ...]:
+    """The variables that are drawn when nobody says which."""
+    figures = choose_figures(result)
+    return tuple(dict.fromkeys(n for f in figures if f.on for n in f.curves))
+
+
+def _documented(result: Result) -> list[Figure]:
+    """The model's own figures: the preferred ones are shown, or else the first."""
+    found = []
+    for figure in getattr(result.program, "figures", ()):
+        for i, plot in enumerate(figure.plots):
+            title = plot.title or figure.title or f"Figure {i + 1}"
+            curves = tuple(name for name in plot.curves if name in result and name != "time")
+            found.append(Figure(title, curves, figure.preferred))
+    found = [f for f in found if f.curves]
+    if found and not any(f.on for f in found):
+        found[0] = Figure(found[0].title, found[0].curves, True)
+    return found
+
+
+def _parts(result: Result) -> Iterable[tuple[str, str]]:
+    return ((p.name, p.class_name) for p in result.program.parts)
+
+
+def _names(parts: Iterable[str], variables: Sequence[str]) -> list[str]:
+    owners = list(parts)
+    return [f"{owner}.{variable}" for variable in variables for owner in owners]
+
+
+def _changing(result: Result, names: Iterable[str]) -> tuple[str, ...]:
+    found: list[str] = []
+    for name in names:
+        column = result.columns.get(name)
+        if column is None or column.constant or column.slot not in result.stored:
+            continue
+        values = result.data[:, result.stored[column.slot]]
+        if len(values) and (values != values[0]).any():
+            found.append(name)
+    return tuple(found[:LIMIT])

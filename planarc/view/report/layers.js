@@ -1,0 +1,144 @@
+// What is laid over the mechanism on demand: paths of points, vectors, instant centres.
+//
+// A layer of the scene is {id, title, kind, unit, members, on}. A member of `paths` and
+// `centres` has x, y; one of `vectors` has x, y and the vector's components u, v.
+
+const COLORS = {
+  light: { paths: "#0d7a5f", forces: "#c0362c", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00" },
+  dark: { paths: "#5fd6b4", forces: "#ff8b7e", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a" },
+};
+
+planarc.layerColor = (id) => COLORS[planarc.theme.isDark() ? "dark" : "light"][id]
+  || COLORS[planarc.theme.isDark() ? "dark" : "light"].paths;
+
+const PAINTERS = { paths: paintPaths, vectors: paintVectors, centres: paintCentres };
+
+planarc.createLayer = function (source, tracks, box) {
+  const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
+  const members = source.members.map((m) => ({
+    name: m.name, on: m.on !== false, x: at(m.x), y: at(m.y), u: at(m.u), v: at(m.v), path: null,
+  }));
+  const layer = {
+    id: source.id, title: source.title, unit: source.unit, on: Boolean(source.on), members,
+    under: source.kind === "paths", reach: reach(source.kind, members, box), key: null,
+  };
+  if (source.kind === "vectors") layer.key = roundTo125(0.5 * layer.reach.largest);
+  layer.paint = (...about) => PAINTERS[source.kind](layer, ...about);
+  return layer;
+};
+
+function reach(kind, members, box) {
+  // Vectors: the largest is a quarter of the mechanism's size.
+  if (kind !== "vectors") return null;
+  let largest = 0;
+  for (const m of members) {
+    const count = Math.max(m.u.length || 1, m.v.length || 1);
+    for (let i = 0; i < count; i++) {
+      const size = Math.hypot(m.u.length ? m.u[i] : m.u, m.v.length ? m.v[i] : m.v);
+      if (size > largest) largest = size;
+    }
+  }
+  const [left, bottom, right, top] = box || [-1, -1, 1, 1];
+  const span = Math.max(right - left, top - bottom, 1e-9);
+  return { largest, scale: largest > 0 ? (0.28 * span) / largest : 0 };
+}
+
+function roundTo125(value) {
+  if (!(value > 0)) return 0;
+  const power = 10 ** Math.floor(Math.log10(value));
+  return [5, 2, 1].map((f) => f * power).find((v) => v <= value * 1.0001);
+}
+
+function pathOf(member) {
+  const { x, y } = member;
+  const path = new Path2D();
+  const count = Math.max(x.length || 1, y.length || 1);
+  let open = false;
+  for (let i = 0; i < count; i++) {
+    const [px, py] = [x.length ? x[i] : x, y.length ? y[i] : y];
+    if (!Number.isFinite(px + py)) open = false;
+    else if (open) path.lineTo(px, py);
+    else {
+      path.moveTo(px, py);
+      open = true;
+    }
+  }
+  return path;
+}
+
+function paintPaths(layer, context, reader, px) {
+  const color = planarc.layerColor(layer.id);
+  context.lineJoin = "round";
+  for (const member of layer.members) {
+    if (!member.on) continue;
+    member.path = member.path || pathOf(member);
+    context.strokeStyle = color;
+    context.globalAlpha = 0.55;
+    context.lineWidth = 1.5 * px;
+    context.stroke(member.path);
+    context.globalAlpha = 1;
+    const [x, y] = [reader.at(member.x), reader.at(member.y)];
+    if (!Number.isFinite(x + y)) continue;
+    context.fillStyle = color;
+    context.beginPath();
+    context.arc(x, y, 3.5 * px, 0, 2 * Math.PI);
+    context.fill();
+  }
+}
+
+function paintVectors(layer, context, reader, px, colors) {
+  const color = planarc.layerColor(layer.id);
+  context.strokeStyle = color;
+  context.fillStyle = color;
+  for (const member of layer.members) {
+    if (!member.on) continue;
+    const [x, y] = [reader.at(member.x), reader.at(member.y)];
+    const [u, v] = [reader.at(member.u), reader.at(member.v)];
+    const length = Math.hypot(u, v) * layer.reach.scale;
+    if (!Number.isFinite(x + y + length) || length < 3 * px) continue;
+    context.save();
+    context.translate(x, y);
+    context.rotate(Math.atan2(v, u));
+    const head = Math.min(length, 11 * px);
+    context.lineWidth = 2.2 * px;
+    context.lineCap = "butt";
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.lineTo(length - head * 0.8, 0);
+    context.stroke();
+    context.beginPath();
+    context.moveTo(length, 0);
+    context.lineTo(length - head, 0.4 * head);
+    context.lineTo(length - head, -0.4 * head);
+    context.closePath();
+    context.fill();
+    context.strokeStyle = colors.stage;
+    context.lineWidth = 1 * px;
+    context.beginPath();
+    context.arc(0, 0, 3 * px, 0, 2 * Math.PI);
+    context.stroke();
+    context.fill();
+    context.strokeStyle = color;
+    context.restore();
+  }
+}
+
+function paintCentres(layer, context, reader, px, colors) {
+  const color = planarc.layerColor(layer.id);
+  for (const member of layer.members) {
+    if (!member.on) continue;
+    const [x, y] = [reader.at(member.x), reader.at(member.y)];
+    if (!Number.isFinite(x + y)) continue;
+    context.strokeStyle = color;
+    context.lineWidth = 1.8 * px;
+    const r = 6 * px;
+    context.beginPath();
+    context.arc(x, y, r, 0, 2 * Math.PI);
+    context.moveTo(x - 1.7 * r, y);
+    context.lineTo(x + 1.7 * r, y);
+    context.moveTo(x, y - 1.7 * r);
+    context.lineTo(x, y + 1.7 * r);
+    context.stroke();
+    planarc.label(context, member.name, x, y, px, color, { dx: 12, dy: -12, halo: colors.stage });
+  }
+}
