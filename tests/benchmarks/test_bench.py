@@ -22,7 +22,7 @@ def test_help_is_measured() -> None:
 
 
 def test_a_four_bar_is_run_again_and_again() -> None:
-    _, row = measure("process, numpy").splitlines()
+    _, row = measure("four-bar again in one process, numpy").splitlines()
     number, unit = row.split()[-2:]
     assert float(number) > 0
     assert unit == "ms"
