@@ -282,14 +282,10 @@ class Model:
         return model
 
     def _take_name(self, of: Program) -> None:
+        from planarc.variant import named_like
+
         for backend, compiled in self._compiled.items():
-            program = replace(
-                compiled.program,
-                name=of.name,
-                description=of.description,
-                experiment=of.experiment,
-            )
-            self._compiled[backend] = replace(compiled, program=program)
+            self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
 
     # Analyses
 

@@ -16,7 +16,9 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.request import Request, open_target
 
 if TYPE_CHECKING:
-    from planarc.ir.program import ParameterSlot
+    from planarc.compiler import Compiled
+    from planarc.core.options import Backend
+    from planarc.ir.program import ParameterSlot, Program
 
 #: The name of the variant, which no user's class has.
 NAME = "'a variant'"
@@ -53,6 +55,20 @@ def texts_of(
 
         types = {v.name: v.type.name for v in flatten(open_target(request)).variables}
     return {n: _literal(parameters[n], v, types.get(n, "")) for n, v in values.items()}
+
+
+def compile_variant(
+    request: Request, values: Mapping[str, str], backend: Backend, of: Program
+) -> Compiled:
+    """The variant compiled, with the name and the experiment of the model it is one of."""
+    from planarc.compiler import compile_model
+
+    compiled = compile_model(variant_of(request, values), backend)
+    return replace(compiled, program=named_like(compiled.program, of))
+
+
+def named_like(program: Program, of: Program) -> Program:
+    return replace(program, name=of.name, description=of.description, experiment=of.experiment)
 
 
 def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:

@@ -11,7 +11,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.arguments import make_request
-from planarc.cli.settings import read_settings, sort_settings
+from planarc.cli.settings import Given, read_settings, sort_settings
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def open_model(target: str, class_name: str | None, libraries: Sequence[Path] | 
 
 def settings_of(
     model: Model, settings: Sequence[str] | None
-) -> tuple[dict[str, float], dict[str, float]]:
+) -> tuple[dict[str, Given], dict[str, Given]]:
     """Values of parameters, and start values."""
     parameters = {p.name for p in model.program.parameter_slots}
     return sort_settings(read_settings(settings or ()), parameters)

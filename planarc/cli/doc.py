@@ -25,6 +25,7 @@ def doc(
         typer.Option(
             "--output",
             "-o",
+            "-o",
             metavar="FILE",
             help="The page to write; by default the name of the library and `.html`.",
             show_default=False,

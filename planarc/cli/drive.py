@@ -39,7 +39,8 @@ def drive(
     settings: Settings = None,
     library: Libraries = None,
     output: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="All variables, .csv or .mat.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="All variables, .csv or .mat."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

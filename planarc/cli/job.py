@@ -10,11 +10,12 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from planarc.cli import console
+from planarc.cli.apply import apply_settings
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.files import Destinations, destinations
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
-from planarc.cli.settings import Setting, sort_settings
+from planarc.cli.settings import Setting
 from planarc.cli.summary import details, summary
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import RunOptions
@@ -87,9 +88,16 @@ class Run:
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
         if places.output is not None:
             refuse_no_match(program, job.variables)
-        parameters = {p.name for p in program.parameter_slots}
-        values, starts = sort_settings(job.settings, parameters)
-        options = replace(job.options, values=values, starts=starts)
+        with clock.phase("compile again"):
+            compiled, options, notes = apply_settings(
+                job.settings, job.request, compiled, job.options
+            )
+        if notes:
+            counts = compiled.program.equations_before, compiled.program.equations_after
+            known = (*self.outcome.diagnostics, *notes)
+            self.outcome = replace(self.outcome, equations=counts, diagnostics=known)
+        else:
+            del clock.seconds["compile again"]
         with progress_line() as progress:
             result = compiler.run(compiled, options, clock, progress)
         self._know(result)

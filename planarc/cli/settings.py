@@ -1,20 +1,30 @@
-"""`--set NAME=VALUE`: parameters, and start values as `x.start`."""
+"""`--set NAME=VALUE`: parameters, and start values as `x.start`.
+
+A value is a number, `true`, `false`, the name of an enumeration literal, or several in
+braces for an array: `--set rod.r={0.5,0}`.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 _WORDS = {"true": 1.0, "false": 0.0}
 _START = ".start"
+_LITERAL = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+
+#: A number, a literal's name, or a list of them.
+Given: TypeAlias = "float | str | list[Given]"
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
     name: str
-    value: float
+    value: Given
 
 
 def read_settings(items: Sequence[str]) -> tuple[Setting, ...]:
@@ -25,12 +35,13 @@ def read_settings(items: Sequence[str]) -> tuple[Setting, ...]:
 
 def sort_settings(
     settings: Sequence[Setting], parameters: Collection[str]
-) -> tuple[dict[str, float], dict[str, float]]:
+) -> tuple[dict[str, Given], dict[str, Given]]:
     """Values of parameters, and start values of variables.
 
     A parameter may itself be called `start`, as in `ramp.start`; then it is meant.
     """
-    values, starts = {}, {}
+    values: dict[str, Given] = {}
+    starts: dict[str, Given] = {}
     for setting in settings:
         if setting.name.endswith(_START) and setting.name not in parameters:
             starts[setting.name.removesuffix(_START)] = setting.value
@@ -45,17 +56,36 @@ def _read(item: str) -> Setting:
         raise UsageError(
             Diagnostic("C110", f"`--set {item}` is no NAME=VALUE", hint="write `--set rod.L=0.5`")
         )
-    return Setting(name, _WORDS[text] if text in _WORDS else _number(name, text))
+    return Setting(name, _value(name, text))
 
 
-def _number(name: str, text: str) -> float:
+def _value(name: str, text: str) -> Given:
+    if text in _WORDS:
+        return _WORDS[text]
+    if text.startswith("{") and text.endswith("}"):
+        return [_value(name, part) for part in _parts(text[1:-1])]
     try:
         return float(text)
     except ValueError:
+        if _LITERAL.fullmatch(text):
+            return text
         raise UsageError(
             Diagnostic(
                 "C111",
                 f"the value `{text}` of `{name}` is no number",
-                hint="give a number, `true` or `false`",
+                hint="give a number, `true`, `false`, the name of an enumeration literal, or "
+                "numbers in braces such as {0.5,0}",
             )
         ) from None
+
+
+def _parts(text: str) -> list[str]:
+    """What stands between commas outside of inner braces."""
+    parts, depth = [""], 0
+    for sign in text:
+        depth += (sign == "{") - (sign == "}")
+        if sign == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += sign
+    return [part.strip() for part in parts]

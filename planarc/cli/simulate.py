@@ -52,7 +52,8 @@ def simulate(
     ] = None,
     library: Libraries = None,
     output: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Result file, .csv or .mat.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Result file, .csv or .mat."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Page with motion and curves, .html.")

@@ -64,7 +64,9 @@ def sweep(
         Path | None,
         typer.Option(metavar="FILE", help="Notes every point; with it a study is taken up again."),
     ] = None,
-    output: Annotated[Path | None, typer.Option(metavar="FILE", help="The table, .csv.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="The table, .csv.")
+    ] = None,
     library: Libraries = None,
     as_json: AsJson = False,
 ) -> int:

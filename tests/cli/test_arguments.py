@@ -42,8 +42,13 @@ def test_the_last_setting_of_a_name_wins() -> None:
     )
 
 
-@pytest.mark.parametrize("item", ["a", "=1", "a=", "a=fast", "a=1;b=2", "a=1+1"])
-def test_a_setting_is_a_name_and_a_number(item: str) -> None:
+def test_a_value_is_a_number_a_literal_or_an_array_of_them() -> None:
+    found = read_settings(["a=Mode.fast", "r={0.5, -1}", "T={{1,2},{3,4}}", "b={true}"])
+    assert [s.value for s in found] == ["Mode.fast", [0.5, -1.0], [[1.0, 2.0], [3.0, 4.0]], [1.0]]
+
+
+@pytest.mark.parametrize("item", ["a", "=1", "a=", "a=1;b=2", "a=1+1", "a={1,2+1}"])
+def test_a_setting_is_a_name_and_a_value(item: str) -> None:
     with pytest.raises(UsageError):
         read_settings([item])
 

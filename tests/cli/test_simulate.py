@@ -293,3 +293,17 @@ def test_asking_for_what_is_not_installed_is_usage() -> None:
     command = [sys.executable, "-c", WITHOUT, "simulate", "decay.pmo", "--backend", "native"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stderr.split(":")[0]) == (2, "error[C113]")
+
+
+def test_a_structural_parameter_is_set_by_compiling_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "model Fan parameter Integer n = 2; Real y[n] = {i*time for i in 1:n}; end Fan;"
+    Path("fan.pmo").write_text(text)
+    assert run(["simulate", "fan.pmo", "--set", "n=3", "--stop", "1", "-o", "fan.csv"]) == 0
+    captured = capsys.readouterr()
+    assert "note[C116]: `n` is structural" in captured.out + captured.err
+    rows = list(csv.reader(Path("fan.csv").read_text().splitlines()))
+    assert rows[0] == ["time", "y[1]", "y[2]", "y[3]"]
+    assert [float(x) for x in rows[-1]] == [1, 1, 2, 3]

@@ -1,0 +1,48 @@
+"""Settings of the command line put into a compiled model and the options of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planarc.cli.settings import Setting, sort_settings
+from planarc.core.diagnostic import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from planarc.compiler import Compiled
+    from planarc.core.options import RunOptions
+    from planarc.request import Request
+
+
+def apply_settings(
+    settings: Sequence[Setting], request: Request, compiled: Compiled, options: RunOptions
+) -> tuple[Compiled, RunOptions, tuple[Diagnostic, ...]]:
+    """Structural parameters make another model, of which a note tells."""
+    program = compiled.program
+    parameters = {p.name: p for p in program.parameter_slots}
+    given, begun = sort_settings(settings, parameters)
+    values = {n: v for n, v in given.items() if isinstance(v, float)}
+    starts = {n: v for n, v in begun.items() if isinstance(v, float)}
+    if len(values) < len(given) or len(starts) < len(begun):
+        from planarc.values import parameter_values, start_values
+
+        values |= parameter_values(program, {n: given[n] for n in given.keys() - values.keys()})
+        starts |= start_values(program, {n: begun[n] for n in begun.keys() - starts.keys()})
+    structural = {n: v for n, v in values.items() if n in parameters and parameters[n].structural}
+    plain = {n: v for n, v in values.items() if n not in structural}
+    options = replace(options, values=plain, starts=starts)
+    if not structural:
+        return compiled, options, ()
+    from planarc.variant import compile_variant, texts_of
+
+    texts = texts_of(request, parameters, structural)
+    again = compile_variant(request, texts, options.backend, program)
+    one = len(structural) == 1
+    note = Diagnostic(
+        "C116",
+        f"{' and '.join(f'`{n}`' for n in structural)} {'is' if one else 'are'} structural: "
+        "the model was compiled again",
+        severity=Severity.NOTE,
+    )
+    return again, options, (note,)
