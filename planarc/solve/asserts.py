@@ -16,6 +16,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
+from planarc.solve.elementwise import functions
 from planarc.solve.events import assertion_diagnostic
 from planarc.solve.values import Reader, formatted
 
@@ -197,7 +198,7 @@ class _Columns:
             for e in postorder((root,)):
                 if e.op is Op.CONST:
                     values[e] = e.data
-                elif not e.args or e.op in (Op.APPLY, Op.PAST):
+                elif not e.args or e.op is Op.APPLY:
                     values[e] = self._leaf(e)
                 else:
                     values[e] = _operation(e)(*(values[a] for a in e.args))
@@ -216,18 +217,7 @@ def _operation(e: Expr) -> Callable[..., Any]:
     import numpy as np
 
     if e.op is Op.CALL:
-        known: Mapping[str, Callable[..., Any]] = {
-            "asin": np.arcsin,
-            "acos": np.arccos,
-            "atan": np.arctan,
-            "atan2": np.arctan2,
-            "min": np.minimum,
-            "max": np.maximum,
-            "div": lambda x, y: np.trunc(x / y),
-            "mod": lambda x, y: x - np.floor(x / y) * y,
-            "rem": lambda x, y: x - np.trunc(x / y) * y,
-        }
-        return known.get(e.data) or getattr(np, e.data)
+        return functions()[e.data]
     operations: Mapping[Op, Callable[..., Any]] = {
         Op.ADD: lambda *terms: sum(terms[1:], terms[0]),
         Op.MUL: _product,

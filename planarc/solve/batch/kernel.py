@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.ir.program import Program
 from planarc.solve.batch.block import BatchBlock
+from planarc.solve.elementwise import functions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,9 +41,9 @@ class BatchKernel:
             c[0] if same else c.copy() for c, same in zip(columns, alike.tolist(), strict=True)
         ]
         self.blocks = [BatchBlock(b, program, self.w, self.runs) for b in program.blocks]
-        functions: dict[str, Callable[..., Any]] = _namespace()
-        exec(_compiled(source), functions)
-        self._levels, self._rest = functions["levels"], functions["rest"]
+        names: dict[str, Callable[..., Any]] = _namespace()
+        exec(_compiled(source), names)
+        self._levels, self._rest = names["levels"], names["rest"]
         self._slots = [c.slot for c in program.candidates]
         self._derivatives = [c.derivative for c in program.candidates]
         self._selection: Indices = np.zeros((program.state_count, self.runs), dtype=np.intp)
@@ -112,23 +113,13 @@ def _namespace() -> dict[str, Any]:
     """The only names that the text can reach."""
     import numpy as np
 
-    same = "sin cos tan sinh cosh tanh exp log log10 sqrt sign floor ceil where logical_not"
     return {
         "__builtins__": {},
-        **{name: getattr(np, name) for name in same.split()},
-        "asin": np.arcsin,
-        "acos": np.arccos,
-        "atan": np.arctan,
-        "atan2": np.arctan2,
-        "abs": np.abs,
-        "pow": np.power,
-        "min": lambda *values: reduce(np.minimum, values),
-        "max": lambda *values: reduce(np.maximum, values),
+        **functions(),
+        "where": np.where,
+        "logical_not": np.logical_not,
         "both": lambda *truths: reduce(np.logical_and, truths),
         "either": lambda *truths: reduce(np.logical_or, truths),
-        "div": lambda x, y: np.trunc(x / y),
-        "mod": lambda x, y: x - np.floor(x / y) * y,
-        "rem": lambda x, y: x - np.trunc(x / y) * y,
         "inf": np.inf,
         "nan": np.nan,
         "range": range,
