@@ -69,7 +69,8 @@ def sweep(
     `planarc.random` and `planarc.latin_hypercube` give. A name is that of a parameter, or
     of a start value (`crank.phi.start`). `metric`: see `planarc.metric`; by default the
     states at the end. `workers`: processes, by default one a core. `client`: a Dask client,
-    whose workers do it instead. `limit`: seconds that one run may take.
+    whose workers do it instead. `limit`: seconds that one run may take
+    in a process of its own (with `workers=1` there is none).
     Raises UsageError for names that are not there and for structural parameters.
     """
     table = _points(points)
