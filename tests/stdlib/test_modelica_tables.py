@@ -114,6 +114,32 @@ equation
     np.testing.assert_allclose(result["v"], exact, atol=1e-9)
 
 
+def test_jumps_at_the_ends_of_a_table(table: Callable[..., Any]) -> None:
+    """At equal times the last row counts; beyond a jump at the end its value is held."""
+    result = table(
+        """
+  Sources.CombiTimeTable load(table=[0, 7; 0, 0; 0.2, 10; 0.2, 3; 0.2, 10; 0.4, 10; 0.4, 2]);
+  Sources.CombiTimeTable saw(
+    table=[0, 7; 0, 0; 0.25, 1; 0.25, 5], extrapolation=Extrapolation.Periodic);
+  Real work(start=0, fixed=true);
+  Real area(start=0, fixed=true);
+equation
+  der(work) = load.y[1];
+  der(area) = saw.y[1];
+"""
+    )
+    t = result.time
+    worked = [0, 1, 3, 4.2]
+    knots = np.interp(t, [0, 0.2, 0.4, 1], worked)
+    exact = np.where(t < 0.2, 25 * t**2, knots)
+    np.testing.assert_allclose(result["work"], exact, atol=1e-8)
+    assert result["load.y[1]"][0] == 0
+    assert result["load.y[1]"][-1] == 2
+    np.testing.assert_allclose(
+        result["area"], np.floor(t / 0.25 + 1e-9) / 8 + 2 * (t % 0.25) ** 2, atol=5e-7
+    )
+
+
 def test_a_smooth_table_drives_a_shaft(table: Callable[..., Any]) -> None:
     result = table(
         f"""
@@ -137,6 +163,11 @@ equation
     ("block", "message"),
     [
         ("Tables.CombiTable1Ds t(table=[0, 1; 2, 3; 1, 4], u=0)", "sort the rows"),
+        (
+            "Sources.CombiTimeTable t(table=[0, 1; 1, 2; 1, 3; 2, 4],"
+            " smoothness=Smoothness.ContinuousDerivative)",
+            "sort the rows",
+        ),
         ("Sources.CombiTimeTable t(table=[0, 1; 2, 3], tableOnFile=true)", "as a matrix"),
     ],
 )
