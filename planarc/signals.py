@@ -144,6 +144,7 @@ class ForcedKernel:
     ) -> None:
         self.inner, self._values, self._begin = kernel, force, begin
         self.w: MutableSequence[float] = kernel.w
+        self.history = kernel.history
 
     def force(self, t: float) -> None:
         """Set the values of this time."""

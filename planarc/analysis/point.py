@@ -165,6 +165,13 @@ def open_point(
 
     compiled = model.compiled(options.backend)
     program = compiled.program
+    if program.delays:
+        raise error(
+            "R474",
+            f"`{program.name}` uses `delay`, so that its past belongs to its state: it has no"
+            " linear model and no state of rest here",
+            program.delays[0].span,
+        )
     begin = program.experiment.start if options.start is None else options.start
     options = replace(options, stop=max(begin, program.experiment.stop) if at is None else at)
     kernel = model.forced(compiled.load(), options, inputs)

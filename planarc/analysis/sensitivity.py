@@ -92,7 +92,9 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
         raise UsageError(Diagnostic("C244", "no parameter is named"))
     values = _present(model, names, options)
     program = model.program
-    if program.relations or program.whens or program.samplers or program.discretes:
+    if program.delays or program.relations or program.whens or program.samplers:
+        return _by_runs(model, values, options)
+    if program.discretes:
         return _by_runs(model, values, options)
     return _Equations(model, values, options).integrate()
 

@@ -23,6 +23,8 @@ from planarc.ir.expr import text
 from planarc.ir.program import EquationInfo, Program
 from planarc.ir.sorted import SortedDae, SourceEquation
 
+_LONGEST = 1000  # characters of a part of an equation that a message shows
+
 
 def generate(sorted: SortedDae) -> Program:
     """The program of a sorted model."""
@@ -42,6 +44,7 @@ def generate(sorted: SortedDae) -> Program:
         relations=tables.relations(),
         samplers=tables.samplers(),
         whens=tables.whens(),
+        delays=tables.delays(),
         assertions=tuple(sections.aliases.assertion(a) for a in dae.assertions),
         blocks=sections.blocks,
         parameters=sections.parameters,
@@ -72,9 +75,8 @@ def generate(sorted: SortedDae) -> Program:
 
 def _info(source: SourceEquation) -> EquationInfo:
     equation = source.equation
-    return EquationInfo(
-        f"{text(equation.left)} = {text(equation.right)}", equation.span, equation.component
-    )
+    sides = (text(e, _LONGEST) for e in (equation.left, equation.right))
+    return EquationInfo(" = ".join(sides), equation.span, equation.component)
 
 
 def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:

@@ -61,7 +61,7 @@ class Samples:
                 done[e] = self._values.get(e, 0.0)
             elif e.op is Op.CALL:
                 done[e] = _FUNCTIONS[e.data](*(done[a] for a in e.args))
-            elif e.op is Op.APPLY:
+            elif e.op in (Op.APPLY, Op.PAST):
                 done[e] = math.nan
             else:
                 done[e] = _OPERATIONS[e.op](*(done[a] for a in e.args))

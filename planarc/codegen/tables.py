@@ -15,6 +15,7 @@ from planarc.ir.expr import Expr, Op, evaluate, symbol_text
 from planarc.ir.program import (
     CandidateSlot,
     Column,
+    DelayCode,
     DiscreteSlot,
     FixedSlot,
     ParameterSlot,
@@ -162,6 +163,16 @@ class Tables:
             (self._layout[f"$sample[{i}]"], aliases(s.start), aliases(s.interval))
             for i, s in enumerate(self._dae.samplers)
         )
+
+    def delays(self) -> tuple[DelayCode, ...]:
+        found = []
+        parameters = {p.name for p in self._dae.parameters}
+        for d in self._dae.delays:
+            slot, sign = self._home(d.signal)
+            varies = d.interval.is_symbol and d.interval.name not in parameters
+            interval = self._home(d.interval.name)[0] if varies else None
+            found.append(DelayCode(slot, sign, d.interval, interval, d.maximum, d.text, d.span))
+        return tuple(found)
 
     def whens(self) -> tuple[WhenCode, ...]:
         at, aliases = self._layout, self._sections.aliases

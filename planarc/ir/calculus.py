@@ -81,6 +81,9 @@ class Differentiator:
                 return tuple(
                     t.apply(function, e.args, output, (*wrt, i)) for i in range(len(e.args))
                 )
+            case Op.PAST:
+                delay, order = e.data
+                return (t.past(delay, e.args[0], order + 1),)
             case Op.CALL:
                 return _RULES[e.data](t, e.args)
         raise AssertionError(f"no derivative for {e.op!r}")

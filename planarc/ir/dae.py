@@ -116,6 +116,21 @@ class Sampler:
 
 
 @dataclass(frozen=True, slots=True)
+class Delay:
+    """`delay(signal, interval, maximum)`; its value is `past(i, time - interval)`.
+
+    `signal` is the name of a continuous variable. `interval` is an expression of parameters,
+    or the symbol of a variable; then there is a `maximum`, an expression of parameters.
+    """
+
+    signal: str
+    interval: Expr
+    maximum: Expr | None
+    text: str  # as the user wrote it, for messages
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Message:
     """A text with values in it: strings and (expression, format) in their order."""
 
@@ -217,6 +232,7 @@ class Dae:
     discrete_equations: tuple[Equation, ...] = ()  # of Boolean, Integer and discrete unknowns
     relations: tuple[Relation, ...] = ()
     samplers: tuple[Sampler, ...] = ()
+    delays: tuple[Delay, ...] = ()
     whens: tuple[When, ...] = ()
     assertions: tuple[Assertion, ...] = ()
     functions: tuple[Function, ...] = ()

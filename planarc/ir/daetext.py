@@ -72,6 +72,8 @@ def _event_lines(dae: Dae) -> Iterator[str]:
         yield noted(f"  event[{i}]: {r.text}: {text(r.zero)} {sign} 0", r.span)
     for i, s in enumerate(dae.samplers):
         yield noted(f"  $sample[{i}]: sample({text(s.start)}, {text(s.interval)})", s.span)
+    for i, d in enumerate(dae.delays):
+        yield noted(f"  past{i + 1}: {d.signal}", d.span)
     for w in dae.whens:
         for i, (name, actions) in enumerate(w.branches):
             yield noted(f"{'elsewhen' if i else 'when'} {name}", w.span)

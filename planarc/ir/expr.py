@@ -42,6 +42,7 @@ class Op(IntEnum):
     NOT = 16
     IF = 17  # (condition, then, otherwise)
     APPLY = 18  # [(function, output, wrt)] a function of the model; wrt: partial derivatives
+    PAST = 19  # [(delay, order)] a delayed signal at the instant args[0]; order of derivative
 
 
 def _sign(x: float) -> float:
@@ -295,6 +296,10 @@ class Exprs:
         """
         return self.node(Op.APPLY, args, (function, output, tuple(sorted(wrt))))
 
+    def past(self, delay: int, instant: Expr, order: int = 0) -> Expr:
+        """The signal of `Dae.delays[delay]` at an instant, or a derivative of it."""
+        return self.node(Op.PAST, (instant,), (delay, order))
+
     # Truth
 
     def less(self, a: Expr, b: Expr) -> Expr:
@@ -346,8 +351,8 @@ class Exprs:
             return e
         if e.op is Op.CALL:
             return self.call(e.data, *args)
-        if e.op is Op.APPLY:
-            return self.node(Op.APPLY, args, e.data)
+        if e.op in (Op.APPLY, Op.PAST):
+            return self.node(e.op, args, e.data)
         return _MAKERS[e.op](self, *args)
 
 
@@ -444,7 +449,7 @@ def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
             values[e] = leaf(e)
         elif e.op is Op.CALL:
             values[e] = FUNCTIONS[e.data](*(values[a] for a in e.args))
-        elif e.op is Op.APPLY:
+        elif e.op in (Op.APPLY, Op.PAST):
             values[e] = leaf(e)
         else:
             values[e] = _VALUES[e.op](*(values[a] for a in e.args))
@@ -493,13 +498,19 @@ def number_text(value: float | bool) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def text(root: Expr) -> str:
-    """The expression in Modelica's notation, with as few parentheses as it needs."""
+def text(root: Expr, longest: int | None = None) -> str:
+    """The expression in Modelica's notation, with as few parentheses as it needs.
+
+    Parts whose text would have more than `longest` characters are written `...`: shared parts
+    make texts far longer than the expression is large.
+    """
     if root.op is Op.SYMBOL:
         return symbol_text(*root.data)
     done: dict[Expr, tuple[str, int]] = {}  # text and binding strength
     for e in postorder((root,)):
-        done[e] = _text(e, [done[a] for a in e.args])
+        done[e] = found = _text(e, [done[a] for a in e.args])
+        if longest is not None and len(found[0]) > longest and e is not root:
+            done[e] = "...", 9
     return done[root][0]
 
 
@@ -537,6 +548,9 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
             function, output, wrt = e.data
             marks = "".join(f"_d{i + 1}" for i in wrt) + (f"[{output + 1}]" if output else "")
             return f"{function}{marks}({', '.join(a for a, _ in args)})", 9
+        case Op.PAST:
+            delay, order = e.data
+            return f"past{delay + 1}{chr(39) * order}({args[0][0]})", 9
         case Op.DIV:
             return f"{bound(0, 6)}/{bound(1, 7)}", 6
         case Op.MUL if e.args[0].is_const and args[0][1] == 5:  # -2*a needs no parentheses

@@ -7,6 +7,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     accepted  float64   values, first and second derivatives of all tears, and the time
     area      float64   residuals, Jacobian and Newton's method of each block
     vector    pointer   SUNDIALS' N_VGetArrayPointer
+    past      int64     the past of delayed signals (`history.Memory`)
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -31,6 +32,7 @@ class Frame(IntEnum):
     ACCEPTED = 2
     AREA = 3
     VECTOR = 4
+    PAST = 5
 
 
 class Number(IntEnum):

@@ -20,6 +20,7 @@ from planarc.core.source import Span
 from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import Experiment, Part, StateSelect
+from planarc.ir.history import History
 
 # Statements ----------------------------------------------------------------------------
 
@@ -197,6 +198,20 @@ class WhenCode:
 class EquationInfo:
     """What messages say of an equation."""
 
+@dataclass(frozen=True, slots=True)
+class DelayCode:
+    """A delayed signal: sign * w[slot]. How long it is delayed is an expression of
+    parameters, or w[interval_slot] and at most `maximum`, again of parameters."""
+
+    slot: int
+    sign: int
+    interval: Expr
+    interval_slot: int | None
+    maximum: Expr | None
+    text: str
+    span: Span
+
+
     text: str
     span: Span
     component: str
@@ -251,6 +266,7 @@ class Program:
     @property
     def state_count(self) -> int:
         return sum(b.free for b in self.blocks if b.height)
+    delays: tuple[DelayCode, ...] = ()
 
 
 # What is called -------------------------------------------------------------------------------
@@ -296,6 +312,7 @@ class Kernel(Protocol):
     @property
     def failed_block(self) -> int:
         """After a positive return: the block, or -1."""
+    history: History  # of the delayed signals: the run writes it
 
     @property
     def failed_equation(self) -> int:

@@ -10,7 +10,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op
-from planarc.lower import rounding
+from planarc.lower import delays, rounding
 from planarc.lower.operators import divide, product, relation
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import (
@@ -257,6 +257,7 @@ _BUILTINS: Mapping[str, Builtin] = {
     "sample": _sample,
     "initial": _initial,
     "terminal": _terminal,
+    "delay": delays.delay,
     "homotopy": _first,
     "semiLinear": _semi_linear,
     "size": _size,

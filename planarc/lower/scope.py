@@ -12,6 +12,9 @@ from planarc.ir.calculus import Differentiator, time_derivative
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.lower.values import Value
 
+#: How the names of variables begin that delays need.
+DELAY = "$delay["
+
 
 @dataclass(slots=True)
 class Model:
@@ -34,6 +37,10 @@ class Model:
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
+    delays: list[dae.Delay] = field(default_factory=list)
+    #: what delays need of their own: continuous variables with their equations
+    delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
+    delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
     time_derivative: Differentiator = field(init=False)
     #: of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
@@ -67,7 +74,9 @@ class Model:
         )
 
     def _is_steady_symbol(self, e: Expr) -> bool:
-        return e.name in self.parameters or e.name in self.discretes or e.name.startswith("$")
+        if e.name in self.parameters or e.name in self.discretes:
+            return True
+        return e.name.startswith("$") and not e.name.startswith(DELAY)
 
     def relation(self, zero: Expr, strict: bool, text: str, span: Span) -> Expr:
         """The stored truth of `zero < 0` (strict) or `zero <= 0`; equal ones share it."""

@@ -28,6 +28,7 @@ from planarc.ir.program import Addresses, Kernel, Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
 from planarc.solve import failure
 from planarc.solve.asserts import AssertWatch, impossible_parameters
+from planarc.solve.delays import Delays, jumped, not_settled
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
 from planarc.solve.recorder import Recorder
@@ -125,7 +126,14 @@ class Run:
         self.selector = Selector(program, kernel)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
-        settings = Settings(request.tolerance, request.span, len(program.relations))
+        self.delays = Delays(program, kernel, request.start, request.span)
+        settings = Settings(
+            request.tolerance,
+            request.span,
+            len(program.relations),
+            self.delays.longest_step,
+            self.delays if self.delays.present else None,
+        )
         self.integrator: Integrator
         self.integrator, self.reason = make_integrator(
             request.solver, kernel, program.state_count, settings
@@ -148,17 +156,21 @@ class Run:
     def begin(self) -> None:
         """Start values, the first states, the first row."""
         t = self.request.start
-        self.events.begin()
+        self.events.begin(t)
+        self.delays.begin(t)
         for _ in range(START_ROUNDS):
             start = solve_start(self.program, self.kernel, t, frozenset(self.request.starts))
             self.kernel.accept(t)
             self._choose_states(t, start.held[: len(self.program.candidates)])
             y = self._state_values()
-            if not self.events.present or not self.events.settle_start(t, y):
+            delayed = self.delays.settle_start(t)
+            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
                 break
         else:
             raise error(
                 "R433",
+            if delayed:
+                raise not_settled(self.program)
                 "the relations and the start values do not agree: they switch to and fro",
                 hint="write start values that lie clearly on one side of each relation",
             )
@@ -179,6 +191,7 @@ class Run:
         self._check_asserts(True)
         self._restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:
+        self.delays.kink(t)
             raise PlanarcError(self.ended)
 
     def _choose_states(self, t: float, held: Sequence[Held]) -> None:
@@ -207,10 +220,13 @@ class Run:
         """Go on from here; the point becomes the one that nonlinear blocks start from."""
         if self.kernel.outputs(t, y) != 0:
             self.ended = self.ended or failure.stopped(self, t, y, None)
+        self.delays.cross(t)
             return
         self.kernel.accept(t)
         directions = self.events.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
+        self._judge_open(t, y)
+        self.delays.resume(t)
 
     # On the way
 
@@ -218,7 +234,7 @@ class Run:
         steps = 2
         stop = self.request.stop
         while self.ended is None and not same(self.integrator.t, stop):
-            limit = min(self.schedule.next(self.integrator.t), stop)
+            limit = min(self.schedule.next(t := self.integrator.t), self.delays.next(t), stop)
             if same(limit, stop):
                 limit = stop
             began = time.perf_counter()
@@ -229,7 +245,9 @@ class Run:
             self._check_asserts(march.outcome is Outcome.FAILED)
             if self.ended is not None:
                 return
-            if march.outcome is Outcome.FAILED:
+            if self.delays.trouble is not None:
+                self.ended = self.delays.trouble
+            elif march.outcome is Outcome.FAILED:
                 self._rescue(march)
                 steps = 2
             elif self._happens(march):
@@ -281,6 +299,9 @@ class Run:
         if rises is None:
             return crossing
         for i in crossing:
+        if same(self.delays.next(t - 1e-9 * max(1.0, abs(t))), t):
+            self._come_back(t)
+            return True
             since = t - self.last_switch.get(i, -math.inf)
             tiny = self.events.amplitude(i, rises[i], since) < self.request.tolerance
             self.tiny[i] = self.tiny.get(i, 0) + 1 if tiny else 0
@@ -306,6 +327,8 @@ class Run:
                 self._exchange(t, None)
         self._check_asserts(self.ended is not None)
 
+        self.delays.cross(t)
+        self.delays.kink(t)
     def _row(self, t: float, y: Sequence[float]) -> bool:
         if self.kernel.outputs(t, y) != 0:
             self.ended = self.ended or failure.stopped(self, t, y, None)
@@ -320,6 +343,30 @@ class Run:
         if len(self.recent) > CHATTER_COUNT:
             del self.recent[0]
             if t - self.recent[0][0] < CHATTER_TIME * self.request.span:
+    def _come_back(self, t: float) -> None:
+        """What was a kink of a delayed signal is one of the delay now: an event where the
+        delay jumps, or where a relation switches."""
+        y, before, truths = self.integrator.y, self.delays.values(t), self.events.truths()
+        if not self._row(t, y):
+            return
+        self.kernel.accept(t)
+        generation = self.delays.cross(t)
+        jumps = jumped(before, self.delays.values(t))
+        if self.events.present:
+            done = self.events.process(t, y, {}, (), self._state_slots())
+            self._note(done.ended, done.warnings)
+            y = done.y
+        switched = [i for i, truth in enumerate(self.events.truths()) if truth != truths[i]]
+        if jumps or switched:
+            causes = (*self.delays.texts(jumps), *self.events.causes(switched, ()))
+            self.records.append(EventRecord(t, causes))
+            self._row(t, y)
+            self.recorder.pass_by(t)
+        elif t < self.request.stop:
+            self.recorder.cut(self.recorder.count - 1)
+        self.delays.kink(t, 0 if jumps or switched else (generation or 0) + 1)
+        self._restart(t, y)
+
                 often = Counter(c for _, found in self.recent for c in found)
                 self.ended = failure.chattering(self.program, t, often.most_common(3))
 

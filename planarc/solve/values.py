@@ -26,6 +26,8 @@ class Reader:
     def leaf(self, e: Expr) -> float:
         if e.op is Op.TIME:
             return self._t
+        if e.op is Op.PAST:
+            raise AssertionError(f"`{e}` has a variable of its own")
         if e.op is Op.APPLY:
             raise error(
                 "R460",

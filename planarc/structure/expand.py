@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, Exprs, symbols, text
+from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols, text
 from planarc.ir.sorted import SourceEquation
 from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
@@ -50,6 +50,7 @@ class Expansion:
 def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expansion:
     table = dae.table
     _refuse_inputs(dae, live, offsets)
+    _refuse_delays(dae, live, offsets)
     constant = {p.name for p in dae.parameters} | {v.name for v in dae.discretes}
     derive = time_derivative(table, constant.__contains__)
     equations = [SourceEquation(e) for e in dae.equations]
@@ -64,6 +65,25 @@ def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expa
             tower.append(Form(len(equations) - 1, left, right))
         forms.append(tuple(tower))
     return Expansion(tuple(equations), tuple(forms))
+
+
+def _refuse_delays(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
+    """The past is as smooth as the integrator's steps: its second derivative is not known."""
+    wrong = {}
+    for entry, times in zip(live, offsets.differentiated, strict=True):
+        for e in postorder((entry.left, entry.right)) if dae.delays and times > 1 else ():
+            if e.op is Op.PAST:
+                wrong[e.data[0]] = times
+    if wrong:
+        raise PlanarcError(
+            Diagnostic(
+                "S315",
+                f"`{dae.delays[i].text}` must be differentiated {times} times to find the motion",
+                dae.delays[i].span,
+                hint="delay a derivative, `delay(der(x), T)`, and integrate it",
+            )
+            for i, times in sorted(wrong.items())
+        )
 
 
 def _refuse_inputs(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:

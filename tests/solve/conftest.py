@@ -20,6 +20,7 @@ from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, postorder, symbol_text
 from planarc.ir.flat import Experiment, StateSelect
+from planarc.ir.history import History
 from planarc.ir.program import (
     BlockCode,
     CandidateSlot,
@@ -84,7 +85,8 @@ class Interpreter:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.w: MutableSequence[float] = [0.0] * program.size
-        self.failed_block = self.failed_equation = -1
+        self.failed_block = self.failed_equation = self.open_block = -1
+        self.history = History(0)
         self._v: dict[str, float] = {}
         self._run = {
             name: self._function(statements)

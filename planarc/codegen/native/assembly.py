@@ -45,6 +45,9 @@ class Value:
     def __truediv__(self, other: Value | float | int) -> Value:
         return self._with(other, "fdiv", "sdiv")
 
+    def negative(self) -> Value:
+        return self.code.constant(0, self.type) - self
+
     def _compare(self, other: Value | float | int, real: str, whole: str) -> Value:
         b = self.code.constant(other, self.type)
         test = f"fcmp {real}" if self.type == REAL else f"icmp {whole}"
@@ -162,6 +165,14 @@ class Code:
         return self.emit(
             a.type, f"select i1 {condition.text}, {a.type} {a.text}, {b.type} {b.text}"
         )
+
+    def real(self, x: Value) -> Value:
+        """A whole number as a real one."""
+        return self.emit(REAL, f"sitofp {x.type} {x.text} to double")
+
+    def whole(self, x: Value) -> Value:
+        """The whole number in a real one."""
+        return self.emit(INT, f"fptosi {x.type} {x.text} to i64")
 
     def absolute(self, x: Value) -> Value:
         return self.call(REAL, "llvm.fabs.f64", x)

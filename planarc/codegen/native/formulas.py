@@ -12,7 +12,7 @@ from functools import reduce
 from operator import add, mul
 from typing import Final
 
-from planarc.codegen.native.assembly import BIT, REAL, Code, Value
+from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Value
 from planarc.core.diagnostic import error
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import C_LIBRARY
@@ -108,6 +108,10 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
             return numbers[0].equals(numbers[1])
         case Op.CALL:
             return _call(c, e.data, numbers)
+        case Op.PAST:
+            frame = Value(c, POINTER, "%frame")
+            delay, order = (c.constant(n, INT) for n in e.data)
+            return c.call(REAL, "pc_past", frame, delay, order, numbers[0])
     raise error(
         "G401",
         f"a call of the function `{e.data[0]}` cannot be translated yet",

@@ -45,6 +45,7 @@ _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
 declare i32 @pc_step(ptr, ptr)
 declare i32 @pc_linear(ptr, ptr)
+declare double @pc_past(ptr, i64, i64, double)
 """
 
 

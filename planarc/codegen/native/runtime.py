@@ -2,6 +2,7 @@
 
     pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.program.Kernel`
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
+    pc_past                                                `planarc.ir.history.History.value`
 
 and Newton's method (`newton`). The model's own functions are `printer`'s.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.ir.frame import Frame, Mode, Number, Record
+from planarc.ir.history import DEGREE, TERMS, Memory
 
 _DECLARED = """
 declare double @llvm.fabs.f64(double)
@@ -34,6 +36,7 @@ def runtime_text() -> str:
         _evaluate(),
         _cv_rhs(),
         _cv_roots(),
+        _past(),
     )
     return _DECLARED + "\n".join(functions)
 
@@ -136,6 +139,41 @@ def _accept() -> str:
 
 
 def _vector(c: Code, frame: Value, vector: Value) -> Value:
+def _past() -> str:
+    c = Code("pc_past", REAL, [(POINTER, "frame"), (INT, "delay"), (INT, "order"), (REAL, "s")])
+    frame, delay, order, s = c.arguments
+    memory = frame.load(POINTER, Frame.PAST)
+    bounds = memory.load(POINTER, Memory.BOUNDS)
+    least, most = bounds.load(REAL, delay * 2), bounds.load(REAL, delay * 2 + 1)
+    asked = c.select(s < least, least, s)
+    asked = c.select(asked > most, most, asked)
+    begins = memory.load(POINTER, Memory.BEGINS)
+    low = c.variable(c.constant(0, INT), INT)
+    high = c.variable(memory.load(INT, Memory.PIECES) - 1, INT)
+    with c.loop(memory.load(INT, Memory.HALVINGS)):
+        middle = (low.get() + high.get() + 1) / 2
+        behind = begins.load(REAL, middle) <= asked
+        before = high.get()
+        low.set(c.select(behind, middle, low.get()))
+        high.set(c.select(behind, before, middle - 1))
+    piece = low.get()
+    scale = memory.load(POINTER, Memory.SCALES).load(REAL, piece)
+    x = (s - begins.load(REAL, piece)) * scale
+    first = (piece * memory.load(INT, Memory.DELAYS) + delay) * TERMS
+    terms = memory.load(POINTER, Memory.TERMS).at(first)
+    value = c.variable(0.0)
+    with c.loop(order.negative() + TERMS) as i:
+        k = i.negative() + DEGREE
+        term = c.variable(terms.load(REAL, k))
+        with c.loop(order) as j:  # differentiated once more: k*(k - 1)*...
+            term.set(term.get() * c.real(k - j))
+        value.set(value.get() * x + term.get())
+    with c.loop(order):
+        value.set(value.get() * scale)
+    c.give(value.get(), REAL)
+    return c.text()
+
+
     """The numbers of an N_Vector, by SUNDIALS' own function."""
     get = frame.load(POINTER, Frame.VECTOR)
     return c.emit(POINTER, f"call ptr {get.text}(ptr {vector.text})")

@@ -102,6 +102,9 @@ def _node(e: Expr, args: list[Text], careful: bool) -> Text:
             return f"({then[0]} if {condition[0]} else {otherwise[0]})", _ATOM
         case Op.CALL:
             return _call(e.data, [a[0] for a in args], careful), _ATOM
+        case Op.PAST:
+            delay, order = e.data
+            return f"past({delay}, {order}, {args[0][0]})", _ATOM
         case Op.APPLY:
             raise error(
                 "G401",

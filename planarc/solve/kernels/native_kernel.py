@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.frame import Frame, Mode, Number, Record, place
+from planarc.ir.history import History
 from planarc.ir.program import Addresses, Program
 from planarc.solve.kernels.engine import Engine
 from planarc.solve.kernels.failures import first_not_finite
@@ -54,6 +55,8 @@ class NativeKernel:
             (Frame.AREA, self._area),
         ):
             self._frame[where] = array.ctypes.data
+        self.history = History(len(program.delays))
+        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
         results = sorted({c.slot for c in program.columns if not c.constant})
         self._results = np.array(results, np.intp)
         self._candidate_slots = np.array([c.slot for c in program.candidates], np.intp)

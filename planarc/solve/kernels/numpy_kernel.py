@@ -9,6 +9,7 @@ from functools import lru_cache
 from types import CodeType
 from typing import Any
 
+from planarc.ir.history import History
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
@@ -34,7 +35,9 @@ class NumpyKernel:
         self.failed_equation = -1
         self._blocks = [Block(i, b, program, self.w) for i, b in enumerate(program.blocks)]
         self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
-        self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, "by_columns": by_columns}
+        self.history = History(len(program.delays))
+        own: dict[str, Any] = {"by_columns": by_columns, "past": self.history.value}
+        self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, **own}
         exec(_compiled(source), self._functions)
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []

@@ -129,6 +129,8 @@ class Cvode:
         addresses = getattr(self._kernel, "addresses", None)
         if not isinstance(addresses, Addresses) or not addresses.accept:
             return None
+        if self._settings.past is not None:  # every step comes back to Python
+            return None
         return open_driver(self._lib)
 
     # Where it is
@@ -180,7 +182,8 @@ class Cvode:
             "CVodeSetLinearSolver",
         )
         if self._settings.span > 0:
-            lib.CVodeSetMaxStep(self._memory, self._settings.span * LONGEST_STEP)
+            own = self._settings.span * LONGEST_STEP
+            lib.CVodeSetMaxStep(self._memory, min(own, self._settings.longest_step))
         lib.CVodeSetMaxNumSteps(self._memory, -1)
         lib.CVodeSetMaxHnilWarns(self._memory, -1)
         lib.CVodeSetMaxErrTestFails(self._memory, 12)
@@ -198,7 +201,8 @@ class Cvode:
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         self._lib.CVodeSetStopTime(self._memory, limit)
         if self._driver is None:
-            return march_steps(self, self._kernel, limit, recorder, watch, steps)
+            past = self._settings.past
+            return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
         if self._arguments is None:
             memory = self._memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)

@@ -8,6 +8,7 @@ row that is due and tells the kernel of every accepted step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -60,6 +61,13 @@ class Counts:
         )
 
 
+class Past(Protocol):
+    """Who must see every step."""
+
+    def take(self, stepper: Stepper, begin: float) -> bool:
+        """The step from `begin` to where the stepper is; false where the run cannot go on."""
+
+
 @dataclass(frozen=True, slots=True)
 class Settings:
     """What does not change during a run."""
@@ -67,6 +75,8 @@ class Settings:
     tolerance: float
     span: float
     relations: int  # number of zero functions
+    longest_step: float = math.inf  # besides an integrator's own limit
+    past: Past | None = None
 
 
 class Watch:
@@ -142,13 +152,17 @@ def march_steps(
     recorder: Recorder,
     watch: Watch,
     steps: int,
+    past: Past | None = None,
 ) -> March:
     """The march of an integrator that comes back to Python after every step."""
     ydot = [0.0] * len(stepper.y)
     for _ in range(steps):
+        begin = stepper.t
         march = stepper.step(limit)
         if march.outcome is Outcome.FAILED:
             return march
+        if past is not None and not past.take(stepper, begin):
+            return March(Outcome.FAILED, cause=Cause.BLOCK)
         t = stepper.t
         ordinary = march.outcome is Outcome.BUDGET
         before = recorder.count

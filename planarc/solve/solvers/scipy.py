@@ -93,12 +93,16 @@ class ScipyIntegrator:
             raise _Failed(flag)
         return ydot
 
+    @property
+    def _longest_step(self) -> float:
+        return min(self._settings.span * _LONGEST, self._settings.longest_step)
+
     def _make(self, limit: float) -> None:
         import numpy as np
         from scipy import integrate
 
         room = limit - self._t
-        first = min(self._first, room) if self._first else None
+        first = min(self._first, room, self._longest_step) if self._first else None
         self._jacobians += self._present_jacobians()
         self._limit = limit
         self._solver = getattr(integrate, self._method)(
@@ -108,12 +112,13 @@ class ScipyIntegrator:
             limit,
             rtol=max(self._settings.tolerance, 3e-14),
             atol=np.array(self._absolute),
-            max_step=max(self._settings.span * _LONGEST, 1e-300),
+            max_step=max(self._longest_step, 1e-300),
             first_step=first,
         )
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        return march_steps(self, self._kernel, limit, recorder, watch, steps)
+        past = self._settings.past
+        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
 
     def step(self, limit: float) -> March:
         shorter = 0

@@ -46,6 +46,7 @@ class SksundaeIntegrator(ScipyIntegrator):
             method=self._multistep,
             rtol=self._settings.tolerance,
             atol=np.array(self._absolute),
+            max_step=self._longest_step,
             **options,
         )
         self._solver.init_step(self._t, np.array(self._y))

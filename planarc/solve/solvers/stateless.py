@@ -51,15 +51,20 @@ class Stateless:
         step: float | None = None,
     ) -> None:
         self._t, self._directions = t, directions
-        self._step = self._settings.span * _LONGEST
+        self._step = self._longest_step
         self._g = [0.0] * self._settings.relations
         self._kernel.roots(t, (), self._g)
 
+    @property
+    def _longest_step(self) -> float:
+        return min(self._settings.span * _LONGEST, self._settings.longest_step)
+
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        return march_steps(self, self._kernel, limit, recorder, watch, steps)
+        past = self._settings.past
+        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
 
     def step(self, limit: float) -> March:
-        begin, self._step = self._t, min(2 * self._step, self._settings.span * _LONGEST)
+        begin, self._step = self._t, min(2 * self._step, self._longest_step)
         while True:
             t = min(begin + self._step, limit)
             if limit - t < 1e-3 * self._step:
