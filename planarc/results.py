@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from planarc.core.diagnostic import Diagnostic, RunError, UsageError
+from planarc.core.extras import need
 from planarc.variables import unknown_name
 
 if TYPE_CHECKING:
@@ -210,28 +211,77 @@ class Result:
     def plot(self, *names: str, x: str = "time", axes: Any = None) -> Any:
         """Curves against time or another variable, by matplotlib; gives the axes.
 
-        Without names, the coordinates of the joints. Needs `pip install planarc[plot]`.
+        Variables of one unit share a panel; of several units come several axes, one below
+        the other, as an array. `axes` takes all of them. Without names, the coordinates of
+        the joints. Needs `pip install planarc[plot]`.
         """
-        pyplot = need("matplotlib.pyplot", "plot")
-        if not names:
-            from planarc.view.report.curves import choose_curves
+        from planarc.view.picture import chart
 
-            names = tuple(c.name for c in choose_curves(self.rows) if c.shown)
-        for name in (*names, x):
-            self[name]
-        axes = pyplot.subplots()[1] if axes is None else axes
-        for name in names:
-            axes.plot(self[x], self[name], label=_with_unit(name, self.unit(name)))
-        axes.set_xlabel(_with_unit(x, self.unit(x)))
-        if len(names) == 1:
-            axes.set_ylabel(_with_unit(names[0], self.unit(names[0])))
-        elif names:
-            axes.legend()
-        axes.grid(True, alpha=0.3)
+        if not names:
+            from planarc.view.report.figures import shown_names
+
+            names = shown_names(self.rows)
+        table = chart.table_of(self.rows)
+        chart.check_names(table, (*names, x))
+        panels = chart.panels_of(table, names) if axes is None else [names]
+        if axes is None:
+            pyplot = need("matplotlib.pyplot", chart.EXTRA)
+            size = (6.4, 1.2 + 3.0 * len(panels))
+            axes = pyplot.subplots(len(panels), sharex=True, figsize=size, layout="constrained")[1]
+        chart.draw_panels(axes if len(panels) > 1 else [axes], table, panels, x)
         return axes
 
-    def animate(self, curves: Sequence[str] | None = None) -> Page:
-        """The moving mechanism beside curves, as a page that a notebook shows."""
+    @overload
+    def animate(self, *, curves: Sequence[str] | None = None) -> Page: ...
+
+    @overload
+    def animate(
+        self,
+        path: str | Path,
+        *,
+        begin: float | None = None,
+        end: float | None = None,
+        at: float | None = None,
+        speed: float | None = None,
+        rate: float = 25.0,
+        width: int = 640,
+        dark: bool | None = None,
+        traces: Sequence[str] = (),
+    ) -> Path: ...
+
+    def animate(
+        self,
+        path: str | Path | None = None,
+        *,
+        curves: Sequence[str] | None = None,
+        begin: float | None = None,
+        end: float | None = None,
+        at: float | None = None,
+        speed: float | None = None,
+        rate: float = 25.0,
+        width: int = 640,
+        dark: bool | None = None,
+        traces: Sequence[str] = (),
+    ) -> Page | Path:
+        """The moving mechanism: beside curves on a page that a notebook shows, or as a file.
+
+        The ending of `path` says what: `.svg`, which moves by itself in a browser, `.gif`,
+        `.mp4`, or `.png` (one instant). Shown is the run from `begin` to `end` (s), `speed`
+        seconds of it in one, with `rate` frames a second, or the one instant `at`. `width`
+        is in pixels; `traces` names points whose paths are drawn. All but `.svg` needs
+        `pip install planarc[pictures]`.
+        """
+        if path is None:
+            return self._page(curves)
+        from planarc.view.picture.make import PictureOptions, write_picture
+        from planarc.view.picture.motion import When
+
+        when = When(begin, end, speed, rate)
+        options = PictureOptions(when, at, width, dark, tuple(traces))
+        write_picture(Path(path), self.rows, options)
+        return Path(path)
+
+    def _page(self, curves: Sequence[str] | None) -> Page:
         from planarc.view.report.page import render_page
         from planarc.view.scene import make_scene
 
@@ -285,24 +335,3 @@ class Page:
             f'<iframe srcdoc="{inside}" style="width:100%;height:640px;border:0" '
             'sandbox="allow-scripts"></iframe>'
         )
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
-
-
-def need(module: str, extra: str) -> Any:
-    """An optional package, or how to get it."""
-    from importlib import import_module
-
-    try:
-        return import_module(module)
-    except ImportError:
-        package = module.partition(".")[0]
-        raise UsageError(
-            Diagnostic(
-                "C221",
-                f"this needs `{package}`, which is not installed",
-                hint=f"install it with `pip install 'planarc[{extra}]'`",
-            )
-        ) from None

@@ -64,7 +64,7 @@ class Study:
 
     def to_pandas(self) -> pandas.DataFrame:
         """Needs pandas (`pip install planarc[tables]`)."""
-        from planarc.results import need
+        from planarc.core.extras import need
 
         module = need("pandas", "tables")
         frame: pandas.DataFrame = module.DataFrame(list(self), columns=list(self.columns))

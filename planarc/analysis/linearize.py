@@ -12,7 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
 from planarc.analysis.point import Point, derivative, open_point
 from planarc.core.diagnostic import Diagnostic, UsageError
@@ -105,9 +106,28 @@ class Linearization:
             modes.append(Mode(complex(values[i]), named))
         return modes
 
-    def animate(self, mode: Mode | int, amplitude: float = 0.2) -> Page:
-        """The mechanism moving in one mode, the largest state by `amplitude`."""
-        return self.motion(mode, amplitude).animate()
+    @overload
+    def animate(self, mode: Mode | int, amplitude: float = 0.2) -> Page: ...
+
+    @overload
+    def animate(
+        self, mode: Mode | int, amplitude: float = 0.2, *, path: str | Path, **picture: Any
+    ) -> Path: ...
+
+    def animate(
+        self,
+        mode: Mode | int,
+        amplitude: float = 0.2,
+        *,
+        path: str | Path | None = None,
+        **picture: Any,
+    ) -> Page | Path:
+        """The mechanism moving in one mode, the largest state by `amplitude`.
+
+        As a page for a notebook, or as a picture at `path`: see `Result.animate`.
+        """
+        motion = self.motion(mode, amplitude)
+        return motion.animate() if path is None else motion.animate(path, **picture)
 
     def motion(self, mode: Mode | int, amplitude: float = 0.2, rows: int = 60) -> Result:
         """Three periods of a mode, undamped, as a result: small deviations, drawn large."""

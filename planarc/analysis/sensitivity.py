@@ -77,7 +77,7 @@ class Sensitivities:
 
     def to_pandas(self, variables: Sequence[str]) -> pandas.DataFrame:
         """Columns (variable, parameter) over time. Needs pandas."""
-        from planarc.results import need
+        from planarc.core.extras import need
 
         module = need("pandas", "tables")
         columns = {(v, p): self[v, p] for v in variables for p in self.parameters}

@@ -19,6 +19,7 @@ from typing import Annotated
 import typer
 
 from planarc.cli import (
+    animate,
     assemble,
     cache,
     check,
@@ -34,6 +35,7 @@ from planarc.cli import (
     help_examples,
     linearize,
     new,
+    plot,
     sensitivity,
     simulate,
     sweep,
@@ -61,6 +63,8 @@ app.command("list")(list_command.list_classes)
 app.command("doc")(doc.doc)
 app.command("fmt")(fmt.fmt)
 app.command("compare")(compare.compare)
+app.command("plot")(plot.plot)
+app.command("animate")(animate.animate)
 app.command("cache")(cache.cache)
 app.command("doctor")(doctor.doctor)
 app.command("sweep")(sweep.sweep)

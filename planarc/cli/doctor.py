@@ -21,7 +21,8 @@ CHOSEN = {
     "llvmlite": "native code; without it the numpy back end runs",
     "scikit-sundae": "the solver CVODE; without it scipy's LSODA runs",
     "matplotlib": "plots: install planarc[plot]",
-    "imageio-ffmpeg": "videos: install planarc[video]",
+    "pillow": "moving pictures: install planarc[pictures]",
+    "imageio-ffmpeg": "films: install planarc[pictures]",
     "ipython": "notebooks: install planarc[notebook]",
     "pandas": "data frames: install planarc[tables]",
 }

@@ -34,6 +34,15 @@ _EXAMPLES = {
         "planarc compare reference.mat FourBar.csv",
         "planarc compare a.csv b.csv --tolerance 1e-5 --variables '^crank'",
     ),
+    "plot": (
+        "planarc plot FourBar.csv revA.phi revD.phi -o angles.png",
+        "planarc plot FourBar.mat revA.w --x revA.phi -o phase.pdf",
+    ),
+    "animate": (
+        "planarc animate four_bar.pmo -o four_bar.svg",
+        "planarc animate four_bar.pmo --trace couplerBody --to 2.5 --width 480 -o four_bar.gif",
+        "planarc animate four_bar.pmo --mode 1 --around equilibrium -o mode.mp4",
+    ),
     "cache": ("planarc cache", "planarc cache --clear"),
     "doctor": ("planarc doctor", "planarc doctor --json"),
     "sweep": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def test_a_time_is_a_point_of_the_run(pendulum: Model) -> None:
     assert np.allclose(linear.C, linear.A[1:])
 
 
-def test_the_shape_of_a_mode_moves(pendulum: Model) -> None:
+def test_the_shape_of_a_mode_moves(pendulum: Model, tmp_path: Path) -> None:
     linear = pendulum.linearize("equilibrium")
     motion = linear.motion(0, amplitude=0.3)
     angle = motion["hinge.phi"]
@@ -103,6 +104,8 @@ def test_the_shape_of_a_mode_moves(pendulum: Model) -> None:
     assert np.ptp(angle) == pytest.approx(0.6 / math.sqrt(PENDULUM), rel=1e-3)
     assert np.allclose(np.hypot(motion["bob.r_0CM[1]"], motion["bob.r_0CM[2]"]), 0.7)
     assert "canvas" in linear.animate(0).text
+    picture = linear.animate(0, path=tmp_path / "mode.svg", width=200)
+    assert "animateTransform" in picture.read_text("utf-8")
 
 
 WRONG: list[tuple[Any, str]] = [

@@ -81,7 +81,7 @@ def test_a_notebook_shows_the_moving_mechanism(result: Result, tmp_path: Path) -
     shown = result._repr_html_()
     assert shown.startswith("<iframe srcdoc=")
     assert "<script" not in shown  # it is inside the frame, escaped
-    saved = result.animate(["revD.phi"]).save(tmp_path / "a.html").read_text("utf-8")
+    saved = result.animate(curves=["revD.phi"]).save(tmp_path / "a.html").read_text("utf-8")
     assert "revD.phi" in saved
     assert "FourBar" in result.report(tmp_path / "b.html").read_text("utf-8")
     with pytest.raises(UsageError, match="no variable"):

@@ -92,7 +92,7 @@ def test_extras_are_for_pictures_and_tables_only() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     assert set(project["project"]["optional-dependencies"]) == {
         "plot",
-        "video",
+        "pictures",
         "notebook",
         "tables",
     }

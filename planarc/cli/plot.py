@@ -1,0 +1,72 @@
+"""`planarc plot`: curves of a result as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.analysis import Settings, Stop, open_model
+from planarc.cli.animate import named_output, run_of
+from planarc.cli.arguments import Libraries
+from planarc.cli.exits import Exit
+from planarc.cli.files import TABLES, check_writable
+
+if TYPE_CHECKING:
+    from planarc.view.table import Table
+
+
+def plot(
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="RESULT|MODEL",
+            help="A result, .csv or .mat, of planarc or another tool; or a model to run.",
+            show_default=False,
+        ),
+    ],
+    variables: Annotated[
+        list[str],
+        typer.Argument(metavar="VAR...", help="What to draw.", show_default=False),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="The picture: .png, .svg, .pdf."),
+    ] = None,
+    x: Annotated[str, typer.Option("--x", metavar="VAR", help="What lies along x.")] = "time",
+    stop: Stop = None,
+    settings: Settings = None,
+    library: Libraries = None,
+) -> int:
+    """Draw curves of a result.
+
+    Variables of one unit share a panel. Needs matplotlib: pip install "planarc[plot]".
+    A .csv tells units when it was written with --units; a .mat does always.
+    """
+    from planarc.core.extras import need
+    from planarc.view.picture import chart
+
+    path = named_output(output, "planarc plot FourBar.csv revA.phi -o revA.png")
+    need("matplotlib", chart.EXTRA)
+    check_writable(path, "--output")
+    table, title = _table(target, settings, stop, library)
+    chart.write_chart(path, table, variables, x, title)
+    if not console.is_quiet():
+        console.say_rows([("written", str(path))])
+    return Exit.DONE
+
+
+def _table(
+    target: str, settings: list[str] | None, stop: float | None, library: list[Path] | None
+) -> tuple[Table, str]:
+    """The numbers, and the name of the model where it is known."""
+    if Path(target).suffix.lower() in TABLES:
+        from planarc.view.table import read_table
+
+        return read_table(Path(target)), ""
+    from planarc.view.picture.chart import table_of
+
+    result = run_of(open_model(target, None, library), settings, stop)
+    return table_of(result.rows), result.name

@@ -1,0 +1,57 @@
+"""Where a point of the world lies on the picture.
+
+The whole box is in view, with a margin around it; x runs to the right and y upwards in the
+world, downwards on the picture. Sizes are in pixels and even, as films need them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: Pixels around what is drawn, as a share of the width.
+_MARGIN = 0.05
+#: No picture is higher or lower than these shares of its width.
+_HIGHEST, _LOWEST = 1.0, 0.4
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    width: int
+    height: int
+    scale: float  # pixels a metre
+    x: float  # where the world's origin lies, in pixels
+    y: float
+
+    def __call__(self, x: float, y: float) -> tuple[float, float]:
+        return self.x + self.scale * x, self.y - self.scale * y
+
+    def larger(self, factor: int) -> Camera:
+        return Camera(
+            self.width * factor,
+            self.height * factor,
+            self.scale * factor,
+            self.x * factor,
+            self.y * factor,
+        )
+
+
+def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Camera:
+    """A picture `width` pixels wide around (left, bottom, right, top), in metres."""
+    left, bottom, right, top = box or (-1.0, -1.0, 1.0, 1.0)
+    wide, high = right - left, top - bottom
+    # A point, or a line, has no size of its own: it gets one that shows it in the middle.
+    least = 1e-9 * max(abs(left), abs(right), abs(bottom), abs(top)) or 1.0
+    wide, high = max(wide, least, high / 1e3), max(high, least, wide / 1e3)
+    inner = 1.0 - 2 * _MARGIN
+    shape = inner * high / wide + 2 * _MARGIN
+    width -= width % 2
+    height = 2 * round(width * min(_HIGHEST, max(_LOWEST, shape)) / 2)
+    margin = _MARGIN * width
+    scale = min((width - 2 * margin) / wide, (height - 2 * margin) / high)
+    return Camera(
+        width,
+        height,
+        scale,
+        width / 2 - scale * (left + right) / 2,
+        height / 2 + scale * (bottom + top) / 2,
+    )

@@ -1,0 +1,178 @@
+"""A picture of a run into a file, still or moving, by the ending of its name.
+
+.svg          moves by itself in a browser; needs nothing but planarc
+.gif          needs Pillow
+.mp4          needs Pillow and imageio-ffmpeg
+.png          one instant; needs Pillow
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.extras import need
+from planarc.view.picture.camera import Camera, fit_camera
+from planarc.view.picture.motion import Motion, When, sample_motion, still
+from planarc.view.picture.traces import trace_items
+from planarc.view.scene import Scene, make_scene
+from planarc.view.storage import replacing
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from planarc.ir.result import Result
+
+SUFFIXES = (".svg", ".gif", ".mp4", ".png")
+EXTRA = "pictures"
+#: A .svg is thinned afterwards, so that many frames cost it little.
+_SVG_RATE = 50.0
+#: Frames from which the colours of a .gif are chosen.
+_SAMPLES = 6
+_NARROWEST, _WIDEST = 64, 4096
+
+
+@dataclass(frozen=True, slots=True)
+class PictureOptions:
+    """`at`: one instant (s) instead of a motion. `width` in pixels; the height follows.
+
+    `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
+    points whose paths are drawn: see `traces`.
+    """
+
+    when: When = field(default_factory=When)
+    at: float | None = None
+    width: int = 640
+    dark: bool | None = None
+    traces: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What a picture shows."""
+
+    frames: int
+    seconds: float  # how long it lasts
+    speed: float  # s of the run in a second of the picture
+    notes: tuple[str, ...]
+
+
+def write_picture(path: Path, result: Result, options: PictureOptions) -> Made:
+    """Raises UsageError V701 (ending), V702 (size, pace), V703 (times), V705 (nothing to draw)."""
+    suffix = check_suffix(path)
+    _check_pace(options.when)
+    if not _NARROWEST <= options.width <= _WIDEST:
+        raise UsageError(
+            Diagnostic(
+                "V702",
+                f"a picture {options.width} pixels wide cannot be made",
+                hint=f"choose a width from {_NARROWEST} to {_WIDEST}",
+            )
+        )
+    scene = _scene(result, options.traces)
+    camera = fit_camera(scene.box, options.width)
+    motion = _motion(scene, options, suffix)
+    if suffix == ".svg":
+        from planarc.view.picture.svg import render_svg
+
+        text = render_svg(motion, camera, result.program.name, options.dark)
+        with replacing(path) as file:
+            file.write(text.encode())
+    else:
+        _write_images(path, suffix, scene, motion, camera, options)
+    span = float(motion.times[-1] - motion.times[0])
+    frames = len(motion.times)
+    return Made(frames, motion.shown, span / motion.shown if motion.shown else 1.0, scene.notes)
+
+
+def _check_pace(when: When) -> None:
+    speed = 1.0 if when.speed is None else when.speed
+    for value, name, least, most in (
+        (speed, "speed", 1e-9, 1e9),
+        (when.rate, "number of frames a second", 1.0, 240.0),
+    ):
+        if not least <= value <= most:  # also refuses what is no number
+            raise UsageError(
+                Diagnostic(
+                    "V702",
+                    f"the {name} cannot be {value:g}",
+                    hint=f"choose one from {least:g} to {most:g}",
+                )
+            )
+
+
+def check_suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        known = ", ".join(f"`{s}`" for s in SUFFIXES)
+        raise UsageError(
+            Diagnostic(
+                "V701", f"`{path.name}` has no ending of a picture", hint=f"use one of {known}"
+            )
+        )
+    return suffix
+
+
+def check_installed(suffix: str) -> None:
+    """Raises UsageError C221 where a picture needs what is not installed."""
+    if suffix != ".svg":
+        need("PIL.Image", EXTRA)
+    if suffix == ".mp4":
+        need("imageio_ffmpeg", EXTRA)
+
+
+def _scene(result: Result, traces: Sequence[str]) -> Scene:
+    if not len(result.time):
+        raise UsageError(Diagnostic("V705", "the result has no rows, so there is nothing to draw"))
+    scene = make_scene(result)
+    if not scene.items:
+        raise UsageError(
+            Diagnostic(
+                "V705",
+                f"`{result.program.name}` has nothing that can be drawn",
+                hint="pictures show the parts of `PlanarMultiBody`; curves are drawn by "
+                "`planarc plot`",
+            )
+        )
+    paths = trace_items(result, traces)
+    return replace(scene, items=(*paths, *scene.items)) if paths else scene
+
+
+def _motion(scene: Scene, options: PictureOptions, suffix: str) -> Motion:
+    if suffix == ".png" or options.at is not None:
+        return still(scene, float(scene.time[0]) if options.at is None else options.at)
+    if suffix == ".svg":
+        return sample_motion(scene, replace(options.when, rate=_SVG_RATE))
+    return sample_motion(scene, options.when)
+
+
+def _write_images(
+    path: Path,
+    suffix: str,
+    scene: Scene,
+    motion: Motion,
+    camera: Camera,
+    options: PictureOptions,
+) -> None:
+    check_installed(suffix)
+    from planarc.view.picture import movie
+    from planarc.view.picture.raster import render_images
+
+    def images(of: Motion) -> Iterator[Image]:
+        return render_images(of, camera, bool(options.dark))
+
+    if suffix == ".mp4":
+        movie.write_mp4(path, images(motion), (camera.width, camera.height), options.when.rate)
+        return
+    with replacing(path) as file:
+        if suffix == ".png" or len(motion.times) == 1:
+            next(images(motion)).save(file, "PNG" if suffix == ".png" else "GIF")
+        else:
+            times = motion.times[:: max(1, len(motion.times) // _SAMPLES)]
+            from planarc.view.picture.motion import resample
+
+            samples = list(images(resample(scene, times, 1.0)))
+            movie.write_gif(file, images(motion), samples, options.when.rate)

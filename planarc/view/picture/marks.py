@@ -1,0 +1,91 @@
+"""What a picture is made of: a few marks, each in the axes of the item that it belongs to.
+
+Lengths in metres, y upwards; colours 0 to 255 with an opacity 0 to 1. A printer of marks
+(`svg`, `raster`) knows nothing of mechanisms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Point: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Paint:
+    red: float
+    green: float
+    blue: float
+    opacity: float = 1.0
+
+    def towards(self, other: float, share: float) -> Paint:
+        """Mixed with black (0) or white (255)."""
+        red, green, blue = (c + (other - c) * share for c in (self.red, self.green, self.blue))
+        return Paint(red, green, blue, self.opacity)
+
+    def on_dark(self) -> Paint:
+        """The same for a dark ground, where dark colours would be lost."""
+        bright = 0.3 * self.red + 0.59 * self.green + 0.11 * self.blue
+        return self.towards(255.0, (155.0 - bright) / 255.0) if bright < 150.0 else self
+
+    @property
+    def code(self) -> str:
+        """As `#rrggbb`."""
+        channels = (min(255, max(0, round(c))) for c in (self.red, self.green, self.blue))
+        return "#" + "".join(f"{c:02x}" for c in channels)
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """`width` is that of the line."""
+
+    fill: Paint | None = None
+    line: Paint | None = None
+    width: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Straight lines through points, closed or not; joints and ends of lines are round."""
+
+    style: Style
+    points: tuple[Point, ...]
+    closed: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A rectangle around the x-axis, from `left` to `right`, its corners rounded by `radius`.
+
+    `low` and `high` are its lower and upper edge.
+    """
+
+    style: Style
+    left: float
+    right: float
+    low: float
+    high: float
+    radius: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    style: Style
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A text that stays upright, centred at (x, y)."""
+
+    style: Style
+    x: float
+    y: float
+    height: float
+    text: str
+
+
+Mark: TypeAlias = Outline | Bar | Disc | Label

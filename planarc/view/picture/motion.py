@@ -1,0 +1,163 @@
+"""The scene at the instants of the frames.
+
+In:   Scene, when      rows of a result; which part of its time, how fast it is shown
+Out:  Motion           the same items, their moving quantities at each frame
+
+Frames are equally far apart in time; between rows of the result values run straight.
+
+Example: 2 s shown at 25 frames a second and at half speed
+
+    Motion(times=array([0, 0.02, ..., 2]), shown=4.0)        # 101 frames in 4 s
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.view.scene import Item, Scene, Track
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
+#: Seconds that a picture may move when nobody says how fast: longer runs are shown faster,
+#: shorter ones slower, by 2, 5, 10 ...
+_SHORTEST, _LONGEST = 2.0, 12.0
+#: More frames make a file that nobody waits for.
+_MOST_FRAMES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """What is shown of a run. Times in s of the run; None: from its start, to its end.
+
+    `speed` is seconds of the run in a second of the picture, None chooses it.
+    """
+
+    begin: float | None = None
+    end: float | None = None
+    speed: float | None = None
+    rate: float = 25.0  # frames a second
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Items whose tracks have one value for each of `times`; `shown` is how long, in s."""
+
+    times: Vector
+    items: tuple[Item, ...]
+    shown: float
+
+    def at(self, frame: int) -> tuple[Item, ...]:
+        """The items of one frame, all their quantities numbers."""
+        return tuple(item_at(item, frame) for item in self.items)
+
+
+def sample_motion(scene: Scene, when: When) -> Motion:
+    """Raises UsageError V703 for times that are not in the run, or too many frames."""
+    import numpy as np
+
+    begin, end = _span(scene, when)
+    speed = when.speed or choose_speed(end - begin)
+    shown = (end - begin) / speed
+    count = max(1, round(shown * when.rate))
+    if count > _MOST_FRAMES:
+        raise UsageError(
+            Diagnostic(
+                "V703",
+                f"this makes {count} frames, more than {_MOST_FRAMES}",
+                hint="show it faster with `--speed`, or a part with `--from` and `--to`",
+            )
+        )
+    return resample(scene, np.linspace(begin, end, count + 1) if shown else [begin], shown)
+
+
+def still(scene: Scene, time: float) -> Motion:
+    """The one frame at a time of the run."""
+    _span(scene, When(time, time))
+    return resample(scene, [time], 0.0)
+
+
+def resample(scene: Scene, times: object, shown: float) -> Motion:
+    """The scene at any times."""
+    import numpy as np
+
+    instants = np.asarray(times, dtype=float)
+    known: dict[int, Track] = {}
+
+    def at(track: Track) -> Track:
+        if isinstance(track, (int, float)):
+            return track
+        if id(track) not in known:
+            known[id(track)] = np.interp(instants, scene.time, track)
+        return known[id(track)]
+
+    items = tuple(
+        replace(
+            item,
+            x=at(item.x),
+            y=at(item.y),
+            angle=at(item.angle),
+            length=at(item.length),
+            width=at(item.width),
+            color=(at(item.color[0]), at(item.color[1]), at(item.color[2])),
+            extra=at(item.extra),
+        )
+        for item in scene.items
+    )
+    return Motion(instants, items, shown)
+
+
+def item_at(item: Item, frame: int) -> Item:
+    def at(track: Track) -> float:
+        return float(track) if isinstance(track, (int, float)) else float(track[frame])
+
+    return replace(
+        item,
+        x=at(item.x),
+        y=at(item.y),
+        angle=at(item.angle),
+        length=at(item.length),
+        width=at(item.width),
+        color=(at(item.color[0]), at(item.color[1]), at(item.color[2])),
+        extra=at(item.extra),
+    )
+
+
+def choose_speed(duration: float) -> float:
+    """1 where the run can be watched as it is, else 1, 2 or 5 times a power of ten."""
+    if not duration or _SHORTEST <= duration <= _LONGEST:
+        return 1.0
+    wanted = duration / (_LONGEST if duration > _LONGEST else 2 * _SHORTEST)
+    power = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
+    up = duration > _LONGEST
+    steps = [f * power for f in (1.0, 2.0, 5.0, 10.0)]
+    if up:
+        return next((s for s in steps if s >= wanted * (1 - 1e-9)), steps[-1])
+    return next((s for s in reversed(steps) if s <= wanted * (1 + 1e-9)), steps[0])
+
+
+def _span(scene: Scene, when: When) -> tuple[float, float]:
+    first, last = float(scene.time[0]), float(scene.time[-1])
+    begin = first if when.begin is None else when.begin
+    end = last if when.end is None else when.end
+    slack = 1e-9 * max(1.0, abs(first), abs(last))
+    for time in (begin, end):
+        if not first - slack <= time <= last + slack:
+            raise UsageError(
+                Diagnostic(
+                    "V703",
+                    f"t = {time:g} s is not in the run, which lasts from {first:g} to {last:g} s",
+                    hint="choose a time in it, or simulate for longer with `--stop`",
+                )
+            )
+    if begin > end:
+        raise UsageError(
+            Diagnostic("V703", f"the picture ends, at {end:g} s, before it begins, at {begin:g} s")
+        )
+    return begin, end

@@ -1,0 +1,151 @@
+"""Images of a motion, drawn with Pillow several times too large and scaled down: no steps in
+slanted edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planarc.view.picture.camera import Camera
+from planarc.view.picture.marks import Bar, Disc, Label, Mark, Outline, Paint, Point
+from planarc.view.picture.motion import Motion, item_at
+from planarc.view.picture.shapes import marks_of, visible
+from planarc.view.picture.svg import DARK_PAPER, PAPER
+from planarc.view.scene import Item
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+#: How many times too large, in each direction.
+_FINER = 3
+#: Points of a round corner, a quarter of a circle.
+_CORNER = 6
+
+_Color: TypeAlias = tuple[int, ...]
+
+
+def render_images(motion: Motion, camera: Camera, dark: bool = False) -> Iterator[Image]:
+    """One image a frame, in RGB."""
+    from PIL import Image
+
+    fine = camera.larger(_FINER)
+    # Whatever lies below the first thing that moves is drawn once.
+    first = next((n for n, item in enumerate(motion.items) if _moves(item)), len(motion.items))
+    ground = Image.new("RGB", (fine.width, fine.height), _color(DARK_PAPER if dark else PAPER))
+    _paint(ground, [item_at(i, 0) for i in motion.items[:first]], fine, dark)
+    for frame in range(len(motion.times)):
+        image = ground.copy()
+        _paint(image, [item_at(i, frame) for i in motion.items[first:]], fine, dark)
+        yield image.reduce(_FINER)
+
+
+def _moves(item: Item) -> bool:
+    tracks = (item.x, item.y, item.angle, item.length, item.width, item.extra, *item.color)
+    return not all(isinstance(t, (int, float)) for t in tracks)
+
+
+def _paint(image: Image, items: Sequence[Item], camera: Camera, dark: bool) -> None:
+    from PIL import ImageDraw
+
+    pen = ImageDraw.Draw(image, "RGBA")
+    for item in items:
+        if visible(item):
+            place = _Place(item, camera)
+            for mark in marks_of(item, _FINER / camera.scale, dark):
+                _DRAW[type(mark)](pen, mark, place)
+
+
+class _Place:
+    """From the axes of an item to pixels."""
+
+    def __init__(self, item: Item, camera: Camera) -> None:
+        self.scale = camera.scale
+        self.origin = camera(item.x, item.y)  # type: ignore[arg-type]
+        self.cos, self.sin = math.cos(item.angle), math.sin(item.angle)
+
+    def __call__(self, points: Sequence[Point]) -> list[Point]:
+        (ox, oy), c, s = self.origin, self.scale * self.cos, self.scale * self.sin
+        return [(ox + c * x - s * y, oy - s * x - c * y) for x, y in points]
+
+
+def _outline(pen: Any, mark: Outline, place: _Place) -> None:
+    points = place(mark.points)
+    style = mark.style
+    if mark.closed and style.fill:
+        pen.polygon(points, fill=_color(style.fill))
+    if style.line:
+        _line(
+            pen,
+            [*points, points[0]] if mark.closed else points,
+            style.line,
+            place.scale * style.width,
+        )
+
+
+def _line(pen: Any, points: Sequence[Point], paint: Paint, width: float) -> None:
+    color, thick = _color(paint), max(1, round(width))
+    pen.line(points, fill=color, width=thick, joint="curve")
+    radius = thick / 2
+    if radius > 1:
+        for x, y in (points[0], points[-1]):
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=color)
+
+
+def _bar(pen: Any, mark: Bar, place: _Place) -> None:
+    corners = _rounded(mark.left, mark.right, mark.low, mark.high, mark.radius)
+    _outline(pen, Outline(mark.style, corners), place)
+
+
+def _rounded(left: float, right: float, low: float, high: float, r: float) -> tuple[Point, ...]:
+    if not r:
+        return (left, low), (right, low), (right, high), (left, high)
+    middles = (
+        (right - r, high - r),
+        (left + r, high - r),
+        (left + r, low + r),
+        (right - r, low + r),
+    )
+    return tuple(
+        (x + r * math.cos(a), y + r * math.sin(a))
+        for quarter, (x, y) in enumerate(middles)
+        for a in ((quarter + i / _CORNER) * math.pi / 2 for i in range(_CORNER + 1))
+    )
+
+
+def _disc(pen: Any, mark: Disc, place: _Place) -> None:
+    ((x, y),) = place([(mark.x, mark.y)])
+    style = mark.style
+    half = place.scale * style.width / 2 if style.line else 0.0
+    r = place.scale * mark.radius
+    if style.line:
+        outer = r + half
+        width = max(1, round(2 * half))
+        fill = _color(style.fill) if style.fill else None
+        box = (x - outer, y - outer, x + outer, y + outer)
+        pen.ellipse(box, fill=fill, outline=_color(style.line), width=width)
+    elif style.fill:
+        pen.ellipse((x - r, y - r, x + r, y + r), fill=_color(style.fill))
+
+
+def _label(pen: Any, mark: Label, place: _Place) -> None:
+    (at,) = place([(mark.x, mark.y)])
+    size = place.scale * mark.height
+    if mark.style.fill and mark.text and size >= 1:
+        pen.text(at, mark.text, _color(mark.style.fill), _font(round(size)), anchor="mm")
+
+
+_DRAW: dict[type[Mark], Any] = {Outline: _outline, Bar: _bar, Disc: _disc, Label: _label}
+
+
+@lru_cache(maxsize=8)
+def _font(size: int) -> Any:
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)
+
+
+def _color(paint: Paint) -> _Color:
+    channels = (paint.red, paint.green, paint.blue, 255 * paint.opacity)
+    return tuple(min(255, max(0, round(c))) for c in channels)
