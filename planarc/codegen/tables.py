@@ -9,6 +9,8 @@ candidates, discrete variables, inputs, parameters and constants.
 
 from __future__ import annotations
 
+import math
+
 from planarc.codegen.sections import Sections
 from planarc.ir.dae import Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Op, evaluate, symbol_text
@@ -86,6 +88,8 @@ class Tables:
                 description=p.description,
                 default=float(evaluate(p.value, _no_leaf)) if p.settable else None,
                 literals=p.literals,
+                minimum=_bound(p.minimum),
+                maximum=_bound(p.maximum),
             )
             for p in self._dae.parameters
         )
@@ -190,3 +194,9 @@ class Tables:
 
 def _no_leaf(e: Expr) -> float:
     raise AssertionError(f"a settable parameter depends on `{e}`")
+
+
+def _bound(e: Expr | None) -> float | None:
+    """A limit that is a number; one that depends on other parameters is none here."""
+    value = float(e.data) if e is not None and e.is_const else math.inf
+    return value if math.isfinite(value) else None

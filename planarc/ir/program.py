@@ -131,6 +131,8 @@ class ParameterSlot:
     description: str = ""
     default: float | None = None  # of a settable one
     literals: tuple[str, ...] = ()
+    minimum: float | None = None  # where they are numbers, in the unit of the parameter
+    maximum: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
