@@ -159,6 +159,13 @@ class ForcedKernel:
     def failed_equation(self) -> int:
         return self.inner.failed_equation
 
+    @property
+    def open_block(self) -> int:
+        return self.inner.open_block
+
+    def sway(self, block: int, amount: float) -> None:
+        self.inner.sway(block, amount)
+
     def parameters(self) -> int:
         flag = self.inner.parameters()
         self.force(self._begin)

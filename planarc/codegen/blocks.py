@@ -20,6 +20,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planarc.codegen.derive import Derived
+from planarc.codegen.modes import Modes
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
@@ -32,9 +33,10 @@ if TYPE_CHECKING:
 class BlockWriter:
     """Collects the blocks of a program in the order of `Program.blocks`."""
 
-    def __init__(self, table: Exprs, temporaries: Temporaries) -> None:
+    def __init__(self, table: Exprs, temporaries: Temporaries, modes: Modes) -> None:
         self._table = table
         self._temporaries = temporaries
+        self._modes = modes
         self.blocks: list[BlockCode] = []
 
     def write(self, out: list[Statement], lister: Lister, derived: Derived) -> None:
@@ -48,7 +50,7 @@ class BlockWriter:
             code = self._nonlinear(before, lister, derived)
         out.extend(before)
         out.append(Solve(len(self.blocks)))
-        self.blocks.append(code)
+        self.blocks.append(replace(code, modal=self._modes.is_modal(derived)))
 
     def _linear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         residuals, jacobian, tangent = self._matrix(before, lister, derived)

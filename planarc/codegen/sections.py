@@ -24,6 +24,7 @@ from planarc.codegen.blocks import BlockWriter
 from planarc.codegen.derive import Derived, Deriver
 from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
+from planarc.codegen.modes import Modes
 from planarc.codegen.parts import name_parts
 from planarc.codegen.reach import (
     Reach,
@@ -69,7 +70,6 @@ class _Writer:
         self._table = sorted.dae.table
         self._aliases = Aliases(sorted.dae, sorted.aliases)
         self._temporaries = Temporaries(self._table)
-        self._blocks = BlockWriter(self._table, self._temporaries)
         self._layout = Layout()
         self._parts: dict[Expr, Expr] = {}  # formulas of parameters alone -> their symbols
         self._short = shorten_levels(self._table, sorted.levels)
@@ -84,7 +84,9 @@ class _Writer:
         names.update(a.target.name for a in reach.constant if a.target.order == 0)
         homes, fixed_lets, moving_lets = self._home_aliases(names)
         levels, rest = self._derive(reach)
-        moving = [f for steps in (*levels, rest) for s in steps for f in _formulas(s)]
+        steps = [s for steps in (*levels, rest) for s in steps]
+        self._blocks = BlockWriter(self._table, self._temporaries, Modes(self._dae, steps))
+        moving = [f for s in steps for f in _formulas(s)]
         moving += [*zeros, *initial, *(v for _, v, _ in discrete), *(v for _, v in moving_lets)]
         self._parts = name_parts(self._table, moving, names)
 

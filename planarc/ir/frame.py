@@ -11,7 +11,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
-    index, tears, residuals, below, linear, accepted, solved, area, shared, total
+    index, tears, residuals, below, linear, accepted, solved, area, shared, total, modal
     and for each tear the slots of its value, first and second derivative (-1: none)
 """
 
@@ -41,7 +41,8 @@ class Number(IntEnum):
     MODE = 0
     FAILED = 1  # index of the block that failed, or -1
     STATES = 2  # how many
-    FIRST_STATE = 3
+    OPEN = 3  # index of a modal block that left unknowns open, or -1
+    FIRST_STATE = 4
 
 
 class Mode(IntEnum):
@@ -65,7 +66,8 @@ class Record(IntEnum):
     AREA = 7  # where its part of `area` begins
     SHARED = 8  # where the matrix for elimination begins in `area`
     TOTAL = 9  # tears of all blocks together
-    SLOTS = 10
+    MODAL = 10
+    SLOTS = 11
 
 
 #: A block's part of `area`: three numbers of Newton's method, then arrays.
@@ -115,7 +117,8 @@ def place(program: Program) -> Placement:
     for index, b in enumerate(blocks):
         head = (index, len(b.tears), len(b.residuals), int(b.height > 0), int(b.linear))
         slots = _slots(program, b, derivative)
-        records.append((*head, accepted, solved, area, shared, total, *slots))
+        modal = int(b.modal)
+        records.append((*head, accepted, solved, area, shared, total, modal, *slots))
         accepted += len(b.tears)
         solved += len(b.residuals)
         area += ARRAYS + len(b.residuals) * (1 + len(b.tears) + ROW_ARRAYS)

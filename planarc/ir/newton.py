@@ -15,6 +15,11 @@ A step that does not lessen the residuals is halved, `HALVINGS` times at most.
 The solve fails (and a smaller step of the integrator may help) when the matrix is
 singular, after too many steps, or below the top when the result lies further than
 `FAR` from where it started.
+
+A *modal* block of the top, whose matrix changes with truths at events, may be singular
+in some modes and still have solutions: two brakes that hold one shaft share its load in
+any way. Where its equations agree (`AGREES`), the unknowns that they leave open keep
+their accepted values. That what moves does not depend on these is checked by the run.
 """
 
 from __future__ import annotations
@@ -28,5 +33,10 @@ STEPS_TOP: Final = 60
 FAR: Final = 0.5
 #: A pivot that small, relative to the largest entry of its row, makes a matrix singular.
 SINGULAR: Final = 1e-14
+#: One that small leaves its unknown open, where a modal block is singular.
+DEPENDENT: Final = 1e-12
+#: The equations of a singular block agree when what is left of each is below this part of
+#: its row times the largest unknown.
+AGREES: Final = 1e-9
 #: A direct solution counts when each residual is below this part of the sum of its terms.
 FITS: Final = 1e-11

@@ -19,8 +19,10 @@ from typing import Protocol, TypeAlias
 from planarc.core.source import Span
 from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs
+from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
 from planarc.ir.history import History
+from planarc.ir.mechanism import Mechanism
 
 # Statements ----------------------------------------------------------------------------
 
@@ -82,6 +84,9 @@ class BlockCode:
     solution, `jacobian_body` computes them when that one does not count. A large block
     has no `jacobian` but a `tangent`: run `jacobian_body` once, then the tangent for
     each column j with seed j = 1, all other seeds 0.
+
+    `modal`: its matrix depends on discrete values, so that it may be singular in some
+    modes (`planarc.ir.newton`).
     """
 
     height: int
@@ -96,6 +101,7 @@ class BlockCode:
     inner: int = 0
     tangent: Tangent | None = None
     direct: Direct | None = None
+    modal: bool = False
 
     @property
     def free(self) -> int:
@@ -197,10 +203,6 @@ class WhenCode:
 
 
 @dataclass(frozen=True, slots=True)
-class EquationInfo:
-    """What messages say of an equation."""
-
-@dataclass(frozen=True, slots=True)
 class DelayCode:
     """A delayed signal: sign * w[slot]. How long it is delayed is an expression of
     parameters, or w[interval_slot] and at most `maximum`, again of parameters."""
@@ -213,6 +215,10 @@ class DelayCode:
     text: str
     span: Span
 
+
+@dataclass(frozen=True, slots=True)
+class EquationInfo:
+    """What messages say of an equation."""
 
     text: str
     span: Span
@@ -258,17 +264,19 @@ class Program:
     functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
     parts: tuple[Part, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    mechanism: Mechanism | None = None  # None where it has no frames
     experiment: Experiment = field(default_factory=Experiment)
     equations_before: int = 0
     equations_after: int = 0
     description: str = ""
     inputs: tuple[str, ...] = ()  # of the model itself
     outputs: tuple[str, ...] = ()
+    delays: tuple[DelayCode, ...] = ()
 
     @property
     def state_count(self) -> int:
         return sum(b.free for b in self.blocks if b.height)
-    delays: tuple[DelayCode, ...] = ()
 
 
 # What is called -------------------------------------------------------------------------------
@@ -310,15 +318,22 @@ class Kernel(Protocol):
     """
 
     w: MutableSequence[float]
+    history: History  # of the delayed signals: the run writes it
 
     @property
     def failed_block(self) -> int:
         """After a positive return: the block, or -1."""
-    history: History  # of the delayed signals: the run writes it
 
     @property
     def failed_equation(self) -> int:
         """After a negative return: the index in Program.equations, or -1."""
+
+    @property
+    def open_block(self) -> int:
+        """The last modal block whose equations left unknowns open in the last call, or -1."""
+
+    def sway(self, block: int, amount: float) -> None:
+        """Add to the accepted values of a block's tears: what it leaves open, moves."""
 
     def parameters(self) -> int:
         """Run the list `parameters`."""

@@ -28,6 +28,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import INITIAL, TERMINAL, Assertion, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Kernel, Let, Program
+from planarc.solve.instants import time_functions
 from planarc.solve.values import Reader, text_of
 
 #: Iterations at one instant before it is called endless.
@@ -128,12 +129,27 @@ class Events:
 
     # The start
 
-    def begin(self) -> None:
-        """Start values of everything discrete, before anything is solved."""
-        w = self.kernel.w
-        for d in self.program.discretes:
+    def begin(self, t: float) -> None:
+        """Everything discrete before anything is solved: start values, then what follows
+        from these, from time and from parameters. Relations of unknowns count as false."""
+        w, program = self.kernel.w, self.program
+        for d in program.discretes:
             w[d.slot] = w[d.pre] = w[d.start]
         self.set_flag(INITIAL, True)
+        for i, zero in time_functions(program, self.kernel, t).items():
+            g = zero(t)
+            if g is not None:
+                self._g[i] = g
+                w[program.relations[i].slot] = float(self._sign(i))
+        w[0] = t
+        for _ in program.discretes:
+            before = self._snapshot()
+            if self.kernel.discrete() != 0:
+                for d in program.discretes:  # has no value before the unknowns have
+                    w[d.slot] = w[d.start]
+                return
+            if self._snapshot() == before:
+                return
 
     def settle_start(self, t: float, y: Sequence[float]) -> bool:
         """One pass at the start; true when it changed something, so that the start values

@@ -47,7 +47,7 @@ class Schedule:
                 passed = (start - sampler.start) / sampler.interval
                 sampler.fired = max(0, math.ceil(passed - SAME * max(1.0, passed)))
         self.switches: dict[int, tuple[float, bool]] = {}
-        for i, zero in _time_functions(program, kernel, start).items():
+        for i, zero in time_functions(program, kernel, start).items():
             found = _linear_zero(zero)
             if found is not None and found[0] > start:
                 self.switches[i] = found
@@ -79,16 +79,17 @@ def same(a: float, b: float) -> bool:
 _Values = Mapping[Expr, Expr]
 
 
-def _time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, _TimeFunction]:
+def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
+    """The zero functions of the relations of time alone."""
     lets = {s.target: s.value for s in program.roots if isinstance(s, Let)}
     return {
-        i: _TimeFunction(program, kernel, relation.zero, lets)
+        i: TimeFunction(program, kernel, relation.zero, lets)
         for i, relation in enumerate(program.relations)
         if relation.time_only
     }
 
 
-class _TimeFunction:
+class TimeFunction:
     """The zero function of a relation of time alone, evaluated without the kernel."""
 
     def __init__(self, program: Program, kernel: Kernel, zero: Expr, lets: _Values) -> None:
@@ -129,7 +130,7 @@ def _needed(zero: Expr, lets: _Values) -> list[Expr]:
     return order
 
 
-def _linear_zero(zero: _TimeFunction) -> tuple[float, bool] | None:
+def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
     """Where a function linear in time vanishes, and whether it is below zero afterwards."""
     g = [zero(t) for t in (0.0, 1.0, 2.0)]
     if g[0] is None or g[1] is None or g[2] is None:

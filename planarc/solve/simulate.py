@@ -31,6 +31,7 @@ from planarc.solve.asserts import AssertWatch, impossible_parameters
 from planarc.solve.delays import Delays, jumped, not_settled
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
+from planarc.solve.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder
 from planarc.solve.request import Request, resolve
 from planarc.solve.solvers.choice import make_integrator
@@ -146,6 +147,7 @@ class Run:
         self.records: list[EventRecord] = []
         self.recent: list[tuple[float, tuple[str, ...]]] = []
         self.last_switch: dict[int, float] = {}  # of each relation
+        self.open_blocks: set[int] = set()  # of which unknowns were left open in some mode
         self.tiny: dict[int, int] = {}  # switches in a row too small to be resolved
 
     def close(self) -> None:
@@ -167,10 +169,10 @@ class Run:
             if not delayed and not (self.events.present and self.events.settle_start(t, y)):
                 break
         else:
-            raise error(
-                "R433",
             if delayed:
                 raise not_settled(self.program)
+            raise error(
+                "R433",
                 "the relations and the start values do not agree: they switch to and fro",
                 hint="write start values that lie clearly on one side of each relation",
             )
@@ -189,9 +191,9 @@ class Run:
         self._row(t, y)
         self.recorder.pass_by(t)
         self._check_asserts(True)
+        self.delays.kink(t)
         self._restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:
-        self.delays.kink(t)
             raise PlanarcError(self.ended)
 
     def _choose_states(self, t: float, held: Sequence[Held]) -> None:
@@ -218,15 +220,27 @@ class Run:
 
     def _restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
         """Go on from here; the point becomes the one that nonlinear blocks start from."""
+        self.delays.cross(t)
         if self.kernel.outputs(t, y) != 0:
             self.ended = self.ended or failure.stopped(self, t, y, None)
-        self.delays.cross(t)
             return
         self.kernel.accept(t)
-        directions = self.events.directions()
-        self.integrator.restart(t, y, self._absolute(), directions, step)
         self._judge_open(t, y)
         self.delays.resume(t)
+        directions = self.events.directions()
+        self.integrator.restart(t, y, self._absolute(), directions, step)
+
+    def _judge_open(self, t: float, y: Sequence[float]) -> None:
+        """What the equations leave open in this mode; told once for each block."""
+        block = self.kernel.open_block
+        found = judge_open(self.program, self.kernel, t, y)
+        if found is None:
+            return
+        if found.severity is Severity.ERROR:
+            self.ended = self.ended or found
+        elif block not in self.open_blocks:
+            self.open_blocks.add(block)
+            self.warnings.append(found)
 
     # On the way
 
@@ -285,6 +299,9 @@ class Run:
         if march.outcome is Outcome.ROOT:
             self._restart(t, self.integrator.y, self.integrator.last_step())
             return True
+        if same(self.delays.next(t - 1e-9 * max(1.0, abs(t))), t):
+            self._come_back(t)
+            return True
         if march.outcome is Outcome.LIMIT and t >= stop:
             self._row(t, self.integrator.y)
         return False
@@ -299,9 +316,6 @@ class Run:
         if rises is None:
             return crossing
         for i in crossing:
-        if same(self.delays.next(t - 1e-9 * max(1.0, abs(t))), t):
-            self._come_back(t)
-            return True
             since = t - self.last_switch.get(i, -math.inf)
             tiny = self.events.amplitude(i, rises[i], since) < self.request.tolerance
             self.tiny[i] = self.tiny.get(i, 0) + 1 if tiny else 0
@@ -313,6 +327,8 @@ class Run:
         if not self._row(t, y):
             return
         self.kernel.accept(t)
+        self.delays.cross(t)
+        self.delays.kink(t)
         causes = self.events.causes(crossing, fired)
         done = self.events.process(t, y, crossing, fired, self._state_slots())
         self.records.append(EventRecord(t, causes))
@@ -327,22 +343,6 @@ class Run:
                 self._exchange(t, None)
         self._check_asserts(self.ended is not None)
 
-        self.delays.cross(t)
-        self.delays.kink(t)
-    def _row(self, t: float, y: Sequence[float]) -> bool:
-        if self.kernel.outputs(t, y) != 0:
-            self.ended = self.ended or failure.stopped(self, t, y, None)
-            return False
-        self.recorder.take(t)
-        return True
-
-    def _guard_chatter(self, t: float, causes: tuple[str, ...]) -> None:
-        if not causes or self.ended is not None:
-            return
-        self.recent.append((t, causes))
-        if len(self.recent) > CHATTER_COUNT:
-            del self.recent[0]
-            if t - self.recent[0][0] < CHATTER_TIME * self.request.span:
     def _come_back(self, t: float) -> None:
         """What was a kink of a delayed signal is one of the delay now: an event where the
         delay jumps, or where a relation switches."""
@@ -367,6 +367,20 @@ class Run:
         self.delays.kink(t, 0 if jumps or switched else (generation or 0) + 1)
         self._restart(t, y)
 
+    def _row(self, t: float, y: Sequence[float]) -> bool:
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or failure.stopped(self, t, y, None)
+            return False
+        self.recorder.take(t)
+        return True
+
+    def _guard_chatter(self, t: float, causes: tuple[str, ...]) -> None:
+        if not causes or self.ended is not None:
+            return
+        self.recent.append((t, causes))
+        if len(self.recent) > CHATTER_COUNT:
+            del self.recent[0]
+            if t - self.recent[0][0] < CHATTER_TIME * self.request.span:
                 often = Counter(c for _, found in self.recent for c in found)
                 self.ended = failure.chattering(self.program, t, often.most_common(3))
 

@@ -7,6 +7,7 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
     pc_step(frame, record) -> flag     better tears from residuals and Jacobian
     pc_linear(frame, record) -> flag   tears of a linear block, from its residuals at zero
     pc_solve(a, r, x, sizes, m)        Gaussian elimination
+    pc_open(frame, record) -> flag     the same where a modal block is singular
 """
 
 from __future__ import annotations
@@ -15,14 +16,23 @@ from collections.abc import Callable
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Number, Record
-from planarc.ir.newton import FAR, HALVINGS, QUADRATIC, SINGULAR, STEPS_BELOW, STEPS_TOP
+from planarc.ir.newton import (
+    AGREES,
+    DEPENDENT,
+    FAR,
+    HALVINGS,
+    QUADRATIC,
+    SINGULAR,
+    STEPS_BELOW,
+    STEPS_TOP,
+)
 
 #: Flags that `pc_step`, `pc_linear` and `pc_solve` give.
 DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
 
 
 def newton_functions() -> tuple[str, ...]:
-    return _start(), _step(), _linear(), _solve()
+    return _start(), _step(), _linear(), _solve(), _open()
 
 
 def open_frame(frame: Value) -> tuple[Value, Value, Value, Value]:
@@ -42,6 +52,7 @@ class _Block:
         self.n = record.load(INT, Record.TEARS)
         self.m = record.load(INT, Record.RESIDUALS)
         self.below = record.load(INT, Record.BELOW).equals(1)
+        self.modal = record.load(INT, Record.MODAL).equals(1)
         self.total = record.load(INT, Record.TOTAL)
         self.first = record.load(INT, Record.ACCEPTED)
         self.solved = self.numbers.at(record.load(INT, Record.SOLVED))
@@ -111,10 +122,7 @@ def _step() -> str:
     right = b.matrix.at(b.m * b.m)
     with c.loop(b.m) as i:
         right.store(b.residuals.load(REAL, i), i)
-    flag = c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m)
-    with c.when(flag < 0, leaves=True):
-        b.numbers.store(b.index, Number.FAILED)
-        c.give(flag)
+    _eliminate(c, b, right, frame, record)
     size = c.variable(0.0)
     with c.loop(b.m) as k:
         i = position(k)
@@ -167,14 +175,21 @@ def _linear() -> str:
         right.store(b.residuals.load(REAL, i), i)
         with c.loop(b.m) as k:
             b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
-    flag = c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m)
-    with c.when(flag < 0, leaves=True):
-        b.numbers.store(b.index, Number.FAILED)
-        c.give(flag)
+    _eliminate(c, b, right, frame, record)
     with c.loop(b.m) as k:
         b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
     c.give(DONE)
     return c.text()
+
+
+def _eliminate(c: Code, b: _Block, right: Value, frame: Value, record: Value) -> None:
+    """The change from matrix and right side; where there is none, the function ends."""
+    flag = c.variable(c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m), FLAG)
+    with c.when(flag.get().equals(UNSOLVED) & b.modal):
+        flag.set(c.call(FLAG, "pc_open", frame, record))
+    with c.when(flag.get() < 0, leaves=True):
+        b.numbers.store(b.index, Number.FAILED)
+        c.give(flag.get())
 
 
 def _fail(c: Code, b: _Block) -> None:
@@ -286,3 +301,76 @@ def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
         one, two = a.load(REAL, p * m + j), a.load(REAL, k * m + j)
         a.store(two, p * m + j)
         a.store(one, k * m + j)
+
+
+def _open() -> str:
+    """See `solve.kernels.singular`. The rule of a modal block that is singular: unknowns
+    that its equations leave open keep their accepted values (of a nonlinear one: their
+    present values)."""
+    c = Code("pc_open", FLAG, [(POINTER, "frame"), (POINTER, "record")])
+    frame, record = c.arguments
+    b = _Block(frame, record)
+    a, m, x = b.matrix, b.m, b.change
+    r = a.at(m * m)
+    kept, used = b.before, b.origin  # of a block in the top these are free here
+    linear = record.load(INT, Record.LINEAR).equals(1)
+    with c.loop(m) as i:
+        largest = c.variable(0.0)
+        with c.loop(m) as k:
+            entry = b.jacobian.load(REAL, i * b.n + k)
+            a.store(entry, i * m + k)
+            largest.set(c.largest(largest.get(), c.absolute(entry)))
+        b.sizes.store(c.select(largest.get() > 0.0, largest.get(), 1.0), i)
+        r.store(b.residuals.load(REAL, i), i)
+        accepted = b.accepted.load(REAL, b.first + i).negative()
+        kept.store(c.select(linear, accepted, 0.0), i)
+        used.store(0.0, i)
+        x.store(-1.0, i)  # the row that gives each unknown
+    with c.loop(m):
+        most = c.variable(DEPENDENT)
+        best, column = c.variable(c.constant(-1, INT), INT), c.variable(c.constant(-1, INT), INT)
+        with (
+            c.loop(m) as i,
+            c.when(used.load(REAL, i).equals(0.0)),
+            c.loop(m) as j,
+            c.when(x.load(REAL, j) < 0.0),
+        ):
+            pivot = c.absolute(a.load(REAL, i * m + j)) / b.sizes.load(REAL, i)
+            with c.when(pivot > most.get()):
+                most.set(pivot)
+                best.set(i)
+                column.set(j)
+        with c.when(best.get() >= 0):
+            p, q = best.get(), column.get()
+            used.store(1.0, p)
+            x.store(c.real(p), q)
+            pivot_row = a.at(p * m)
+            inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, q)
+            with c.loop(m) as i, c.when(~i.equals(p)):
+                factor = a.load(REAL, i * m + q) * inverse
+                with c.when(~factor.equals(0.0)):
+                    c.subtract(a.at(i * m), pivot_row, factor, m)
+                    r.store(r.load(REAL, i) - factor * r.load(REAL, p), i)
+    with (
+        c.loop(m) as k,
+        c.when(x.load(REAL, k) < 0.0),
+        c.loop(m) as i,
+        c.when(used.load(REAL, i) > 0.0),
+    ):
+        r.store(r.load(REAL, i) - a.load(REAL, i * m + k) * kept.load(REAL, k), i)
+    most = c.variable(1.0)
+    with c.loop(m) as j:
+        row = x.load(REAL, j)
+        with c.when(row < 0.0):
+            x.store(kept.load(REAL, j), j)
+        with c.when(row >= 0.0):
+            i = c.whole(row)
+            x.store(r.load(REAL, i) / a.load(REAL, i * m + j), j)
+        most.set(c.largest(most.get(), c.absolute(x.load(REAL, j))))
+    with c.loop(m) as i, c.when(used.load(REAL, i).equals(0.0)):
+        limit = b.sizes.load(REAL, i) * most.get() * AGREES
+        with c.when(~(c.absolute(r.load(REAL, i)) <= limit), leaves=True):
+            c.give(UNSOLVED)
+    b.numbers.store(b.index, Number.OPEN)
+    c.give(MORE)
+    return c.text()

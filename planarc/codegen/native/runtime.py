@@ -48,6 +48,7 @@ def _states() -> str:
     w, numbers, _, _ = open_frame(frame)
     w.store(t)
     numbers.store(c.constant(-1, INT), Number.FAILED)
+    numbers.store(c.constant(-1, INT), Number.OPEN)
     slots = numbers.at(Number.FIRST_STATE)
     with c.loop(numbers.load(INT, Number.STATES)) as i:
         w.store(y.load(REAL, i), slots.load(INT, i))
@@ -138,7 +139,6 @@ def _accept() -> str:
     return c.text()
 
 
-def _vector(c: Code, frame: Value, vector: Value) -> Value:
 def _past() -> str:
     c = Code("pc_past", REAL, [(POINTER, "frame"), (INT, "delay"), (INT, "order"), (REAL, "s")])
     frame, delay, order, s = c.arguments
@@ -174,6 +174,7 @@ def _past() -> str:
     return c.text()
 
 
+def _vector(c: Code, frame: Value, vector: Value) -> Value:
     """The numbers of an N_Vector, by SUNDIALS' own function."""
     get = frame.load(POINTER, Frame.VECTOR)
     return c.emit(POINTER, f"call ptr {get.text}(ptr {vector.text})")

@@ -71,6 +71,7 @@ class NativeKernel:
         )
         self._bind(engine)
         self._numbers[Number.STATES] = n
+        self._numbers[Number.OPEN] = -1
         self._addresses: Addresses | None = None
         self._started = False
         for p in program.parameter_slots:
@@ -102,6 +103,15 @@ class NativeKernel:
     @property
     def failed_block(self) -> int:
         return int(self._numbers[Number.FAILED])
+
+    @property
+    def open_block(self) -> int:
+        return int(self._numbers[Number.OPEN])
+
+    def sway(self, block: int, amount: float) -> None:
+        record = self._place.records[block]
+        first = record[Record.ACCEPTED]
+        self._accepted[first : first + record[Record.TEARS]] += amount
 
     @property
     def failed_equation(self) -> int:

@@ -19,6 +19,7 @@ from planarc.ir.newton import (
 )
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.kernels.numpy_support import Rows, solve_linear
+from planarc.solve.kernels.singular import solve_open
 
 
 class UnsolvedError(Exception):
@@ -47,9 +48,11 @@ class Block:
         self.done = False
         self.evaluating = False  # candidates are given: only residuals are wanted
         self.matrix_asked = False  # even where it is not needed
+        self.open = False  # the equations left unknowns open when it was solved last
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
         self._w = w
+        self._modal = code.modal
         self._equations = code.equations
         self._below = code.height > 0
         self.slots = [program.slots[str(tear)] for tear in code.tears]
@@ -118,6 +121,9 @@ class Block:
         self.done = True
         if not self._below:
             change = solve_linear(matrix, residuals)
+            if change is None and self._modal:
+                kept = [-a for a in self._accepted]
+                change = self._solve_open(matrix, residuals, kept)
             return [-d for d in self._checked(change, residuals, matrix)]
         x = [self._w[s] for s in self.slots]
         solved = self._solved
@@ -146,7 +152,10 @@ class Block:
             matrix = [[row[j] for j in solved] for row in matrix]
         if self._count and not _norm(residuals, self._sizes) <= self._size_of_residuals:
             return self._halve()
-        change = self._checked(solve_linear(matrix, residuals), residuals, matrix)
+        found = solve_linear(matrix, residuals)
+        if found is None and self._modal:
+            found = self._solve_open(matrix, residuals, [0.0] * len(residuals))
+        change = self._checked(found, residuals, matrix)
         x = self._x
         self._before = x.copy()
         self._change = change
@@ -166,6 +175,17 @@ class Block:
         self._sizes = [max(map(abs, row)) for row in matrix]
         self._size_of_residuals = _norm(residuals, self._sizes)
         return x
+
+    def sway(self, amount: float) -> None:
+        """Move the accepted values of all tears."""
+        self._accepted = [a + amount for a in self._accepted]
+
+    def _solve_open(
+        self, matrix: Rows, right: Sequence[float], kept: Sequence[float]
+    ) -> Sequence[float] | None:
+        found = solve_open(matrix, right, kept)
+        self.open = found is not None
+        return found
 
     def _checked(
         self, change: Sequence[float] | None, residuals: Sequence[float], matrix: Rows

@@ -34,6 +34,7 @@ class NumpyKernel:
         self.failed_block = -1
         self.failed_equation = -1
         self._blocks = [Block(i, b, program, self.w) for i, b in enumerate(program.blocks)]
+        self._modal = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal]
         self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
         self.history = History(len(program.delays))
         own: dict[str, Any] = {"by_columns": by_columns, "past": self.history.value}
@@ -48,6 +49,13 @@ class NumpyKernel:
             if p.default is not None:
                 self.w[p.slot] = p.default
         self.select(_first_states(program))
+
+    @property
+    def open_block(self) -> int:
+        return max((b.index for b in self._blocks if b.open), default=-1)
+
+    def sway(self, block: int, amount: float) -> None:
+        self._blocks[block].sway(amount)
 
     # The protocol
 
@@ -125,6 +133,8 @@ class NumpyKernel:
         w[0] = t
         for slot, value in zip(self._state_slots, _floats(y), strict=True):
             w[slot] = value
+        for block in self._modal:
+            block.open = False
         try:
             self._levels(t, w, self._blocks)
         except (ArithmeticError, ValueError, UnsolvedError) as problem:
