@@ -9,6 +9,7 @@
     codegen     SortedDae           Program, code       codegen/pipeline.py
     load        Program, code       Kernel              solve/kernels/
     simulate    Kernel, options     Result              solve/simulate.py
+    study       Result, Kernel      Insight             insight/study.py
 
 Stages do not know each other; only this file calls them in a row. What a model was
 compiled to is remembered (`memory.py`), so that the second run starts at `load`.
@@ -31,6 +32,7 @@ from planarc.request import Request, Target, open_target
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
     from planarc.ir.flat import FlatModel
+    from planarc.ir.mechanism import Mechanism
     from planarc.ir.program import Kernel, Program
     from planarc.ir.result import Result
     from planarc.ir.sorted import SortedDae
@@ -91,6 +93,13 @@ def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
         return lower(model)
 
 
+def find_mechanism(dae: Dae) -> Mechanism | None:
+    """The links and joints of a model, for insight; the run needs nothing of it."""
+    from planarc.insight.topology import find_mechanism as find
+
+    return find(dae)
+
+
 def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
     from planarc.structure.pipeline import structure
 
@@ -144,9 +153,11 @@ def compile_model(
         target = open_target(request)
         model = flatten(target, clock)
         try:
-            program = to_program(to_sorted(to_dae(model, clock), clock), clock)
+            dae = to_dae(model, clock)
+            program = to_program(to_sorted(dae, clock), clock)
         except PlanarcError as problem:  # a warning may tell what led to it
             raise PlanarcError((*model.warnings, *problem.diagnostics)) from None
+        program = replace(program, figures=model.figures, mechanism=find_mechanism(dae))
         code = to_code(program, backend, clock)
     remember(request, backend, target.reader, Remembered(program, code, model.warnings))
     return Compiled(program, backend, code, model.warnings)

@@ -41,13 +41,13 @@ def find_argument(
     return None
 
 
-def _inner(argument: syntax.ElementModification | None) -> tuple[syntax.Argument, ...]:
+def inside(argument: syntax.ElementModification | None) -> tuple[syntax.Argument, ...]:
     if argument is None or argument.modification is None:
         return ()
     return argument.modification.arguments
 
 
-def _binding(argument: syntax.ElementModification | None) -> syntax.Expression | None:
+def binding_of(argument: syntax.ElementModification | None) -> syntax.Expression | None:
     if argument is None or argument.modification is None:
         return None
     return argument.modification.binding
@@ -56,7 +56,7 @@ def _binding(argument: syntax.ElementModification | None) -> syntax.Expression |
 def visual_kind(cls: Class, session: Session) -> str | None:
     """`annotation(__planarc(visual="shape"))`: an instance is drawn, not simulated."""
     arguments = arguments_of(cls.definition.annotation, "__planarc", session)
-    value = _binding(find_argument(_inner(find_argument(arguments, "__planarc")), "visual"))
+    value = binding_of(find_argument(inside(find_argument(arguments, "__planarc")), "visual"))
     return value.value if isinstance(value, syntax.String) else None
 
 
@@ -70,7 +70,7 @@ def find_visual(layout: Layout, session: Session) -> None:
 def is_evaluated(annotation: syntax.Annotation | None, session: Session) -> bool:
     """`annotation(Evaluate=true)` on a parameter."""
     arguments = arguments_of(annotation, "Evaluate", session)
-    value = _binding(find_argument(arguments, "Evaluate"))
+    value = binding_of(find_argument(arguments, "Evaluate"))
     return isinstance(value, syntax.Boolean) and value.value
 
 
@@ -79,11 +79,11 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
     found = flat.Experiment()
     annotation = instance.cls.definition.annotation
     arguments = arguments_of(annotation, "experiment", session)
-    for argument in _inner(find_argument(arguments, "experiment")):
+    for argument in inside(find_argument(arguments, "experiment")):
         if not isinstance(argument, syntax.ElementModification):
             continue
         name = _EXPERIMENT.get(argument.name[0])
-        value = _binding(argument)
+        value = binding_of(argument)
         if name is None or value is None:
             continue
         number = _number(value, instance.scope(), argument.name[0])
@@ -126,10 +126,10 @@ def derivatives_of(instance: Instance, session: Session) -> tuple[tuple[str, int
         for argument in annotation:
             if not isinstance(argument, syntax.ElementModification):
                 continue
-            value = _binding(argument)
+            value = binding_of(argument)
             if argument.name != ("derivative",) or not isinstance(value, syntax.Ref):
                 continue
-            order = _binding(find_argument(_inner(argument), "order"))
+            order = binding_of(find_argument(inside(argument), "order"))
             number = order.value if isinstance(order, syntax.Integer) else 1
             try:
                 info = functions.function_of(lookup.find_class(scope, value), session, value.span)

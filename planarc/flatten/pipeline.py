@@ -24,6 +24,7 @@ from planarc.flatten import annotation
 from planarc.flatten.balance import check_balance
 from planarc.flatten.connection_sets import Connected, connect_all
 from planarc.flatten.expand import is_expandable
+from planarc.flatten.figures import figures_of
 from planarc.flatten.gather import Gathered, gather, variable_of
 from planarc.flatten.inherit import layout_of
 from planarc.flatten.instantiate import check_modifier, instantiate_model
@@ -213,5 +214,6 @@ def _model(
         experiment,
         definition.comment,
         definition.name_span,
+        figures=figures_of(root, root.session),
     )
     return with_functions(model, root.session)

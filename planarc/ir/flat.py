@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
+from planarc.ir.figure import Figure
 
 
 class Base(Enum):
@@ -460,4 +461,5 @@ class FlatModel:
     experiment: Experiment = Experiment()
     description: str = ""
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    figures: tuple[Figure, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()

@@ -63,7 +63,7 @@ def shown_names(result: Result) -> tuple[str, ...]:
 def _documented(result: Result) -> list[Figure]:
     """The model's own figures: the preferred ones are shown, or else the first."""
     found = []
-    for figure in getattr(result.program, "figures", ()):
+    for figure in result.program.figures:
         for i, plot in enumerate(figure.plots):
             title = plot.title or figure.title or f"Figure {i + 1}"
             curves = tuple(name for name in plot.curves if name in result and name != "time")

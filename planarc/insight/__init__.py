@@ -1,0 +1,12 @@
+"""What a mechanism is and does, beyond the values of its variables.
+
+    module      takes                        gives
+    ---------   --------------------------   ---------------------------------------
+    topology    Dae                          Mechanism: links, joints, mobility by count
+    rank        Program, Kernel, Result      the rank of the conditions, dead points
+    energy      Mechanism, Result            kinetic, potential, dissipated energy
+    kinematics  Mechanism, Result            paths, forces, velocities, instant centres
+    facts       all of these                 rows for people
+
+`study.study(result)` calls them in a row.
+"""

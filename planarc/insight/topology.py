@@ -1,0 +1,248 @@
+"""Links and joints of a model, from its equations: no class is known by name.
+
+In:   Dae         equations with the component that each stands in, connection sets
+Out:  Mechanism
+
+A frame is a connector with r[2], phi and the flows f[2], t. Frames that are connected are one.
+What a component says of its frames is counted: its equations between positions, without forces
+and derivatives, less those that give the unknowns of its own in them. Three conditions between
+two frames make them one rigid link, three on one frame make it ground; fewer are a joint.
+
+Example: Revolute   frame_b.r = frame_a.r, frame_b.phi = frame_a.phi + phi, tau = 0
+                    four equations, the unknowns phi and tau of its own: 2 conditions
+         JointRR    d = frame_b.r - frame_a.r, L*L = d*d
+                    three equations, two unknowns d: 1 condition
+         Spring     d, s, e, f follow from the frames: none, it is no joint
+
+Needs:     equations on position level; a joint that is written with velocities is not seen.
+Promises:  links and joints in the order of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from planarc.ir.dae import Dae
+from planarc.ir.expr import Op, postorder
+from planarc.ir.mechanism import Joint, Link, Mechanism
+
+_POTENTIALS = ("r[1]", "r[2]", "phi")
+_FLOWS = ("f[1]", "f[2]", "t")
+
+
+@dataclass(frozen=True, slots=True)
+class _Relation:
+    """An equation between positions: the frames and the other unknowns in it."""
+
+    frames: frozenset[str]
+    own: frozenset[str]
+    angles: frozenset[str]  # frames whose angle is in it
+    only_angle: bool  # it says what an angle is, and nothing else
+
+
+def find_mechanism(dae: Dae) -> Mechanism | None:
+    """None where the model has no frames."""
+    frames = find_frames(v.name for v in dae.variables)
+    if not frames:
+        return None
+    groups = _relations(dae, frames)
+    links = _Links(frames, dae.connections)
+    for relations in groups.values():
+        for pair in combinations(sorted({f for r in relations for f in r.frames}), 2):
+            if _conditions(relations, pair) >= 3:
+                links.join(pair)
+    for relations in groups.values():
+        for frame in {f for r in relations for f in r.frames}:
+            if _conditions(relations, (frame,)) >= 3:
+                links.join((_GROUND, frame))
+    return _mechanism(frames, groups, links)
+
+
+def find_frames(names: Iterable[str]) -> tuple[str, ...]:
+    """The connectors with position, angle, force and torque, in their order."""
+    known = dict.fromkeys(names)
+    return tuple(
+        owner
+        for owner in (n[:-5] for n in known if n.endswith(".r[1]"))
+        if all(f"{owner}.{v}" in known for v in (*_POTENTIALS, *_FLOWS))
+    )
+
+
+#: Stands for whatever does not move.
+_GROUND = ""
+
+
+class _Links:
+    """Frames joined to links (disjoint sets); the ground is one of them."""
+
+    def __init__(self, frames: Sequence[str], connections: Iterable[Sequence[str]]) -> None:
+        self._parent = {frame: frame for frame in (_GROUND, *frames)}
+        for connected in connections:
+            self.join([c for c in connected if c in self._parent])
+
+    def root(self, frame: str) -> str:
+        parent = self._parent
+        while parent[frame] != frame:
+            parent[frame] = parent[parent[frame]]
+            frame = parent[frame]
+        return frame
+
+    def join(self, frames: Sequence[str]) -> None:
+        for other in frames[1:]:
+            a, b = self.root(frames[0]), self.root(other)
+            if b == self.root(_GROUND):
+                a, b = b, a
+            self._parent[b] = a
+
+
+def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]:
+    """The equations between positions, by component; only of components with frames."""
+    owner = {f"{frame}.{v}": frame for frame in frames for v in _POTENTIALS}
+    angles = {f"{frame}.phi" for frame in frames}
+    flows = {f"{frame}.{v}" for frame in frames for v in _FLOWS}
+    unknown = {v.name for v in dae.variables}
+    groups: dict[str, list[_Relation]] = {}
+    for equation in dae.equations:
+        if equation.generated:
+            continue
+        names: set[str] = set()
+        for e in postorder((equation.left, equation.right)):
+            if e.op is Op.SYMBOL:
+                name, order = e.data
+                if order or name in flows:
+                    break
+                if name in unknown:
+                    names.add(name)
+        else:
+            relation = _Relation(
+                frozenset(owner[n] for n in names if n in owner),
+                frozenset(n for n in names if n not in owner),
+                frozenset(owner[n] for n in names if n in angles),
+                len(names) == 1 and names <= angles,
+            )
+            groups.setdefault(equation.component, []).append(relation)
+    return {c: r for c, r in groups.items() if any(e.frames for e in r)}
+
+
+def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:
+    """How many conditions tie these frames to each other.
+
+    Those of the equations that are left when each own unknown has taken one, as far as it can:
+    the size of a maximum matching (augmenting paths).
+    """
+    inside = [r for r in relations if r.frames <= set(frames)]
+    taken: dict[str, int] = {}
+
+    def place(i: int, seen: set[str]) -> bool:
+        for unknown in sorted(inside[i].own - seen):
+            seen.add(unknown)
+            if unknown not in taken or place(taken[unknown], seen):
+                taken[unknown] = i
+                return True
+        return False
+
+    return sum(not place(i, set()) for i in range(len(inside)))
+
+
+def _mechanism(
+    frames: Sequence[str], groups: Mapping[str, list[_Relation]], links: _Links
+) -> Mechanism:
+    order = {frame: i for i, frame in enumerate(frames)}
+    ground = links.root(_GROUND)
+    members: dict[str, list[str]] = {ground: []}
+    for frame in frames:
+        members.setdefault(links.root(frame), []).append(frame)
+    held = [_held(c, r, order, links, members) for c, r in groups.items()]
+    held = [h for h in held if h.conditions > 0 and len(h.roots) > 1]
+    turned = {
+        links.root(f) for r in groups.values() if not _is_angle(r) for e in r for f in e.angles
+    }
+    jointed = {root for h in held for root in h.roots}
+    owners = {f: c for c, relations in groups.items() for r in relations for f in r.frames}
+    roots = [
+        root
+        for root, own in members.items()
+        if root == ground
+        or root in jointed
+        or len({owners.get(f, f) for f in own}) > 1
+        or _is_angle(groups.get(owners.get(own[0], ""), ()))
+    ]
+    number = {root: i for i, root in enumerate(roots)}
+    names = {h.component for h in held}
+    return Mechanism(
+        tuple(
+            Link(
+                "ground" if root == ground else _name(members[root], names),
+                tuple(members[root]),
+                0 if root == ground else 3 if root in turned else 2,
+            )
+            for root in roots
+        ),
+        tuple(
+            Joint(
+                h.component,
+                h.conditions,
+                h.count,
+                tuple(sorted(number[r] for r in h.roots)),
+                h.frames,
+            )
+            for h in held
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """What a component holds together."""
+
+    component: str
+    conditions: int
+    count: int  # elementary joints
+    roots: tuple[str, ...]
+    frames: tuple[str, ...]
+
+
+def _held(
+    component: str,
+    relations: Sequence[_Relation],
+    order: Mapping[str, int],
+    links: _Links,
+    members: Mapping[str, Sequence[str]],
+) -> _Held:
+    frames = sorted({f for r in relations for f in r.frames}, key=order.__getitem__)
+    conditions = _conditions(relations, frames)
+    if len(frames) == 1:
+        loose = _is_angle(relations)
+        ends = dict.fromkeys((links.root(_GROUND), links.root(frames[0])))
+        return _Held(component, 0 if loose else conditions, 1, tuple(ends), tuple(frames))
+    if len(frames) > 2:
+        # A frame to which nothing is connected follows from the others: it is no link.
+        loose_ends = [f for f in frames if len(members[links.root(f)]) == 1]
+        for end in loose_ends[: conditions // 3]:
+            frames.remove(end)
+            conditions -= 3
+    roots = tuple(dict.fromkeys(links.root(f) for f in frames))
+    conditions -= 3 * (len(frames) - len(roots))
+    pairs = [_conditions(relations, pair) for pair in combinations(frames, 2)]
+    single = [c for c in pairs if 0 < c < 3]
+    count = len(single) + (sum(single) < conditions) if len(frames) > 2 else 1
+    return _Held(component, conditions, count, roots, tuple(frames))
+
+
+def _is_angle(relations: Sequence[_Relation]) -> bool:
+    """Whether a component only says the angle of a point, which has none of its own."""
+    said = [r for r in relations if r.frames and not r.own]
+    return (
+        len(said) == 1 and said[0].only_angle and len({f for r in relations for f in r.frames}) == 1
+    )
+
+
+def _name(frames: Sequence[str], joints: set[str]) -> str:
+    """What people call a link: its component with two frames, else any that is no joint."""
+    owners = [frame.rpartition(".")[0] for frame in frames]
+    count = {o: owners.count(o) for o in owners}
+    rigid = [o for o in count if count[o] > 1]
+    single = [o for o in count if o not in joints]
+    return min(rigid or single or list(count), key=lambda o: (o.count("."), owners.index(o)))

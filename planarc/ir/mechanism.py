@@ -1,0 +1,80 @@
+"""The mechanism behind a model: links, and the joints that hold them together.
+
+Given by `insight`, kept with the program, shown by `cli` and `view`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: The number of the link that does not move.
+GROUND = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """What moves as one piece. `frames` are full names of connectors.
+
+    `free` is what it could do alone: 3, or 2 for a point whose angle nothing asks for; 0 is
+    the ground.
+    """
+
+    name: str
+    frames: tuple[str, ...]
+    free: int = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A component that holds links together, by so many conditions on their positions.
+
+    `count` is the number of elementary joints that it stands for, more than 1 for an assembly.
+    """
+
+    name: str
+    conditions: int
+    count: int
+    links: tuple[int, ...]  # without repetition, ascending
+    frames: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanism:
+    """`links[0]` is the ground, present or not. Links that nothing holds are listed, too."""
+
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+
+    @property
+    def bodies(self) -> int:
+        return len(self.links) - 1
+
+    @property
+    def pairs(self) -> int:
+        """The number of elementary joints."""
+        return sum(joint.count for joint in self.joints)
+
+    @property
+    def mobility(self) -> int:
+        """By count, after Gruebler: what all links could do, less all conditions."""
+        free = sum(link.free for link in self.links)
+        return free - sum(joint.conditions for joint in self.joints)
+
+    @property
+    def loops(self) -> int:
+        """Independent loops: the cycles of the graph of links and joints (Euler)."""
+        parent = list(range(len(self.links)))
+
+        def find(i: int) -> int:
+            while parent[i] != i:
+                parent[i] = parent[parent[i]]
+                i = parent[i]
+            return i
+
+        merged = 0
+        for joint in self.joints:
+            for other in joint.links[1:]:
+                first, root = find(joint.links[0]), find(other)
+                merged += root != first
+                parent[root] = first
+        return self.pairs - merged
