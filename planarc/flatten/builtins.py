@@ -231,6 +231,16 @@ def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Express
 def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     return arrays.BUILDERS[name](arguments, span, env)
 
+def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    """`Model.component` of the component that the text belongs to (3.7.4.6)."""
+    instance = env.scope.instance
+    root = env.session.root
+    if instance.prefix is None or root is None:
+        return flat.Literal(flat.STRING, span, instance.cls.name)
+    model = root.cls.definition.name
+    return flat.Literal(flat.STRING, span, f"{model}.{instance.prefix}".rstrip("."))
+
+
 
 _ELEMENTARY = [
     "sin",
@@ -284,6 +294,7 @@ RULES: dict[str, Rule] = {
             ("ndims", 1, 1),
             ("zeros", 1, MANY),
             ("ones", 1, MANY),
+    "getInstanceName": Rule(0, 0, _instance_name),
             ("fill", 2, MANY),
             ("identity", 1, 1),
             ("diagonal", 1, 1),
@@ -321,7 +332,6 @@ REFUSED = {
     "ticksInState": ("state machines", "17"),
     "timeInState": ("state machines", "17"),
     "promote": ("`promote`", "10.3.5"),
-    "getInstanceName": ("`getInstanceName`", "3.7.5"),
 }
 
 #: not in functions (specification 12.2)

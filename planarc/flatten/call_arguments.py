@@ -124,7 +124,7 @@ def vectorised(
         if len(a.type.dims) - len(v.type.dims) == extra
     )
     if size is None:
-        raise error("F291", "a call for each entry of an array needs a known size", span)
+        return _for_each_entry(info, arguments, extra, span, env)
     columns = []
     for variable, argument in zip(inputs, arguments, strict=True):
         if len(argument.type.dims) - len(variable.type.dims) == extra:
@@ -136,6 +136,33 @@ def vectorised(
     items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
     element = items[0].type if items else _result_type(info, arguments, span)
     return array(items, element, span)
+
+
+def _for_each_entry(
+    info: function_signature.FunctionInfo,
+    arguments: list[flat.Expression],
+    extra: int,
+    span: Span,
+    env: Env,
+) -> flat.Expression:
+    """`{f(x) for x in v}`, where the size of a vector is known only when a function runs."""
+    inputs = info.signature.inputs
+    places = [
+        k
+        for k, (variable, argument) in enumerate(zip(inputs, arguments, strict=True))
+        if len(argument.type.dims) - len(variable.type.dims) == extra
+    ]
+    if len(places) > 1 or len(arguments[places[0]].type.dims) > 1:
+        raise error("F291", "a call for each entry of several arrays needs known sizes", span)
+    vector = arguments[places[0]]
+    name = "entry"
+    while name in env.locals:
+        name += "_"
+    entry = flat.Reference(vector.type.element(), span, name)
+    entries = [entry if k == places[0] else a for k, a in enumerate(arguments)]
+    inner = _single(info, entries, span, env, False)
+    type_ = inner.type.with_dims((None, *inner.type.dims))
+    return flat.Comprehension(type_, span, inner, ((name, vector),))
 
 
 def _single(

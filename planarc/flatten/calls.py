@@ -17,7 +17,9 @@ from planarc.flatten import (
     call_arguments,
     comprehension,
     connection_operators,
+    constant,
     constructors,
+    evaluate,
     expressions,
     function_values,
     functions,
@@ -27,6 +29,7 @@ from planarc.flatten import (
     references,
 )
 from planarc.flatten.environment import Env
+from planarc.flatten.foreign_values import LOAD_RESOURCE
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Class, Family, Instance, Leaf
 from planarc.ir import flat, syntax
@@ -157,7 +160,13 @@ def _call_function(node: syntax.Call, cls: Class, env: Env, results: bool) -> fl
     arguments = call_arguments.complete_arguments(info, node, env)
     if info.signature.builtin is not None and not results:
         return builtins.apply_builtin(info.signature.builtin, arguments, node.span, env)
-    return call_arguments.vectorised(info, arguments, node.span, env, results)
+    call = call_arguments.vectorised(info, arguments, node.span, env, results)
+    if env.function is None and isinstance(call, flat.Call):
+        function = env.session.functions.get(call.function)
+        if function is not None and function.external == LOAD_RESOURCE:
+            path = evaluate.structural_value(call, env, f"the file of `{node.function}`")
+            return constant.to_expression(path, call.type, node.span)
+    return call
 
 
 # Functions as values ---------------------------------------------------------------------------

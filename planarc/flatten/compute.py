@@ -135,20 +135,20 @@ def reduce(kind: str, values: list[Value]) -> Value:
         case "sum":
             return total(values)
         case "product":
-            return math.prod(_flat(values))  # type: ignore[no-any-return]
+            return math.prod(flat_values(values))  # type: ignore[no-any-return]
         case "min":
-            return min(_flat(values), default=math.inf)
+            return min(flat_values(values), default=math.inf)
         case "max":
-            return max(_flat(values), default=-math.inf)
+            return max(flat_values(values), default=-math.inf)
     return values
 
 
-def _flat(value: Value) -> list[Any]:
-    return [x for v in value for x in _flat(v)] if isinstance(value, list) else [value]
+def flat_values(value: Value) -> list[Any]:
+    return [x for v in value for x in flat_values(v)] if isinstance(value, list) else [value]
 
 
 def total(value: Value) -> Value:
-    return sum(_flat(value))  # type: ignore[no-any-return]
+    return sum(flat_values(value))  # type: ignore[no-any-return]
 
 
 def identity(n: Any) -> Value:
@@ -185,11 +185,11 @@ def _sign(x: Any) -> Value:
 
 
 def _min(*values: Any) -> Value:
-    return min(_flat(list(values)))  # type: ignore[no-any-return]
+    return min(flat_values(list(values)))  # type: ignore[no-any-return]
 
 
 def _max(*values: Any) -> Value:
-    return max(_flat(list(values)))  # type: ignore[no-any-return]
+    return max(flat_values(list(values)))  # type: ignore[no-any-return]
 
 
 def _cross(a: Any, b: Any) -> Value:
@@ -270,7 +270,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "min": _min,
     "max": _max,
     "sum": total,
-    "product": lambda v: math.prod(_flat(v)),
+    "product": lambda v: math.prod(flat_values(v)),
     "zeros": lambda *n: fill(0, *n),
     "ones": lambda *n: fill(1, *n),
     "fill": fill,
@@ -283,7 +283,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "outerProduct": _outer,
     "symmetric": _symmetric,
     "scalar": _scalar,
-    "vector": lambda v: _flat(v),
+    "vector": lambda v: flat_values(v),
     "matrix": _matrix,
     "cat": cat,
     "ndims": lambda v: len(shape(v)),

@@ -57,6 +57,8 @@ def literal_value(expression: flat.Expression) -> Value | None:
     """The value of an expression of literals only."""
     if isinstance(expression, flat.Literal):
         return expression.value
+    if isinstance(expression, flat.Builtin) and expression.function == "noEvent":
+        return literal_value(expression.arguments[0])
     if isinstance(expression, flat.Unary) and expression.op == "not":
         inner = literal_value(expression.operand)
         return None if inner is None else not inner

@@ -21,6 +21,7 @@ from planarc.core.source import Span
 from planarc.flatten import (
     annotation,
     compute,
+    foreign,
     function_signature,
     function_variables,
     inherit,
@@ -137,10 +138,14 @@ def _fill(
     names: dict[str, flat.Expression] = {
         v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables
     }
-    external = _external(instance, signature)
-    body = () if external else function_body(instance, names, builder)
-    if not external:
+    external = foreign.external_clause(instance)
+    called = foreign.NOTHING
+    body: tuple[flat.Statement, ...] = ()
+    if external is None:
+        body = function_body(instance, names, builder)
         signature.builtin = _plain_builtin(body, signature)
+    else:
+        called = foreign.external_call(external, names, builder)
     hidden = tuple(_hidden_input(leaf) for leaf in signature.captures)
     session.functions[signature.name] = flat.Function(
         signature.name,
@@ -148,10 +153,11 @@ def _fill(
         signature.outputs,
         locals_,
         body,
-        external,
-        None,
-        annotation.derivatives_of(instance, session),
-        cls.span,
+        called.name,
+        given=called.given,
+        results=called.results,
+        derivatives=annotation.derivatives_of(instance, session),
+        span=cls.span,
     )
 
 
@@ -211,28 +217,6 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> function_signa
         span=cls.span,
     )
     return function_signature.FunctionInfo(name, signature, dict(inner.bound))
-
-
-def _external(instance: Instance, signature: function_signature.Signature) -> str | None:
-    """The name of the built-in that an external function stands for."""
-    for part in instance.layout.parts:
-        body = part.definition.body
-        if isinstance(body, syntax.ExtendsClass):
-            body = body.composition
-        external = body.external if isinstance(body, syntax.Composition) else None
-        if external is None:
-            continue
-        name = external.function or part.definition.name
-        known = name in compute.SCALAR
-        if not known:
-            language = external.language or "C"
-            raise unsupported(f'the external "{language}" function `{name}`', "12.9", external.span)
-        wanted = [v.name for v in signature.inputs]
-        given = [a.parts[0].name for a in external.arguments if isinstance(a, syntax.Ref)]
-        if given == wanted or not external.arguments:
-            signature.builtin = name
-        return name
-    return None
 
 
 def function_body(

@@ -15,6 +15,7 @@ from planarc.core.source import Span
 from planarc.flatten import compute, evaluator
 from planarc.flatten.constant import NotConstant, Value
 from planarc.ir import flat
+from planarc.flatten.foreign_values import external_values
 
 MAX_STEPS = 2_000_000
 MAX_CALLS = 200  # functions inside functions
@@ -56,6 +57,15 @@ class _Run:
         return compute.fill(_default(variable.type), *dims) if dims else _default(variable.type)
 
     def run(self, statements: tuple[flat.Statement, ...]) -> None:
+    def external(self, span: Span) -> list[Value]:
+        """The outputs of an external function."""
+        session = self.evaluator.session
+        assert session is not None
+        given = [self.value(e) for e in self.function.given]
+        empty = {v.name: self._empty(v) for v in self.function.outputs}
+        found = external_values(self.function, given, empty, session, span)
+        return [found[v.name] for v in self.function.outputs]
+
         for statement in statements:
             self.steps += 1
             if self.steps > MAX_STEPS:
@@ -192,10 +202,6 @@ def run_function(
         raise NotConstant(f"`{function.name}` calls itself too often", span)
     if function.derivative_of is not None:
         raise NotConstant(f"`{function.name}` is a derivative", span)
-    if function.external is not None:
-        builtin = compute.FUNCTIONS[function.external]
-        call = flat.Builtin(function.outputs[0].type, span, function.external)
-        return [compute.apply(builtin, arguments, call)]
     run = _Run(function, evaluator, depth)
     for variable, value in zip(function.inputs, arguments, strict=True):
         run.frame[variable.name] = value
@@ -204,3 +210,9 @@ def run_function(
     with suppress(_Leave):
         run.run(function.body)
     return [run.frame[v.name] for v in function.outputs]
+    if function.external in compute.FUNCTIONS:
+        builtin = compute.FUNCTIONS[function.external]
+        call = flat.Builtin(function.outputs[0].type, span, function.external)
+        return [compute.apply(builtin, arguments, call)]
+    if function.external is not None:
+        return run.external(span)

@@ -397,14 +397,19 @@ class Algorithm(EquationNode):
 @dataclass(frozen=True, slots=True)
 class Function:
     """A function that the model calls. `outputs` and `locals` may have bindings, which are
-    assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`."""
+    assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`. `external`
+    is an elementary function, called with the inputs as they are, or one of
+    `planarc.ir.external`, called with `given`, expressions of the inputs; `results` are the
+    outputs that it sets, in its order."""
 
     name: str
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
     locals: tuple[Variable, ...] = ()
     body: tuple[Statement, ...] = ()
-    external: str | None = None  # the name of a function that `lower` knows
+    external: str | None = None
+    given: tuple[Expression, ...] = ()
+    results: tuple[str, ...] = ()
     derivative_of: tuple[str, tuple[str, ...]] | None = None
     derivatives: tuple[tuple[str, int], ...] = ()  # annotation: (function, order)
     span: Span = field(default=NOWHERE, compare=False, repr=False)

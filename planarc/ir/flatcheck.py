@@ -207,6 +207,10 @@ class _Checker:
             self.variable(variable)
         self.where = f"the function `{function.name}`"
         self.statements(function.body)
+        for expression in function.given:
+            self.expression(expression)
+        if not set(function.results) <= {v.name for v in function.outputs}:
+            self.fail("an external function sets what is no output")
         self.types = outer
 
 

@@ -380,9 +380,7 @@ def print_function(function: flat.Function) -> str:
     if function.locals:
         lines += ["protected", *(f"  {print_variable(v)};" for v in function.locals)]
     if function.external is not None:
-        arguments = ", ".join(quoted(v.name) for v in function.inputs)
-        result = quoted(function.outputs[0].name)
-        lines.append(f'external "builtin" {result} = {function.external}({arguments});')
+        lines.append(_external(function))
     elif not function.partial:
         own = (*function.outputs, *function.locals)
         records = frozenset(v.name for v in own if v.type.base is flat.Base.RECORD)
@@ -391,6 +389,16 @@ def print_function(function: flat.Function) -> str:
         shown = ", ".join(f"derivative(order = {o}) = {quoted(n)}" for n, o in function.derivatives)
         lines.append(f"  annotation({shown});")
     return "\n".join([*lines, f"end {name};"])
+
+
+def _external(function: flat.Function) -> str:
+    """Results behind what is given, but a single one in front (12.9)."""
+    results = [quoted(n) for n in function.results or [v.name for v in function.outputs]]
+    given = [print_expression(e) for e in function.given]
+    if not given and not function.results:
+        given = [quoted(v.name) for v in function.inputs]
+    head = f"{results.pop()} = " if len(results) == 1 else ""
+    return f'external "builtin" {head}{function.external}({", ".join([*given, *results])});'
 
 
 def _named_types(model: flat.FlatModel) -> dict[str, flat.Type]:

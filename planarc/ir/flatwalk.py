@@ -120,6 +120,7 @@ def expressions_of_function(function: flat.Function) -> Iterator[flat.Expression
     for variable in (*function.inputs, *function.outputs, *function.locals):
         yield from expressions_of_variable(variable)
     yield from expressions_of_statements(function.body)
+    yield from function.given
 
 
 def expressions_of_model(model: flat.FlatModel) -> Iterator[flat.Expression]:

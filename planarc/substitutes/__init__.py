@@ -46,24 +46,36 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
     ),
     ("Modelica.Blocks.Sources", _BLOCKS / "Sources" / "CombiTimeTable.pmo", ("CombiTimeTable",)),
     ("Modelica.Utilities.Streams", _OWN, ("error",)),
-    ("Modelica.Utilities.Strings", _OWN, ("isEmpty", "length", "findLast")),
+    ("Modelica.Utilities.Strings", _OWN, ("isEmpty",)),
+    ("Modelica.Math.Random.Utilities", _OWN, ("initializeImpureRandom",)),
+    ("ModelicaServices.ExternalReferences", _OWN, ("loadResource",)),
 )
+_LIBRARIES = frozenset(package.partition(".")[0] for package, _, _ in _SOURCES)
 
 
 def substitute(stored: syntax.StoredDefinition, read: Read) -> syntax.StoredDefinition:
     """Replace classes of a file; `read` parses planarc's own files."""
     within = ".".join(stored.within or ())
-    if within.partition(".")[0] != "Modelica":
+    tops = {within.partition(".")[0]} if within else {c.name for c in stored.classes}
+    if tops.isdisjoint(_LIBRARIES):
         return stored
     for package, file, names in _SOURCES:
         for i, definition in enumerate(stored.classes):
-            path = _path_below(f"{within}.{definition.name}", package)
-            if path is not None:
+            path = _path_below(f"{within}.{definition.name}".lstrip("."), package)
+            if path is not None and _holds(definition, path):
                 own = _classes_of(read(file), names)
                 classes = list(stored.classes)
                 classes[i] = _with_classes(definition, path, own)
                 stored = replace(stored, classes=tuple(classes))
     return stored
+
+
+def _holds(definition: syntax.ClassDef, path: tuple[str, ...]) -> bool:
+    """Whether the package to which `path` leads stands in the text of a class."""
+    if not path:
+        return True
+    inner = [e for e in _elements(definition) if isinstance(e, syntax.ClassDef)]
+    return any(_holds(e, path[1:]) for e in inner if e.name == path[0])
 
 
 def _path_below(outer: str, package: str) -> tuple[str, ...] | None:
