@@ -69,6 +69,11 @@ class NativeKernel:
             ],
             np.intp,
         )
+        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+        self._tear_starts = np.array(
+            [starts[s] for r in self._place.records for s in r[Record.SLOTS :][: r[Record.TEARS]]],
+            np.intp,
+        )
         self._bind(engine)
         self._numbers[Number.STATES] = n
         self._numbers[Number.OPEN] = -1
@@ -229,13 +234,8 @@ class NativeKernel:
         """Before a point was accepted, blocks start from the start values, at rest."""
         if self._started:
             return
-        program, accepted = self._program, self._accepted
-        accepted[:] = 0.0
-        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
-        for record in self._place.records:
-            at, n = record[Record.ACCEPTED], record[Record.TEARS]
-            slots = record[Record.SLOTS : Record.SLOTS + n]
-            accepted[at : at + n] = [self.w[starts[s]] for s in slots]
+        self._accepted[:] = 0.0
+        self._accepted[: len(self._tear_starts)] = self.w[self._tear_starts]
 
     def _check_all(self) -> int:
         return 0 if np.isfinite(self.w[self._results]).all() else -1

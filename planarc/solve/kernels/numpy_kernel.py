@@ -13,6 +13,7 @@ from planarc.ir.history import History
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
+from planarc.solve.kernels.numpy_pair import PairBlock
 from planarc.solve.kernels.numpy_support import NAMESPACE
 
 _FILE = "<planarc numpy>"
@@ -33,7 +34,10 @@ class NumpyKernel:
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
         self.failed_equation = -1
-        self._blocks = [Block(i, b, program, self.w) for i, b in enumerate(program.blocks)]
+        self._blocks = [
+            (PairBlock if len(b.residuals) == 2 else Block)(i, b, program, self.w)
+            for i, b in enumerate(program.blocks)
+        ]
         self._modal = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal]
         self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
         self.history = History(len(program.delays))

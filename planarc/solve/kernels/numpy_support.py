@@ -70,7 +70,7 @@ def solve_linear(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None
         pivot = matrix[0][0]
         return (right[0] / pivot,) if pivot != 0.0 and pivot - pivot == 0.0 else None
     if n == 2:
-        return _solve_two(matrix, right)
+        return solve_pair(*matrix[0], *matrix[1], *right)
     factors, _, x, info = _lapack()(matrix, right)
     if info == 0:
         pivots = [abs(p) for p in factors.diagonal().tolist()]
@@ -80,11 +80,16 @@ def solve_linear(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None
     return _eliminate(matrix, right)
 
 
-def _solve_two(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None:
-    """As `_eliminate`, for two unknowns: the most frequent case."""
-    (a, b), (c, d) = matrix
-    p, q = right
-    first, second = max(abs(a), abs(b)), max(abs(c), abs(d))
+def solve_pair(
+    a: float, b: float, c: float, d: float, p: float, q: float
+) -> tuple[float, float] | None:
+    """x, y with a*x + b*y = p and c*x + d*y = q: as `_eliminate`, for the most frequent case."""
+    first, second = abs(a), abs(c)
+    e, f = abs(b), abs(d)
+    if not first > e:
+        first = e
+    if not second > f:
+        second = f
     if abs(a) * second < abs(c) * first:
         a, b, p, first, c, d, q, second = c, d, q, second, a, b, p, first
     if not SINGULAR * first < abs(a) < math.inf:
