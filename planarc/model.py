@@ -278,10 +278,11 @@ class Model:
         from planarc.variant import variant_of
 
         model = Model(variant_of(self.request, values, declarations), self.backend)
-        model._take_name(self.program)
+        model.take_name(self.program)
         return model
 
-    def _take_name(self, of: Program) -> None:
+    def take_name(self, of: Program) -> None:
+        """Be called as another model, of which this is a variant."""
         from planarc.variant import named_like
 
         for backend, compiled in self._compiled.items():

@@ -27,9 +27,15 @@ _Tree: TypeAlias = "dict[str, _Tree | str]"
 
 
 def variant_of(
-    request: Request, values: Mapping[str, str] | None = None, declarations: str = ""
+    request: Request,
+    values: Mapping[str, str] | None = None,
+    declarations: str = "",
+    classes: Mapping[str, str] | None = None,
 ) -> Request:
-    """A request for the same class with some values as Modelica text, and more declarations."""
+    """A request for the same class with some values as Modelica text, and more declarations.
+
+    `classes` puts classes, by their full names, in the place of replaceable components.
+    """
     target = open_target(request)
     name = target.class_name
     if request.text is not None:
@@ -38,7 +44,8 @@ def variant_of(
         text = request.file.read_text("utf-8-sig")
     else:
         text = ""
-    extends = f"extends {name}{_modifier(_tree(values or {}))};"
+    tree = _redeclared(_tree(values or {}), classes or {})
+    extends = f"extends {name}{_modifier(tree)};"
     full = f"{text}\nmodel {NAME}\n  {extends}\n{declarations}\nend {NAME};\n"
     within = name.rpartition(".")[0] if _begins_within(text) else ""
     wanted = f"{within}.{NAME}" if within else NAME
@@ -113,6 +120,20 @@ def _tree(values: Mapping[str, str]) -> _Tree:
             node = inside
         node[last] = value
     return root
+
+
+def _redeclared(tree: _Tree, classes: Mapping[str, str]) -> _Tree:
+    """The tree with `redeclare CLASS` in front of components."""
+    # The innermost first: their own parents may be redeclared too.
+    for component in sorted(classes, key=lambda n: -n.count(".")):
+        node = tree
+        *path, last = component.split(".")
+        for part in path:
+            inside = node.setdefault(part, {})
+            assert isinstance(inside, dict)
+            node = inside
+        node[f"redeclare .{classes[component]} {last}"] = node.pop(last, {})
+    return tree
 
 
 def _modifier(tree: _Tree) -> str:

@@ -90,6 +90,7 @@ class Tables:
                 literals=p.literals,
                 minimum=_bound(p.minimum),
                 maximum=_bound(p.maximum),
+                final=p.final,
             )
             for p in self._dae.parameters
         )

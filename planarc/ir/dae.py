@@ -77,6 +77,7 @@ class Parameter:
     literals: tuple[str, ...] = ()
     minimum: Expr | None = None
     maximum: Expr | None = None
+    final: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 

@@ -139,6 +139,7 @@ class ParameterSlot:
     literals: tuple[str, ...] = ()
     minimum: float | None = None  # where they are numbers, in the unit of the parameter
     maximum: float | None = None
+    final: bool = False
 
 
 @dataclass(frozen=True, slots=True)

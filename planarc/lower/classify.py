@@ -191,6 +191,7 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
             literals=v.type.literals,
             minimum=low[i],
             maximum=high[i],
+            final=v.final,
             span=v.span,
         )
 
