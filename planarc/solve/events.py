@@ -106,7 +106,8 @@ class Events:
         """The crossings among those that an integrator reports, with the truth that follows.
 
         A function that rises where it was seen to fall has not crossed: the integrator saw
-        the errors of its own first steps.
+        the errors of its own first steps. One that neither rises nor falls (the speed of
+        what is stuck) has none but rounding errors; should it leave zero, `missed` tells.
         """
         found = {i: d < 0 for i, d in enumerate(directions) if d}
         if rises is None:
@@ -115,7 +116,7 @@ class Events:
             i: truth
             for i, truth in found.items()
             if self._largest[i] > SILENCE
-            and directions[i] * rises[i] >= -4 * NOISE * self._largest[i]
+            and directions[i] * rises[i] > 4 * NOISE * self._largest[i]
         }
 
     def amplitude(self, i: int, rise: float, since: float) -> float:

@@ -87,3 +87,26 @@ end M;
     assert abs(result["b.w"][-1]) < 1e-9
     # At rest the spring holds less than what either bearing can.
     assert abs(result["spring.tau"][-1]) <= 1.0 + 1e-9
+
+
+def test_rounding_errors_of_what_stands_still_make_no_events(backend: Backend) -> None:
+    """Two equal motions, computed differently: their distance is nothing but rounding."""
+    result = run(
+        """
+model M
+  Real a(start = 0, fixed = true), b(start = 0, fixed = true);
+  Real gap = a - b + (if time < 1 then 0.1 else 0);
+  Integer count(start = 0, fixed = true);
+equation
+  der(a) = sin(7*time) + 0.1*cos(a);
+  der(b) = (3*sin(7*time) + 0.3*cos(b))/3.0;
+  when gap > 0 then
+    count = pre(count) + 1;
+  end when;
+end M;
+""",
+        backend,
+        stop=20.0,
+    )
+    assert result["count"][-1] == 0
+    assert result.statistics.events == 1
