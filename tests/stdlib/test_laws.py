@@ -348,6 +348,25 @@ equation
 """,
         {"mass.r[1]": "mass.r[1]", "inside.f": "line.f", "line.frame_a.f[1]": "line.frame_a.f[1]"},
     ),
+    "RollingWheel and its parts": (
+        """
+  Parts.RollingWheel wheel(R=0.3, m=2, I=0.07, rolling(x(fixed=true), v(start=1, fixed=true)));
+  Forces.WorldTorque brake;
+equation
+  connect(brake.frame_b, wheel.frame_a);
+  brake.torque = 0.2;
+""",
+        """
+  Joints.RollingJoint rolling(R=0.3, x(fixed=true), v(start=1, fixed=true));
+  Parts.Body disc(m=2, I=0.07);
+  Forces.WorldTorque brake;
+equation
+  connect(rolling.frame_a, disc.frame_a);
+  connect(brake.frame_b, disc.frame_a);
+  brake.torque = 0.2;
+""",
+        {"wheel.rolling.x": "rolling.x", "wheel.rolling.f_t": "rolling.f_t"},
+    ),
     "Discs in contact and a rod between their centres": (
         """
   Joints.CurveCurveJoint link(curve1(R=0.5), curve2(R=0.2), s1(start=1.4), s2(start=1.2));

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -88,6 +89,33 @@ def test_real_quantities_have_a_unit(path: Path) -> None:
                 arguments = e.modification.arguments if e.modification else ()
                 named = [a.name for a in arguments if isinstance(a, syntax.ElementModification)]
                 assert ("unit",) in named, e.name
+
+
+#: What a user puts into a model, and the functions of frames.
+COMPONENTS = [
+    p
+    for p in LIBRARY
+    if "PlanarMultiBody" in p.parts
+    and p.stem not in ("package", "Types")
+    and "Interfaces" not in p.parts
+    and p.stem[0].isupper() | ("Frames" in p.parts)
+]
+each_component = pytest.mark.parametrize("path", COMPONENTS, ids=[p.stem for p in COMPONENTS])
+
+
+@each_component
+def test_a_component_names_the_tests_that_hold_it(path: Path) -> None:
+    """Its head says where it is checked: test files, and folders of tests/cases."""
+    head = re.search(r"// Check: (.*(?:\n  // {8}.*)*)", path.read_text(encoding="utf-8"))
+    assert head is not None
+    tests = Path(__file__).parents[1]
+    files = []
+    for place in re.findall(r"tests/[\w/]+(?:\.py)?|\b[a-i][0-9]_\w+", head[1]):
+        found = tests.parent / place if place.startswith("tests/") else tests / "cases" / place
+        assert found.exists(), place
+        files += found.glob("*.pmo") if found.is_dir() else [found]
+    name = re.compile(rf"\b{path.stem}\b")
+    assert any(name.search(file.read_text(encoding="utf-8")) for file in files)
 
 
 @pytest.mark.parametrize(
