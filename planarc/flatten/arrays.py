@@ -20,6 +20,7 @@ from planarc.ir import flat
 
 Arguments = list[flat.Expression]
 MAX_OPENED = 100_000
+MAX_MATRIX = 1_000_000  # entries of a matrix that is written out
 
 
 def _wrong(name: str, value: flat.Expression) -> PlanarcError:
@@ -96,8 +97,14 @@ def _identity(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (n,) = _sizes("identity", arguments, env)
     if n is None:
         return flat.Builtin(flat.INTEGER.with_dims((n, n)), span, "identity", tuple(arguments))
+    _bound("identity", n, n, span)
     rows: list[Arguments] = [[integer(int(i == j), span) for j in range(n)] for i in range(n)]
     return _rows(rows, flat.INTEGER, span, n)
+
+
+def _bound(name: str, rows: int, columns: int, span: Span) -> None:
+    if rows * columns > MAX_MATRIX:
+        raise error("F252", f"`{name}` makes an array of {rows * columns:,} entries", span)
 
 
 def _rows(
@@ -125,6 +132,7 @@ def _diagonal(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     n = vector.type.dims[0]
     if n is None:
         return _kept("diagonal", (n, n), arguments, span)
+    _bound("diagonal", n, n, span)
     zero = integer(0, span) if vector.type.base is flat.Base.INTEGER else real(0, span)
     rows = [[element_at(vector, i + 1) if i == j else zero for j in range(n)] for i in range(n)]
     return _rows(rows, vector.type.element(), span, n)
@@ -195,6 +203,7 @@ def _outer(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
             raise _wrong("outerProduct", value)
     if not _known(a) or not _known(b):
         return _kept("outerProduct", (*a.type.dims, *b.type.dims), arguments, span)
+    _bound("outerProduct", a.type.dims[0] or 0, b.type.dims[0] or 0, span)
     rows = [[operators.binary("*", x, y, span) for y in opened(b)] for x in opened(a)]
     element = rows[0][0].type if rows and rows[0] else flat.REAL
     return _rows(rows, element, span, b.type.dims[0] or 0)

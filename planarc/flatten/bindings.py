@@ -259,6 +259,8 @@ def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
 
 def first_scalar(value: flat.Expression) -> flat.Expression:
     while value.type.dims:
+        if value.type.dims[0] == 0:
+            raise error("F270", "an attribute cannot be an empty array", value.span)
         value = pick(value, (1,))
     return value
 

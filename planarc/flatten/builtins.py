@@ -63,6 +63,13 @@ def _numeric(name: str, arguments: Arguments) -> None:
             raise wrong_argument(name, argument)
 
 
+def _scalars(name: str, arguments: Arguments) -> None:
+    """Numbers, and no arrays of them."""
+    for argument in arguments:
+        if argument.type.base not in NUMERIC or argument.type.dims:
+            raise wrong_argument(name, argument)
+
+
 def mapped(name: str, result: flat.Type, arguments: Arguments, span: Span) -> flat.Expression:
     """A scalar function; over arrays it is applied to each entry (12.4.6)."""
     longest = max(arguments, key=lambda a: len(a.type.dims))
@@ -157,12 +164,12 @@ def _flag(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Express
 def _sample(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if len(arguments) == 1:
         raise unsupported("clocks", "16", span)
-    _numeric(name, arguments)
+    _scalars(name, arguments)
     return flat.Builtin(flat.BOOLEAN, span, name, tuple(arguments))
 
 
 def _smooth(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    if arguments[0].type.base is not flat.Base.INTEGER:
+    if arguments[0].type.base is not flat.Base.INTEGER or arguments[0].type.dims:
         raise wrong_argument(name, arguments[0])
     return flat.Builtin(arguments[1].type, span, name, tuple(arguments))
 
@@ -176,7 +183,7 @@ def _homotopy(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Exp
 
 
 def _scalar_real(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
+    _scalars(name, arguments)
     return flat.Builtin(flat.REAL, span, name, tuple(arguments))
 
 

@@ -11,6 +11,8 @@ Reference: Modelica Language Specification 3.6, sections 10.3.4.1, 10.4.1 and 11
 
 from __future__ import annotations
 
+import math
+
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten import evaluate, expressions, inherit, lookup, references
@@ -22,7 +24,7 @@ from planarc.flatten.tree import Class, Family
 from planarc.flatten.variability import variability_of
 from planarc.ir import flat, syntax
 
-MAX_OPENED = 1_000_000
+MAX_OPENED = 200_000
 
 
 def type_comprehension(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
@@ -173,6 +175,7 @@ def _open_array(
         if item is None:
             return None
         items.append(item)
+        _bound(math.prod(d or 0 for d in item.type.dims) * len(values), node.span)
     return array(items, _common_type(items), node.span)
 
 
@@ -202,7 +205,13 @@ def _open_items(
         if inner is None:
             return None
         items += inner
+        _bound(len(inner) * len(values), node.span)
     return items
+
+
+def _bound(count: int, span: Span) -> None:
+    if count > MAX_OPENED:
+        raise error("F252", f"a loop over {count:,} values is too long", span)
 
 
 def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expression:

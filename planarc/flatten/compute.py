@@ -19,6 +19,12 @@ from planarc.ir import flat
 IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
 
 
+LARGEST = 2**63 - 1  # Integer
+MAX_TEXT = 1_000_000  # letters
+MAX_ENTRIES = 10_000_000  # of one array
+MAX_PRODUCTS = 10_000_000  # of one product of matrices
+
+
 def shape(value: Value) -> tuple[int, ...]:
     dims = []
     while isinstance(value, list):
@@ -63,11 +69,11 @@ def binary(op: str, left: Value, right: Value, span: Span) -> Value:
         if op in _RELATIONS:
             return _map(_RELATIONS[op], left, right)
         if op in ("+", ".+"):
-            return _map(operator.add, left, right)
+            return _map(_plus, left, right)
         if op in ("-", ".-"):
             return _map(operator.sub, left, right)
         if op == ".*":
-            return _map(operator.mul, left, right)
+            return _map(_times, left, right)
         if op in ("/", "./"):
             return _map(operator.truediv, left, right)
         if op == ".^":
@@ -83,6 +89,19 @@ def binary(op: str, left: Value, right: Value, span: Span) -> Value:
         raise NotConstant(f"`{op}` has no value here", span) from None
 
 
+def _plus(a: Any, b: Any) -> Any:
+    if isinstance(a, str) and len(a) + len(b) > MAX_TEXT:
+        raise OverflowError("the text is too long")
+    return a + b
+
+
+def _times(a: Any, b: Any) -> Any:
+    result = a * b
+    if isinstance(result, int) and not -LARGEST <= result <= LARGEST:
+        raise OverflowError("an Integer is too large")
+    return result
+
+
 def _power(base: Any, exponent: Any) -> Value:
     result = float(base) ** exponent
     if isinstance(result, complex):
@@ -93,20 +112,28 @@ def _power(base: Any, exponent: Any) -> Value:
 def _matrix_power(base: Value, exponent: Value) -> Value:
     assert isinstance(base, list) and isinstance(exponent, int)
     result: Value = identity(len(base))
-    for _ in range(exponent):
-        result = multiply(result, base)
+    square: Value = base
+    while exponent > 0:  # by squaring
+        if exponent % 2:
+            result = multiply(result, square)
+        exponent //= 2
+        if exponent:
+            square = multiply(square, square)
     return result
 
 
 def multiply(a: Any, b: Any) -> Value:
     """`*` by the operands' dimensions (10.6.4)."""
     if not isinstance(a, list) or not isinstance(b, list):
-        return _map(operator.mul, a, b)
+        return _map(_times, a, b)
     if a and isinstance(a[0], list):
+        columns = len(b[0]) if b and isinstance(b[0], list) else 1
+        if len(a) * len(b) * columns > MAX_PRODUCTS:
+            raise NotConstant("the matrices are too large")
         return [multiply(row, b) for row in a]
     if b and isinstance(b[0], list):
         return [multiply(a, [row[j] for row in b]) for j in range(len(b[0]))]
-    products: list[Any] = [x * y for x, y in zip(a, b, strict=True)]
+    products: list[Any] = [_times(x, y) for x, y in zip(a, b, strict=True)]
     return total(products)
 
 
@@ -152,12 +179,17 @@ def total(value: Value) -> Value:
 
 
 def identity(n: Any) -> Value:
+    _bound(n * n)
     return [[1 if i == j else 0 for j in range(n)] for i in range(n)]
 
 
-def fill(value: Any, *dims: Any) -> Value:
-    if math.prod(dims) > 10_000_000:
+def _bound(entries: int) -> None:
+    if entries > MAX_ENTRIES:
         raise NotConstant("the array is too large")
+
+
+def fill(value: Any, *dims: Any) -> Value:
+    _bound(math.prod(dims))
     for size in reversed(dims):
         value = [value] * size
     return value  # type: ignore[no-any-return]
@@ -205,11 +237,13 @@ def _skew(x: Any) -> Value:
 
 
 def _linspace(a: Any, b: Any, n: Any) -> Value:
+    _bound(n)
     return [a + (b - a) * i / (n - 1) for i in range(n)]
 
 
 def cat(dimension: Any, *arrays: Any) -> Value:
     if dimension == 1:
+        _bound(sum(map(len, arrays)))
         return [x for a in arrays for x in a]
     return [cat(dimension - 1, *rows) for rows in zip(*arrays, strict=True)]
 
@@ -232,10 +266,12 @@ def _symmetric(a: Any) -> Value:
 
 
 def _diagonal(v: Any) -> Value:
+    _bound(len(v) ** 2)
     return [[v[i] if i == j else 0 for j in range(len(v))] for i in range(len(v))]
 
 
 def _outer(a: Any, b: Any) -> Value:
+    _bound(len(a) * len(b))
     return [[x * y for y in b] for x in a]
 
 

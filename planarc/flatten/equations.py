@@ -33,6 +33,8 @@ from planarc.flatten.tree import Instance
 from planarc.flatten.variability import variability_of
 from planarc.ir import flat, syntax
 
+MAX_TURNS = 200_000  # of one for-equation, all its iterators together
+
 Equations = tuple[flat.Equation, ...]
 
 
@@ -183,13 +185,21 @@ def scalar_count(type_: flat.Type) -> int:
 
 
 def _for(node: syntax.ForEquation, env: Env, to: Collector) -> Equations:
-    return tuple(_unroll(node.iterators, node, env, to))
+    return tuple(_unroll(node.iterators, node, env, to, [MAX_TURNS]))
 
 
 def _unroll(
-    iterators: tuple[syntax.Iterator, ...], node: syntax.ForEquation, env: Env, to: Collector
+    iterators: tuple[syntax.Iterator, ...],
+    node: syntax.ForEquation,
+    env: Env,
+    to: Collector,
+    left: list[int],
 ) -> list[flat.Equation]:
+    """`left`: how many turns may still be made."""
     if not iterators:
+        left[0] -= 1
+        if left[0] < 0:
+            raise error("F252", f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
         return type_equations(node.body, env, to)
     values = iteration_values(iterators[0], env, node.body)
     if values is None:
@@ -197,7 +207,7 @@ def _unroll(
     found: list[flat.Equation] = []
     errors = len(env.session.errors)
     for value in values:
-        found += _unroll(iterators[1:], node, env.with_local(iterators[0].name, value), to)
+        found += _unroll(iterators[1:], node, env.with_local(iterators[0].name, value), to, left)
         if len(env.session.errors) > errors:
             break  # the same error would be found in each turn
     return found

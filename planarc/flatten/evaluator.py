@@ -6,6 +6,7 @@ every parameter that is used becomes structural.
 
 from __future__ import annotations
 
+import sys
 from typing import TypeAlias
 
 from planarc.core.diagnostic import error
@@ -21,7 +22,10 @@ Frame: TypeAlias = "dict[str, Value]"
 def range_count(first: float, step: float, last: float, span: Span) -> int:
     if step == 0:
         raise error("F275", "the step of a range is zero", span)
-    return max(0, int((last - first) / step + 1e-12) + 1) if (last - first) / step >= 0 else 0
+    steps = (last - first) / step
+    if not steps < sys.maxsize:  # not a number either
+        raise error("F252", f"a range of {steps:g} values is too long", span)
+    return max(0, int(steps + 1e-12) + 1) if steps >= 0 else 0
 
 
 class Evaluator:

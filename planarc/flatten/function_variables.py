@@ -25,6 +25,7 @@ from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
 from planarc.flatten.tree import Class, Instance, Layout, Mod, Scope, Session
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import nodes_of
 
 
 def declare_variables(
@@ -78,6 +79,7 @@ def _declare(
     if value is not None:
         expect(type_, value, f"the value of `{name}`")
     if value is not None and definition.variability is syntax.Variability.CONSTANT:
+        _refuse_variables(name, value, names.keys() - signature.constants.keys())
         signature.constants[name] = value
     if (
         not is_input
@@ -106,6 +108,14 @@ def _declare(
         ),
         causality,
     )
+
+
+def _refuse_variables(name: str, value: flat.Expression, variables: set[str]) -> None:
+    """The value of a constant must not depend on what a call gives."""
+    for e in nodes_of((value,)):
+        if isinstance(e, flat.Reference) and e.name in variables:
+            message = f"the constant `{name}` must not depend on the variable `{e.name}`"
+            raise error("F285", message, e.span)
 
 
 def _unit(mod: Mod, layout: Layout) -> str:

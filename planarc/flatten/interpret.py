@@ -13,6 +13,7 @@ from contextlib import suppress
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten import compute, evaluator
+from planarc.flatten.conform import counted
 from planarc.flatten.constant import NotConstant, Value
 from planarc.ir import flat
 from planarc.flatten.foreign_values import external_values
@@ -172,6 +173,13 @@ def _stored_field(
     return [*old[: first - 1], entry, *old[first:]]
 
 
+def _place(index: Value, old: list[Value], span: Span) -> int:
+    place = int(index)  # type: ignore[arg-type]
+    if not 1 <= place <= len(old):
+        raise error("F219", f"the index {place} is outside of 1 to {len(old)}", span)
+    return place
+
+
 def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -> Value:
     """`old` with the entry at the indices replaced."""
     if not indices:
@@ -182,13 +190,15 @@ def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -
     first, rest = indices[0], indices[1:]
     if first is None or isinstance(first, list):
         places = range(1, len(old) + 1) if first is None else first
+        if isinstance(value, list) and len(value) != len(places):
+            message = f"{counted(len(value), 'value')} cannot be assigned to {len(places)} places"
+            raise error("F270", message, span)
         for k, place in enumerate(places):
+            at = _place(place, old, span)
             entry = value[k] if isinstance(value, list) else value
-            new[int(place) - 1] = _stored(old[int(place) - 1], rest, entry, span)  # type: ignore[arg-type]
+            new[at - 1] = _stored(old[at - 1], rest, entry, span)
         return new
-    place = int(first)  # type: ignore[arg-type]
-    if not 1 <= place <= len(old):
-        raise error("F219", f"the index {place} is outside of 1 to {len(old)}", span)
+    place = _place(first, old, span)
     new[place - 1] = _stored(old[place - 1], rest, value, span)
     return new
 

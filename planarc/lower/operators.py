@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower.scope import Scope
 from planarc.lower.values import Tensor, Text, Value, each, expr, shape_of, stack
+
+MAX_PRODUCTS = 10_000_000  # in one product of matrices
+MAX_PARTS = 10_000  # of one text
 
 
 def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
@@ -26,6 +31,7 @@ def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
         case ".^":
             return each(t.pow, a, b)
         case "*":
+            _bound(a, b, span)
             return product(t, a, b)
         case "^":
             return t.pow(expr(a), expr(b)) if not shape_of(a) else _matrix_power(t, a, b, span)
@@ -40,6 +46,13 @@ def divide(t: Exprs, a: Expr, b: Expr, span: Span) -> Expr:
     if b.is_const and b.data == 0:
         raise error("L303", "division by zero", span)
     return t.div(a, b)
+
+
+def _bound(a: Value, b: Value, span: Span) -> None:
+    """Products of huge matrices would take for ever."""
+    columns = math.prod(shape_of(b)[1:])
+    if math.prod(shape_of(a)) * columns > MAX_PRODUCTS:
+        raise error("L313", "a product of such large matrices is not supported", span)
 
 
 def product(t: Exprs, a: Value, b: Value) -> Value:
@@ -70,8 +83,14 @@ def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
     n = a.shape[0]
     one = Tensor((n, n), tuple(t.one if r == c else t.zero for r in range(n) for c in range(n)))
     result: Value = one
-    for _ in range(int(exponent.data)):
-        result = product(t, result, a)
+    square: Value = a
+    left = int(exponent.data)
+    while left:  # by squaring
+        if left % 2:
+            result = product(t, result, square)
+        left //= 2
+        if left:
+            square = product(t, square, square)
     return result
 
 
@@ -92,6 +111,8 @@ def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
 
 def _texts(t: Exprs, op: str, a: Text, b: Text, span: Span) -> Value:
     if op == "+":
+        if len(a.parts) + len(b.parts) > MAX_PARTS:
+            raise error("L305", "a text of so many parts is not supported", span)
         return Text(a.parts + b.parts)
     left, right = a.constant, b.constant
     if left is None or right is None:

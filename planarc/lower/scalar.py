@@ -36,6 +36,9 @@ from planarc.lower.values import (
     stack,
 )
 
+#: Entries of one range.
+MAX_ENTRIES = 1_000_000
+
 
 def lower_expression(scope: Scope, e: flat.Expression) -> Value:
     """The value of an expression in a scope. Raises PlanarcError."""
@@ -112,7 +115,10 @@ def _range(scope: Scope, e: flat.Range) -> Value:
     step = bounds[1].data if len(bounds) == 3 else 1
     if step == 0:
         raise error("L310", "the step of a range is zero", e.span)
-    count = max(0, math.floor((stop - start) / step * (1 + 1e-15)) + 1)
+    steps = (stop - start) / step * (1 + 1e-15)
+    if not steps < MAX_ENTRIES:
+        raise error("L310", f"a range of {steps:g} values is too long", e.span)
+    count = max(0, math.floor(steps) + 1)
     return stack([scope.table.const(start + i * step) for i in range(count)])
 
 

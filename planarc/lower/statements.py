@@ -28,7 +28,7 @@ from planarc.lower.assignment import store, zero_of
 from planarc.lower.scope import Scope
 from planarc.lower.values import Text, Value, elements, expr, fixed_dims, shape_of
 
-MAX_TURNS = 100_000  # of one loop whose conditions are known
+MAX_TURNS = 100_000  # of all loops of one call whose conditions are known
 MAX_WAYS = 1_000  # ways through one call
 MAX_ENTRIES = 1_000_000  # of one array
 
@@ -70,6 +70,7 @@ class Runner:
     path: Expr | None = None  # what holds on this way; None: nothing is unknown so far
     frames: list[Frame] = field(default_factory=list)  # the innermost one last
     forks: list[tuple[Expr, Runner]] = field(default_factory=list)  # other ways, not yet run
+    turns: list[int] = field(default_factory=lambda: [0])  # likewise
     ways: list[int] = field(default_factory=lambda: [1])  # counted over all ways of the call
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
@@ -219,17 +220,21 @@ class Runner:
 
     def loop_for(self, s: flat.ForStatement) -> None:
         domain = elements(self.value(s.range))
-        if len(domain) > MAX_TURNS:
-            raise self.refused(f"a loop of {len(domain)} turns", s.span)
         self.frames.append(_For(s, domain, self.values.get(s.iterator)))
 
     def _next_for(self, loop: _For) -> None:
         name = loop.statement.iterator
+            self._count_turn(loop.statement.span)
         if loop.turn < len(loop.domain):
             self.values[name] = loop.domain[loop.turn]
             self.frames += [replace(loop, turn=loop.turn + 1), _Body(loop.statement.body)]
         else:
             self._forget(loop)
+    def _count_turn(self, span: Span) -> None:
+        self.turns[0] += 1
+        if self.turns[0] > MAX_TURNS:
+            raise self.refused(f"a loop of more than {MAX_TURNS} turns", span)
+
 
     def _forget(self, loop: _For) -> None:
         self.values.pop(loop.statement.iterator, None)
@@ -241,13 +246,12 @@ class Runner:
 
     def _next_while(self, loop: _While) -> None:
         s = loop.statement
-        if loop.turn >= MAX_TURNS:
-            raise self.refused(f"a loop of more than {MAX_TURNS} turns", s.span)
+        self._count_turn(s.span)
         condition = expr(self.value(s.condition))
         if not condition.is_const:
             self._split(self.scope.table.not_(condition))  # the way that leaves the loop
         if not condition.is_const or condition.data:
-            self.frames += [_While(s, loop.turn + 1), _Body(s.body)]
+            self.frames += [loop, _Body(s.body)]
 
     def leave_loop(self, s: flat.Break) -> None:
         while self.frames:
