@@ -44,6 +44,21 @@ function f input Real x; output Real y; algorithm y := x;
 Real z[integer(f(2))];
 """
 
+_RANGE = """
+function f input Real x; output Real y; algorithm y := sum(0:1e-9:x); end f;
+Real z[integer(f(2))];
+"""
+_STRING = """
+function f output String s; algorithm s := "x"; for i in 1:60 loop s := s + s; end for; end f;
+constant String s = f();
+Real x = if s == "x" then 1 else 2;
+"""
+_GROWTH = """
+function f output Real y; protected Real v[:]; algorithm v := {1.0};
+  for i in 1:60 loop v := cat(1, v, v); end for; y := sum(v); end f;
+Real z[integer(f())];
+"""
+
 EXTREMES: dict[str, bytes] = {
     "parentheses": _model("Real x = " + "(" * DEPTH + "1" + ")" * DEPTH + ";"),
     "open parentheses": _model("Real x = " + "(" * DEPTH),
@@ -95,6 +110,42 @@ EXTREMES: dict[str, bytes] = {
     "nested for": _model(
         "Real x; equation for i in 1:9999, j in 1:9999, k in 1:9999 loop x = i; end for;"
     ),
+    "huge range of reals": _model("Real x = sum(0.0:1e-300:1e300);"),
+    "huge range in a function": _model(_RANGE),
+    "range of not a number": _model("constant Real n = 0.0*1e400; Real x = sum(0:n:1);"),
+    "nested for over huge ranges": _model(
+        "Real x; equation for i in 1:1000000000, j in 1:1000000000 loop x = i; end for;"
+    ),
+    "nested for in an algorithm": _model(
+        "Real x; algorithm for i in 1:100000 loop for j in 1:100000 loop x := x + j; end for;"
+        " end for;"
+    ),
+    "for over nothing, hugely often": _model(
+        "Real x = 1; equation for i in 1:1000000000 loop end for;"
+    ),
+    "huge comprehension": _model("Real x = sum(i*j for i in 1:100000, j in 1:100000);"),
+    "huge array of arrays": _model(
+        "Real x[1000, 1000, 1000, 1000] = fill(1, 1000, 1000, 1000, 1000);"
+    ),
+    "array of 2^39 components": _tree(40).replace(
+        b"model C39 C38 a; C38 b;", b"model C39 C1 a[549755813888];"
+    ),
+    "array of a deep tree": _tree(12).replace(b"C10 a; C10 b;", b"C10 a[100000]; C10 b;"),
+    "huge array of records": _model("record R Real x; Real y[3]; end R; R r[100000000];"),
+    "huge array of connectors": _model(
+        "connector C Real e; flow Real f; end C; C a[10000000]; C b[10000000];"
+        " equation connect(a, b);"
+    ),
+    "huge parameter array": _model("parameter Integer n = 2147483647; Real x[n] = zeros(n);"),
+    "huge cat": _model("Real x[:] = cat(1, ones(100000000), ones(100000000));"),
+    "huge transpose": _model("Real x = sum(transpose(ones(100000, 100000)));"),
+    "huge diagonal": _model("Real x = sum(diagonal(ones(1000000)));"),
+    "huge outer product": _model("Real x = sum(outerProduct(ones(100000), ones(100000)));"),
+    "huge product of matrices": _model("Real x = sum(ones(2000, 2000)*ones(2000, 2000));"),
+    "huge slice": _model("Real y[3]; Real x = sum(y[1:1000000000]);"),
+    "huge power of a matrix": _model("Real x[2, 2] = [1, 2; 3, 4]^1000000000;"),
+    "huge string of a loop": _model(_STRING),
+    "growing array of a loop": _model(_GROWTH),
     "huge linspace": _model("Real x = sum(linspace(0, 1, 2147483647));"),
     "huge identity": _model("Real x = sum(identity(1000000));"),
     "negative size": _model("Real x[-5];"),
