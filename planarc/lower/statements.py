@@ -52,7 +52,6 @@ class _For:
 @dataclass(frozen=True, slots=True)
 class _While:
     statement: flat.WhileStatement
-    turn: int = 0
 
 
 Frame = _Body | _For | _While
