@@ -25,7 +25,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.options import Backend, RunOptions
 from planarc.request import Request, Target, open_target
 
@@ -103,8 +103,15 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
 def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
     from planarc.structure.pipeline import structure
 
-    with (clock or Clock()).phase("structure"):
-        return structure(dae)
+    try:
+        with (clock or Clock()).phase("structure"):
+            return structure(dae)
+    except PlanarcError:
+        # Without a connection that was left out, equations cannot fit: that is the one message.
+        left_out = [replace(w, severity=Severity.ERROR) for w in dae.warnings if w.code == "F311"]
+        if left_out:
+            raise PlanarcError(left_out) from None
+        raise
 
 
 def to_program(model: SortedDae, clock: Clock | None = None) -> Program:
@@ -156,7 +163,9 @@ def compile_model(
             dae = to_dae(model, clock)
             program = to_program(to_sorted(dae, clock), clock)
         except PlanarcError as problem:  # a warning may tell what led to it
-            raise PlanarcError((*model.warnings, *problem.diagnostics)) from None
+            told = {(e.code, e.span) for e in problem.diagnostics}
+            warnings = (w for w in model.warnings if (w.code, w.span) not in told)
+            raise PlanarcError((*warnings, *problem.diagnostics)) from None
         program = replace(program, figures=model.figures, mechanism=find_mechanism(dae))
         code = to_code(program, backend, clock)
     remember(request, backend, target.reader, Remembered(program, code, model.warnings))
