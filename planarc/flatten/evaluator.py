@@ -135,7 +135,10 @@ class Evaluator:
         return leaf.evaluated
 
     def _from_start(self, leaf: Leaf) -> flat.Expression:
-        start = bindings.attributes_of(leaf).start
+        attributes = bindings.attributes_of(leaf)
+        if _is_false(attributes.fixed):
+            raise NotConstant(f"`{leaf.name}` gets its value at the start of the run", leaf.span)
+        start = attributes.start
         if start is None or leaf.variability is flat.Variability.CONSTANT:
             kind = leaf.variability.name.lower()
             raise NotConstant(f"the {kind} `{leaf.name}` has no value", leaf.span)
@@ -228,3 +231,10 @@ def _to_float(value: Value) -> Value:
     if isinstance(value, list):
         return [_to_float(v) for v in value]
     return float(value) if isinstance(value, int) else value
+
+
+def _is_false(fixed: flat.Expression | None) -> bool:
+    """`fixed = false`, for all entries of an array."""
+    if isinstance(fixed, flat.Array):
+        return bool(fixed.items) and all(_is_false(item) for item in fixed.items)
+    return isinstance(fixed, flat.Literal) and fixed.value is False

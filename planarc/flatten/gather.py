@@ -14,8 +14,10 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import annotation
 from planarc.flatten.balance import is_given
 from planarc.flatten.bindings import attributes_of, leaf_binding
+from planarc.flatten.constant import NotConstant
 from planarc.flatten.environment import Env
 from planarc.flatten.equations import Collector, type_equations
+from planarc.flatten.evaluator import Evaluator
 from planarc.flatten.instantiate import node_of
 from planarc.flatten.joining import Joined, join, sections_of
 from planarc.flatten.lookup import member
@@ -150,7 +152,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         return None
     definition = leaf.element.definition
     assert isinstance(definition, syntax.Component)
-    if annotation.is_evaluated(definition.annotation, session):
+    if annotation.is_evaluated(definition.annotation, session) and _has_value(leaf):
         leaf.structural = True
     return flat.Variable(
         leaf.name,
@@ -166,6 +168,15 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         definition.comment,
         leaf.parent.prefix or "",
     )
+
+
+def _has_value(leaf: Leaf) -> bool:
+    """Whether its value is known before the run: `fixed = false` gives it one at the start."""
+    try:
+        Evaluator(leaf.parent.session).leaf_value(leaf)
+    except NotConstant:
+        return False
+    return True
 
 
 def _causality_of_model(leaf: Leaf) -> str:

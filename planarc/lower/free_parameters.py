@@ -3,7 +3,9 @@
 In:   flat.FlatModel
 Out:  flat.FlatModel   without parameters that have `fixed = false`
 
-What is computed from such a parameter is an unknown too, its binding an equation.
+One that an initial equation gives as an expression of other parameters is bound to
+it, and stays a parameter. Others become unknowns, and so does what is computed from
+them, its binding an equation. A Boolean, Integer or enumeration is set at the start.
 
 Example:
 
@@ -14,7 +16,11 @@ Example:
                                              equation
                                                der(p) = 0;
 
-Promises:  only parameters of type Real; others are refused.
+    parameter Boolean b(fixed=false);        discrete Boolean b;
+    initial equation                   ->    equation
+      b = x > 0;                               when initial() then b = x > 0; end when;
+
+Needs:     no structural parameter among them: such are refused.
 Reference: Modelica Language Specification 3.6, section 8.6.
 """
 
@@ -24,6 +30,7 @@ from dataclasses import replace
 
 from planarc.ir import flat
 from planarc.ir.flat import Base, Variability
+from planarc.ir.flatwalk import nodes_of
 from planarc.lower.classify import in_order, is_parameter, referenced
 from planarc.lower.scope import unsupported
 from planarc.lower.values import fixed_dims
@@ -31,6 +38,9 @@ from planarc.lower.values import fixed_dims
 
 def release_parameters(source: flat.FlatModel) -> flat.FlatModel:
     """Parameters with `fixed = false`, and what is computed from them, become unknowns."""
+    if not any(_is_free(v) for v in source.variables):
+        return source
+    source = _bound(source)
     free = {v.name for v in source.variables if _is_free(v)}
     if not free:
         return source
@@ -42,14 +52,88 @@ def release_parameters(source: flat.FlatModel) -> flat.FlatModel:
         if v.name not in free:
             variables.append(v)
             continue
-        if v.type.base is not Base.REAL or v.structural:
-            kind = "a structural parameter" if v.structural else "a parameter that is no `Real`"
-            raise unsupported(f"`fixed = false` for {kind}, `{v.name}`", v.span)
-        variables.append(replace(v, variability=Variability.CONTINUOUS))
-        if v.binding is None:
+        if v.structural:
+            raise unsupported(f"`fixed = false` for a structural parameter, `{v.name}`", v.span)
+        continuous = v.type.base is Base.REAL
+        variability = Variability.CONTINUOUS if continuous else Variability.DISCRETE
+        variables.append(replace(v, variability=variability))
+        if v.binding is None and continuous:
             constancy.append(_constant_in_time(v))
-    equations = (*source.equations, *constancy)
-    return replace(source, variables=tuple(variables), equations=equations)
+    discrete = {v.name for v in variables if v.name in free and v.type.base is not Base.REAL}
+    initial, at_start = [], []
+    for e in source.initial_equations:
+        turned = _set_at_start(e, discrete)
+        initial.append(e) if turned is None else at_start.append(turned)
+    return replace(
+        source,
+        variables=tuple(variables),
+        equations=(*source.equations, *constancy, *at_start),
+        initial_equations=tuple(initial),
+    )
+
+
+def _set_at_start(equation: flat.Equation, discrete: set[str]) -> flat.WhenEquation | None:
+    """`initial equation b = value`, b discrete, as `when initial() then b = value`."""
+    if not isinstance(equation, flat.Equality):
+        return None
+    left, right = equation.left, equation.right
+    if isinstance(right, flat.Reference) and right.name in discrete:
+        left, right = right, left
+    if not isinstance(left, flat.Reference) or left.name not in discrete:
+        return None
+    span, component = equation.span, equation.component
+    condition = flat.Builtin(flat.BOOLEAN, span, "initial")
+    body = flat.Equality(span, component, left, right)
+    return flat.WhenEquation(span, component, ((condition, (body,)),))
+
+
+def _bound(source: flat.FlatModel) -> flat.FlatModel:
+    """Free parameters bound to what initial equations `p = expression of parameters` give."""
+    free = {v.name for v in source.variables if _is_free(v)}
+    known = {v.name for v in source.variables if is_parameter(v)} - free
+    values: dict[str, flat.Expression] = {}
+    used: set[int] = set()
+    while True:
+        before = len(values)
+        for i, equation in enumerate(source.initial_equations):
+            given = None if i in used else _given(equation, free - values.keys(), known)
+            if given is not None:
+                name, value = given
+                values[name] = value
+                known.add(name)
+                used.add(i)
+        if len(values) == before:
+            break
+    variables = [
+        replace(v, binding=values[v.name]) if v.name in values else v for v in source.variables
+    ]
+    rest = [e for i, e in enumerate(source.initial_equations) if i not in used]
+    return replace(source, variables=tuple(variables), initial_equations=tuple(rest))
+
+
+def _given(
+    equation: flat.Equation, free: set[str], known: set[str]
+) -> tuple[str, flat.Expression] | None:
+    """A free parameter and the expression of known ones that an equation says it is."""
+    if not isinstance(equation, flat.Equality) or isinstance(equation.left, flat.Targets):
+        return None
+    for one, other in ((equation.left, equation.right), (equation.right, equation.left)):
+        if isinstance(one, flat.Reference) and not one.subscripts and one.name in free:
+            names = {e.name for e in nodes_of((other,)) if isinstance(e, flat.Reference)}
+            iterators = {n for e in nodes_of((other,)) for n in _iterators(e)}
+            if names - iterators <= known and not _reads_time(other):
+                return one.name, other
+    return None
+
+
+def _iterators(e: flat.Expression) -> tuple[str, ...]:
+    return tuple(n for n, _ in e.iterators) if isinstance(e, flat.Comprehension) else ()
+
+
+def _reads_time(expression: flat.Expression) -> bool:
+    return any(
+        isinstance(e, flat.Builtin) and e.function == "time" for e in nodes_of((expression,))
+    )
 
 
 def _is_free(v: flat.Variable) -> bool:

@@ -335,19 +335,6 @@ def test_a_parameter_from_an_initial_algorithm(backend: Backend) -> None:
     assert result["x"] == pytest.approx(4 * result.time)
 
 
-def test_an_integer_parameter_that_the_start_decides_is_refused() -> None:
-    with pytest.raises(PlanarcError, match="`fixed = false` for a parameter that is no `Real`"):
-        run(
-            """model M
-              parameter Integer n(fixed=false);
-              Real x = n;
-            initial equation
-              n = 2;
-            end M;""",
-            Backend.NUMPY,
-        )
-
-
 def test_a_functional_argument_leaves_defaults_alone(backend: Backend) -> None:
     result = run(
         """model M

@@ -1,0 +1,133 @@
+"""Parameters that get their values at the start (`fixed = false`)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc import compiler
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.options import Backend, RunOptions
+from planarc.request import Request
+
+
+@pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])
+def backend(request: pytest.FixtureRequest) -> Any:
+    return request.param
+
+
+def run(text: str, backend: Backend, stop: float = 1.0) -> Any:
+    options = RunOptions(stop=stop, tolerance=1e-9, backend=backend)
+    result = compiler.run(compiler.compile_model(Request(text=text), backend), options)
+    assert result.ended is None
+    return result
+
+
+ELBOW = """
+model Elbow "Two rods of length 1 from the origin to a point that moves"
+  Real x = 1 + 0.2*sin(time), y = 0.3;
+  final parameter Boolean above(fixed = false);
+  Real d = sqrt(x*x + y*y), h = sqrt(1 - d*d/4);
+  Real side = if above then 1 else -1;
+  Real px = x/2 - side*h*y/d, py = y/2 + side*h*x/d;
+  parameter Real guess = {guess};
+initial equation
+  above = guess > 0.15;
+end Elbow;
+"""
+
+
+@pytest.mark.parametrize(("guess", "side"), [(0.9, 1), (-0.4, -1)])
+def test_a_branch_is_chosen_at_the_start_and_kept(
+    guess: float, side: int, backend: Backend
+) -> None:
+    result = run(ELBOW.format(guess=guess), backend)
+    assert np.all(result["above"] == (side > 0))
+    assert result["px"] ** 2 + result["py"] ** 2 == pytest.approx(1.0, abs=1e-12)
+    assert np.all(np.sign(result["py"] - 0.15) == side)
+
+
+def test_a_choice_at_the_start_may_depend_on_what_moves_later(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  Real x(start = 0.3, fixed = true), v(start = -2, fixed = true);
+  parameter Boolean right(fixed = false);
+  parameter Integer steps(fixed = false);
+  final parameter Boolean left = not right;
+initial equation
+  right = x > 0;
+  steps = if v > 0 then 1 else 2;
+equation
+  v = der(x);
+  der(v) = if left then 1 else -1;
+end M;
+""",
+        backend,
+    )
+    assert np.all(result["right"] == 1)  # though x is below zero at the end
+    assert np.all(result["left"] == 0)
+    assert np.all(result["steps"] == 2)
+    t = result.time
+    assert result["x"] == pytest.approx(0.3 - 2 * t - t * t / 2, abs=1e-8)
+
+
+def test_a_constant_of_a_spring_follows_from_rest(backend: Backend) -> None:
+    """The load m*g rests on the spring at the given length: c = m*g/s."""
+    result = run(
+        """
+model M
+  parameter Real c(fixed = false, start = 10), m = 2, g = 9.81;
+  final parameter Real omega = sqrt(c/m);
+  Real s(start = 0.25, fixed = true), v(start = 0, fixed = true);
+initial equation
+  der(v) = 0;
+equation
+  v = der(s);
+  m*der(v) = m*g - c*s + (if time > 0.5 then 1 else 0);
+end M;
+""",
+        backend,
+        stop=2.0,
+    )
+    c = 2 * 9.81 / 0.25
+    assert result["c"] == pytest.approx(c, rel=1e-9)
+    assert result["omega"] == pytest.approx(math.sqrt(c / 2), rel=1e-9)
+    late = result.time > 0.5
+    phase = math.sqrt(c / 2) * (result.time[late] - 0.5)
+    assert result["s"][late] == pytest.approx(0.25 + (1 - np.cos(phase)) / c, abs=1e-7)
+
+
+def test_evaluate_is_a_wish_that_waits_for_the_start(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  final parameter Real n(fixed = false, start = 7) annotation(Evaluate = true);
+  Real x(start = 2, fixed = true);
+initial equation
+  n = 3*x;
+equation
+  der(x) = n;
+end M;
+""",
+        backend,
+    )
+    assert result["x"][-1] == pytest.approx(8.0, abs=1e-8)
+
+
+def test_what_shapes_the_model_cannot_wait_for_the_start(backend: Backend) -> None:
+    with pytest.raises(PlanarcError, match=r"`n` gets its value at the start"):
+        run(
+            """
+model M
+  parameter Integer n(fixed = false, start = 2);
+  Real x[n] = ones(n);
+initial equation
+  n = 3;
+end M;
+""",
+            backend,
+        )
