@@ -32,6 +32,7 @@ from planarc.request import Request, Target, open_target
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
     from planarc.ir.flat import FlatModel
+    from planarc.ir.insight import Insight
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.program import Kernel, Program
     from planarc.ir.result import Result
@@ -177,18 +178,28 @@ def run(
     options: RunOptions,
     clock: Clock | None = None,
     progress: Callable[[float], None] | None = None,
+    kernel: Kernel | None = None,
 ) -> Result:
-    """One run of a compiled model; it may be run any number of times."""
+    """One run of a compiled model; it may be run any number of times. A `kernel` that was
+    loaded before is used again."""
     from planarc.ir.dae import START_TIME
     from planarc.solve.simulate import simulate as run_stage
 
     clock = clock or Clock()
     if options.start is not None and START_TIME in compiled.program.slots:
         options = replace(options, values={**options.values, START_TIME: options.start})
-    with clock.phase("load"):
-        kernel = compiled.load()
+    if kernel is None:
+        with clock.phase("load"):
+            kernel = compiled.load()
     with clock.phase("simulate"):
         return run_stage(compiled.program, kernel, options, progress=progress)
+
+
+def study(result: Result, kernel: Kernel | None = None) -> Insight:
+    """What is known of a run's mechanism; of the ranks only with the run's kernel."""
+    from planarc.insight.study import study as run_stage
+
+    return run_stage(result, kernel)
 
 
 def simulate(

@@ -24,6 +24,7 @@ from planarc.core.options import RunOptions
 INTERRUPTED = "R440"
 
 if TYPE_CHECKING:
+    from planarc.ir.program import Kernel
     from planarc.ir.result import Result
     from planarc.request import Request
 
@@ -98,12 +99,14 @@ class Run:
             self.outcome = replace(self.outcome, equations=counts, diagnostics=known)
         else:
             del clock.seconds["compile again"]
+        with clock.phase("load"):
+            kernel = compiled.load()
         with progress_line() as progress:
-            result = compiler.run(compiled, options, clock, progress)
+            result = compiler.run(compiled, options, clock, progress, kernel)
         self._know(result)
         if len(result.time):
             with clock.phase("write"):
-                self._write(result, places)
+                self._write(result, places, kernel)
         self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE)
         return result, compiled.remembered
 
@@ -120,14 +123,14 @@ class Run:
             diagnostics=(*self.outcome.diagnostics, *result.warnings, *ended),
         )
 
-    def _write(self, result: Result, places: Destinations) -> None:
+    def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         if places.output is not None:
             from planarc.view.table import write_table
 
             write_table(places.output, result, self.job.variables, self.job.units)
             self.outcome = replace(self.outcome, output=str(places.output))
         if places.report is not None:
-            write_page(places.report, result)
+            write_page(places.report, result, kernel)
             self.outcome = replace(self.outcome, report=str(places.report))
 
     def _seconds(self) -> dict[str, float]:
@@ -150,13 +153,15 @@ class Run:
         console.complain(self.outcome.diagnostics)
 
 
-def write_page(path: Path, result: Result) -> None:
+def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
+    from planarc import compiler
     from planarc.view.report import write_report
     from planarc.view.scene import make_scene
 
     rows = tuple(r for r in summary(result, {"total": 0.0}, False, ()) if r[0] != "time")
-    write_report(path, result, make_scene(result), rows)
+    insight = compiler.study(result, kernel)
+    write_report(path, result, make_scene(result), rows, insight=insight)
 
 
 def _exit_of(result: Result) -> Exit:

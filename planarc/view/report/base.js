@@ -55,7 +55,9 @@ planarc.digits = function (value, count = 4) {
   return text.replace(/-/g, "−");
 };
 
-planarc.unit = (unit) => (unit && unit !== "1" ? unit.replace(/\./g, "·") : "");
+planarc.unit = (unit) => (unit && unit !== "1"
+  ? unit.replace(/\./g, "·").replace(/-?\d+/g, (digits) => [...digits].map((d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d] || "⁻").join(""))
+  : "");
 
 planarc.theme = (() => {
   const root = document.documentElement;

@@ -71,7 +71,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
       for (const m of layer.members) m.on = chosen.get(m.name) ?? m.on;
     }
     const span = reader.stop - reader.start;
-    digits = Math.max(0, Math.min(9, 2 - Math.floor(Math.log10(span || 1))));
+    digits = Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(span || 1))));
     slider.min = reader.start;
     slider.max = reader.stop;
     slider.disabled = !(span > 0);
@@ -123,7 +123,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
       const bar = make("b");
       bar.style.width = `${pixels}px`;
       bar.style.background = planarc.layerColor(layer.id);
-      scale.replaceChildren(bar, `${planarc.digits(layer.key, 1)} ${planarc.unit(layer.unit)}`);
+      scale.replaceChildren(bar, `${Number(layer.key.toPrecision(1))} ${planarc.unit(layer.unit)}`);
     };
     layer.dress();
     if (layer.members.length < 2) return make("span", { class: "layer" }, toggle);

@@ -101,7 +101,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       {
         width: Math.max(200, holder.clientWidth),
         height: count > 1 || figures.filter((f) => f.on && f.curves.length).length > 1 ? 178 : 236,
-        padding: [8, 8, 0, 0],
+        padding: [10, 14, 0, 0],
         scales: { x: { time: false }, y: { range: span } },
         legend: { show: false },
         cursor: { sync: { key: "planarc" }, points: { size: 6 } },
