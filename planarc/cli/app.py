@@ -39,6 +39,7 @@ from planarc.cli import (
     sensitivity,
     simulate,
     sweep,
+    view,
 )
 from planarc.cli import compile as compile_command
 from planarc.cli import list as list_command
@@ -55,6 +56,7 @@ app = typer.Typer(
 )
 app.command("new")(new.new)
 app.command("simulate")(simulate.simulate)
+app.command("view")(view.view)
 app.command("check")(check.check)
 app.command("flatten")(flatten.flatten)
 app.command("equations")(equations.equations)

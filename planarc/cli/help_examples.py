@@ -9,6 +9,10 @@ _EXAMPLES = {
         "planarc simulate PlanarMultiBody.Examples.Loops.FourBar --json --no-report",
         "planarc simulate crane.pmo --variables 'hook|rope' --units",
     ),
+    "view": (
+        "planarc view FourBar.csv",
+        "planarc view run.mat --model four_bar.pmo --output run.html --no-open",
+    ),
     "check": (
         "planarc check four_bar.pmo",
         "planarc check PlanarMultiBody.Joints --all",

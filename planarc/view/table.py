@@ -30,11 +30,13 @@ SUFFIXES = (".csv", ".mat")
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns over time. `units` only holds those that the file told."""
+    """Columns over time. `units` only holds those that the file told; `model` is the class
+    of the model, where it is said."""
 
     time: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
     units: Mapping[str, str]
+    model: str = ""
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         return self.time if name == "time" else self.columns[name]

@@ -1,6 +1,6 @@
 """Tables as MATLAB level 4 files, in the layout that Modelica tools share.
 
-    Aclass       "Atrajectory", "1.1", "", "binTrans"
+    Aclass       "Atrajectory", "1.1", a remark (planarc's: the class of the model), "binTrans"
     name         names of the variables, a column each
     description  theirs, with the unit in brackets
     dataInfo     for each: matrix (1 or 2; 0 for time), column (negative: opposite), 0, -1
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from planarc.view.table import Table
 
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
-_CLASS = ("Atrajectory", "1.1", "", "binTrans")
 
 
 #: Numbers written at a time, so that a long result is not copied as a whole.
@@ -58,7 +57,8 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
     for slot, i in constant_at.items():
         first[i - 1] = result.constants[slot]
 
-    _matrix(file, "Aclass", _TEXT, _texts(_CLASS))
+    kind = ("Atrajectory", "1.1", result.program.name, "binTrans")
+    _matrix(file, "Aclass", _TEXT, _texts(kind))
     _matrix(file, "name", _TEXT, _texts(names).T)
     _matrix(file, "description", _TEXT, _texts(descriptions).T)
     _matrix(file, "dataInfo", _INTEGER, info)
@@ -146,7 +146,8 @@ def read(data: bytes | mmap.mmap) -> Table:
     missing = [n for n in ("Aclass", "name", "dataInfo", "data_2") if n not in matrices]
     if missing:
         raise ValueError(f"it holds no matrix `{missing[0]}`")
-    turned = "binTrans" in _lines(matrices["Aclass"])
+    kind = _lines(matrices["Aclass"])
+    turned = "binTrans" in kind
 
     def by_row(name: str) -> NDArray[Any]:
         return matrices[name].T if turned else matrices[name]
@@ -171,7 +172,8 @@ def read(data: bytes | mmap.mmap) -> Table:
         if matrix not in points or not 0 < abs(place) <= points[matrix].shape[1]:
             raise ValueError(f"`{name}` refers to data that is not there")
         places[name] = points[matrix], place, matrix == 1
-    return Table(time, _Columns(places, len(time)), units)
+    remark = kind[2] if len(kind) == 4 else ""
+    return Table(time, _Columns(places, len(time)), units, remark)
 
 
 def _lines(matrix: NDArray[Any]) -> list[str]:

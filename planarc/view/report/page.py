@@ -36,18 +36,21 @@ def write_report(
     summary: Rows = (),
     curves: Sequence[str] | None = None,
     insight: Insight | None = None,
+    notes: Sequence[str] = (),
 ) -> None:
     """Write the page of a run to `path`.
 
     `summary` is shown as labels with texts; `curves` names the variables to plot, None chooses
-    them. Raises UsageError where the file cannot be written or a name is unknown.
+    them; `notes` stand at the top. Raises UsageError where the file cannot be written or a name
+    is unknown.
     """
     from planarc.view.storage import replacing
 
     unknown = [name for name in curves or () if name not in result]
     if unknown:
         raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))
-    text = render_page(result, scene, summary, None if curves is None else tuple(curves), insight)
+    chosen = None if curves is None else tuple(curves)
+    text = render_page(result, scene, summary, chosen, insight, notes)
     with replacing(path) as file:
         file.write(text.encode())
 
@@ -58,6 +61,7 @@ def render_page(
     summary: Rows = (),
     curves: tuple[str, ...] | None = None,
     insight: Insight | None = None,
+    notes: Sequence[str] = (),
 ) -> str:
     """The page as text."""
     program = result.program
@@ -74,7 +78,8 @@ def render_page(
     chart = assets.chart_script()
     script = assets.script(*assets.PLAYER, *assets.PLOTS, "page.js")
     left_out = data["curves"]["left_out"]  # type: ignore[index]
-    notes = [*_notes(result, len(rows), left_out), *(("remark", n) for n in scene.notes)]
+    remarks = [("remark", n) for n in (*notes, *scene.notes)]
+    told = [*_notes(result, len(rows), left_out), *remarks]
     cards = [
         _card("Mechanism", _list(insight.facts)) if insight is not None and insight.facts else "",
         _card("Run", _list(summary)) if summary else "",
@@ -85,7 +90,7 @@ def render_page(
         name=html.escape(program.name),
         description=html.escape(program.description),
         styles=assets.styles(*assets.STYLES, "page.css"),
-        notes="".join(f'<p class="{kind}">{html.escape(text)}</p>' for kind, text in notes),
+        notes="".join(f'<p class="{kind}">{html.escape(text)}</p>' for kind, text in told),
         cards="".join(cards),
         open="" if any(f.on for f in figures) else " open",
         data=assets.embed_json(data),

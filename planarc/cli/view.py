@@ -1,0 +1,140 @@
+"""`planarc view`: the page of a result that was written before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import Libraries, make_request
+from planarc.cli.exits import Exit
+from planarc.cli.files import page_destination
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.compiler import Compiled
+    from planarc.request import Request
+    from planarc.view.table import Table
+
+
+def view(
+    result: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RESULT",
+            help="A result, .csv or .mat, also of another tool.",
+            show_default=False,
+        ),
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(
+            "--model",
+            metavar="FILE|CLASS",
+            help="The model that made it: it says what is drawn.",
+            show_default=False,
+        ),
+    ] = None,
+    class_name: Annotated[
+        str | None,
+        typer.Option(
+            "--class", metavar="CLASS", help="The class of the model's FILE.", show_default=False
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="The page, .html.", show_default=False),
+    ] = None,
+    curves: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--curve", metavar="VAR", help="Show this curve. Repeatable.", show_default=False
+        ),
+    ] = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
+    library: Libraries = None,
+) -> int:
+    """Show a result as a page: the moving mechanism, curves, all variables.
+
+    The model is looked for: a library's class, or a file beside the result (or here) that declares
+    the class. A .mat names it; a .csv should be called <Class>.csv. Without a model there are
+    curves only.
+    """
+    from planarc import compiler
+    from planarc.restore import compile_guess, compile_request, restore
+    from planarc.view.report import write_report
+    from planarc.view.scene import make_scene
+    from planarc.view.table import read_table
+
+    if class_name is not None and model is None:
+        raise UsageError(
+            Diagnostic("C291", "`--class` needs a file", hint="name it with `--model FILE`")
+        )
+    path = page_destination(result.stem, output)
+    table = read_table(result)
+    if not len(table.time):
+        raise UsageError(
+            Diagnostic(
+                "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
+            )
+        )
+    _refuse_unknown(curves, table)
+    guessed = None if model is not None else _guess(table, result, library)
+    compiled: Compiled | None = None
+    if model is not None:
+        compiled = compile_request(make_request(model, class_name, library))
+    elif guessed is not None:
+        compiled = compile_guess(guessed, table)
+    restored = restore(table, result.name, compiled)
+    rows = restored.result
+    insight = compiler.study(rows, restored.kernel) if compiled is not None else None
+    scene = make_scene(rows)
+    notes = restored.notes if compiled is not None else (_WITHOUT,)
+    summary = [
+        ("file", result.name),
+        ("model", rows.program.name if compiled is not None else ""),
+        ("rows", f"{len(table.time)}, t = {table.time[0]:.6g} to {table.time[-1]:.6g} s"),
+    ]
+    write_report(path, rows, scene, [s for s in summary if s[1]], curves, insight, notes)
+    told = [("model", _where(guessed, model) if compiled is not None else "unknown: curves only")]
+    if not console.is_quiet():
+        console.say_rows([*told, ("written", str(path)), *(("note", n) for n in notes)])
+    if not no_open:
+        _open(path)
+    return Exit.DONE
+
+
+_WITHOUT = (
+    "This file holds numbers only. With its model the mechanism is drawn, too: "
+    "planarc view RESULT --model FILE"
+)
+
+
+def _guess(table: Table, result: Path, library: list[Path] | None) -> Request | None:
+    from planarc.restore import find_request
+
+    name = table.model or result.stem
+    return find_request(name, (result.parent, Path()), tuple(library or ()))
+
+
+def _where(guessed: Request | None, model: str | None) -> str:
+    if guessed is None:
+        return str(model)
+    return f"{guessed.class_name} in {guessed.file}" if guessed.file else str(guessed.class_name)
+
+
+def _refuse_unknown(curves: list[str] | None, table: Table) -> None:
+    from planarc.variables import unknown_name
+
+    for name in curves or ():
+        if name not in table:
+            raise unknown_name("variable", name, tuple(table.columns))
+
+
+def _open(path: Path) -> None:
+    import webbrowser
+
+    if not webbrowser.open(path.resolve().as_uri()):
+        console.warn("no browser was found: open the page by hand")
