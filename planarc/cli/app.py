@@ -11,73 +11,69 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from planarc.cli import (
-    animate,
-    assemble,
-    cache,
-    check,
-    compare,
-    console,
-    doc,
-    doctor,
-    drive,
-    equations,
-    equilibrium,
-    flatten,
-    fmt,
-    help_examples,
-    linearize,
-    new,
-    plot,
-    sensitivity,
-    simulate,
-    sweep,
-    view,
-)
-from planarc.cli import compile as compile_command
-from planarc.cli import list as list_command
+from planarc.cli import console, help_examples
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 
-app = typer.Typer(
-    name="planarc",
-    help="Compile and simulate planar mechanisms.",
-    rich_markup_mode=None,  # help without colours: importing rich would double its time
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-app.command("new")(new.new)
-app.command("simulate")(simulate.simulate)
-app.command("view")(view.view)
-app.command("check")(check.check)
-app.command("flatten")(flatten.flatten)
-app.command("equations")(equations.equations)
-app.command("compile")(compile_command.compile_model)
-app.command("list")(list_command.list_classes)
-app.command("doc")(doc.doc)
-app.command("fmt")(fmt.fmt)
-app.command("compare")(compare.compare)
-app.command("plot")(plot.plot)
-app.command("animate")(animate.animate)
-app.command("cache")(cache.cache)
-app.command("doctor")(doctor.doctor)
-app.command("sweep")(sweep.sweep)
-app.command("linearize")(linearize.linearize)
-app.command("equilibrium")(equilibrium.equilibrium)
-app.command("assemble")(assemble.assemble)
-app.command("drive")(drive.drive)
-app.command("sensitivity")(sensitivity.sensitivity)
+#: Of each command, in the order of the help: its file here, and the function in it. They are
+#: imported when they are asked for: together they would take half of a check's time.
+COMMANDS: Mapping[str, tuple[str, str]] = {
+    "new": ("new", "new"),
+    "simulate": ("simulate", "simulate"),
+    "view": ("view", "view"),
+    "gallery": ("gallery", "gallery"),
+    "check": ("check", "check"),
+    "flatten": ("flatten", "flatten"),
+    "equations": ("equations", "equations"),
+    "compile": ("compile", "compile_model"),
+    "list": ("list", "list_classes"),
+    "doc": ("doc", "doc"),
+    "fmt": ("fmt", "fmt"),
+    "compare": ("compare", "compare"),
+    "plot": ("plot", "plot"),
+    "animate": ("animate", "animate"),
+    "cache": ("cache", "cache"),
+    "doctor": ("doctor", "doctor"),
+    "sweep": ("sweep", "sweep"),
+    "linearize": ("linearize", "linearize"),
+    "equilibrium": ("equilibrium", "equilibrium"),
+    "assemble": ("assemble", "assemble"),
+    "drive": ("drive", "drive"),
+    "sensitivity": ("sensitivity", "sensitivity"),
+}
 
-for _command in app.registered_commands:
-    _command.epilog = help_examples.epilog(_command.name)
+
+def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
+    """The application with these commands."""
+    app = typer.Typer(
+        name="planarc",
+        help="Compile and simulate planar mechanisms.",
+        rich_markup_mode=None,  # help without colours: importing rich would double its time
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(root)
+    for name in names:
+        file, function = COMMANDS[name]
+        command = getattr(import_module(f"planarc.cli.{file}"), function)
+        app.command(name, epilog=help_examples.epilog(name))(command)
+    return app
+
+
+def _wanted(arguments: Sequence[str]) -> Iterable[str]:
+    """The command that is asked for; all of them where help or completion may name any."""
+    first = arguments[0] if arguments else "--help"
+    return (first,) if first in COMMANDS and "_PLANARC_COMPLETE" not in os.environ else COMMANDS
+
 
 #: What typer raises when the command line itself cannot be understood.
 _CommandLineError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -91,7 +87,6 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def root(
     version: Annotated[
         bool,
@@ -113,6 +108,7 @@ def run(arguments: Sequence[str]) -> int:
     console.prepare(volume)
     as_json = "--json" in arguments
     try:
+        app = make_app(_wanted(arguments))
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
         sys.stdout.flush()
         return int(code or 0)

@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from planarc.cli import check, console
-from planarc.cli.app import app, run
+from planarc.cli.app import COMMANDS, run
 
-COMMANDS = tuple(command.name or "" for command in app.registered_commands)
 HEAVY = ("numpy", "scipy", "sympy", "matplotlib", "llvmlite", "lark", "rich", "sksundae")
 
 
