@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
 from planarc.handbook.graphics import argument, binding, graphics_of, inner, placed
+from planarc.handbook.head import head_of
 from planarc.handbook.names import Names, elements
 from planarc.ir import syntax
 from planarc.ir.expressiontext import expression_text
@@ -45,7 +46,7 @@ class _Gatherer:
             if entry is None:
                 continue
             try:
-                children = [entry.child(name) for name in entry.child_names()]
+                children = [c for c in map(entry.child, entry.child_names()) if _is_public(c)]
                 page = self._page(entry, [c.full_name for c in children if c is not None])
             except PlanarcError:
                 continue
@@ -73,7 +74,16 @@ class _Gatherer:
             equations=tuple(_sections(definition)),
             source=_dedent(definition.span) if whole else "",
             file=definition.span.source.name,
+            head=head_of(definition.span.text),
+            inherited=tuple(self._inherited(entry)),
         )
+
+    def _inherited(self, entry: Entry) -> Iterator[tuple[Link, tuple[str, ...]]]:
+        """The sections of base classes, the deepest first."""
+        for part in self._names.lineage(entry):
+            sections = () if part is entry else tuple(_sections(part.definition))
+            if sections:
+                yield Link(part.full_name, part.full_name), sections
 
     def _annotation(self, annotation: syntax.Annotation | None) -> tuple[syntax.Argument, ...]:
         return () if annotation is None else self._library.parse_annotation(annotation)
@@ -112,7 +122,7 @@ class _Gatherer:
             literals = entry.definition.body.literals or ()
             found["Values"] = [Row(v.name, Link(entry.name), comment=v.comment) for v in literals]
         changed = self._changes(entry)
-        for part in self._names.lineage(entry):
+        for part in reversed(self._names.lineage(entry)):  # its own come first
             origin = None if part is entry else Link(f"from {part.name}", part.full_name)
             for component in _public(part.definition):
                 cls = self._type(part, component)
@@ -173,6 +183,10 @@ def _heading(component: syntax.Component, cls: Entry | None) -> str:
         return "Connectors"
     directed = component.causality is not syntax.Causality.NONE
     return "Inputs and outputs" if directed else "Variables"
+
+
+def _is_public(entry: Entry | None) -> bool:
+    return entry is not None and not entry.definition.prefixes.protected
 
 
 def _public(definition: syntax.ClassDef) -> Iterator[syntax.Component]:

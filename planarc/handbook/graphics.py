@@ -102,7 +102,15 @@ def _graphic(call: syntax.Call) -> Iterator[Graphic]:
         radius if isinstance(radius, float) else 0.0,
         text if isinstance(text, str) else "",
         given.get("smooth") == "Bezier",
+        _arrows(given.get("arrow")),
     )
+
+
+def _arrows(value: Constant) -> tuple[bool, bool]:
+    if not isinstance(value, tuple) or len(value) != 2:
+        return False, False
+    first, last = (v not in (None, "None") for v in value)
+    return first, last
 
 
 def constant(expression: syntax.Expression | None) -> Constant:

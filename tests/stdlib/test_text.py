@@ -10,8 +10,11 @@ from pathlib import Path
 import pytest
 
 from planarc.core.resources import stdlib
+from planarc.handbook.gather import gather
 from planarc.ir import syntax
 from planarc.parse.parser import parse_annotation, parse_file
+from planarc.request import Request, open_library
+from planarc.view.doc.pages import ClassPage
 
 ROOT = stdlib()
 FILES = sorted(ROOT.rglob("*.pmo"))
@@ -116,6 +119,44 @@ def test_a_component_names_the_tests_that_hold_it(path: Path) -> None:
         files += found.glob("*.pmo") if found.is_dir() else [found]
     name = re.compile(rf"\b{path.stem}\b")
     assert any(name.search(file.read_text(encoding="utf-8")) for file in files)
+
+
+@cache
+def handbook() -> dict[str, ClassPage]:
+    library, _, _ = open_library(Request())
+    return {page.name: page for page in gather(library, library.top_names())}
+
+
+def in_packages(root: str) -> list[ClassPage]:
+    """All classes but types that stand in packages, not in models."""
+    pages = handbook()
+    inside = {c for p in pages.values() if p.kind.endswith("package") for c in p.children}
+    found = [p for p in pages.values() if p.name in inside and p.name.startswith(root)]
+    return [p for p in found if p.kind != "type" and not p.name.endswith("Types.Defaults")]
+
+
+def test_every_class_of_the_libraries_is_documented() -> None:
+    pages = in_packages("")
+    assert len(pages) > 300
+    assert not [p.name for p in pages if "<p>" not in p.info]
+
+
+def test_components_have_a_picture_a_law_and_an_example_of_their_use() -> None:
+    pages = [p for p in in_packages("PlanarMultiBody.") if ".Examples" not in p.name]
+    assert len(pages) > 100
+    assert not [p.name for p in pages if not p.icon]
+    assert not [p.name for p in pages if "<pre>" not in p.info]
+    models = [p for p in pages if p.kind == "model"]
+    assert len(models) > 60
+    assert not [p.name for p in models if dict(p.head).keys().isdisjoint(("Law", "Lies"))]
+
+
+def test_examples_say_how_long_they_run_and_what_they_show() -> None:
+    pages = [p for p in in_packages("PlanarMultiBody.Examples.") if p.kind == "model"]
+    assert len(pages) >= 23
+    for page in pages:
+        for part in ("experiment(StopTime=", "figures={", "<p>"):
+            assert part in page.source, f"{page.name} has no {part}"
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 
 from planarc.handbook.gather import gather
 from planarc.request import Request, open_library
+from planarc.view.doc.code import colored
 from planarc.view.doc.icon import icon_svg
 from planarc.view.doc.page import render_handbook
 from planarc.view.doc.pages import ClassPage, Graphic, Icon
@@ -68,7 +69,8 @@ def test_every_class_has_an_entry(name: str) -> None:
     stack, names = [name], []
     while stack:
         names.append(stack.pop())
-        stack += [f"{names[-1]}.{inner}" for inner in library.class_names(names[-1])]
+        entries = map(library.entry, (f"{names[-1]}.{i}" for i in library.class_names(names[-1])))
+        stack += [e.full_name for e in entries if e and not e.definition.prefixes.protected]
     assert len(names) > 50
     assert set(names) <= set(read(handbook()).ids)
 
@@ -119,6 +121,41 @@ def test_equations_are_shown_without_the_annotation() -> None:
     assert text == "equation\n  tau = c*(phi_rel - phi_rel0);"
 
 
+def test_the_head_of_a_class_tells_its_law() -> None:
+    head = dict(pages()["PlanarMultiBody.Parts.Body"].head)
+    first, *rest = head["Law"].split("\n")
+    assert first == "r_0CM = ra + R(phia)*r_CM,"
+    assert rest[-1].startswith("I*z = ta")
+    assert head["Valid"] == "m >= 0, I >= 0; both may be 0."
+    section = handbook().split('<section id="PlanarMultiBody.Parts.Body">')[1]
+    assert "<dt>Law</dt><dd>r_0CM = ra + R(phia)*r_CM,\n" in section
+
+
+def test_a_class_shows_inherited_equations_and_where_it_is_used() -> None:
+    page = pages()["PlanarMultiBody.Forces.Spring"]
+    (base, (text,)), *_ = page.inherited
+    assert base.target == "PlanarMultiBody.Interfaces.PartialLineForce"
+    assert "e = d_ab/max(s, s_small);" in text
+    section = handbook().split('<section id="PlanarMultiBody.Forces.Spring">')[1]
+    assert 'Used in <a href="#PlanarMultiBody.Examples.' in section.split("</section>")[0]
+
+
+def test_the_only_root_is_shown_first() -> None:
+    library, _, _ = open_library(Request())
+    page = render_handbook("Parts", gather(library, ["PlanarMultiBody.Parts"]))
+    assert page.count('class="start"') == 1
+    assert page.rindex("<section") == page.index(
+        '<section id="PlanarMultiBody.Parts" class="start">'
+    )
+
+
+def test_texts_of_the_language_are_coloured_and_escaped() -> None:
+    assert colored('Real x "a<b"; // if') == (
+        'Real x <span class="s">&quot;a&lt;b&quot;</span>; <span class="c">// if</span>'
+    )
+    assert colored("der(x) = end_1;") == '<span class="k">der</span>(x) = end_1;'
+
+
 def test_icons_merge_what_is_inherited() -> None:
     base = pages()["Modelica.Blocks.Interfaces.SISO"].icon
     icon = pages()["Modelica.Blocks.Math.Gain"].icon
@@ -130,6 +167,14 @@ def test_icons_merge_what_is_inherited() -> None:
 def test_an_icon_turns_the_y_axis() -> None:
     line = Graphic("line", ((0.0, 10.0), (20.0, -30.0)))
     assert 'points="0,-10 20,30"' in icon_svg(Icon((line,)), "A", 100)
+
+
+def test_bent_lines_and_arrows_are_drawn() -> None:
+    points = ((0.0, 0.0), (10.0, 20.0), (20.0, 0.0))
+    svg = icon_svg(Icon((Graphic("line", points, smooth=True, arrows=(False, True)),)), "A", 100)
+    assert 'd="M0,0 L5,-10 Q10,-20 15,-10 L20,0"' in svg
+    assert svg.count("<polygon") == 1
+    assert '<polygon points="20,0 ' in svg
 
 
 @pytest.mark.parametrize(

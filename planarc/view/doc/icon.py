@@ -12,11 +12,14 @@ The y-axis is turned here, number by number, so that texts stay upright.
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 
 from planarc.view.doc.pages import Color, Graphic, Icon, Placed, Point
 
 _MARGIN = 10.0
+_HEAD = 18.0  # length of an arrow's head
 _PIXELS = 4.0  # for a millimetre of line width, at any size of the icon
 
 
@@ -52,7 +55,14 @@ def _all_points(icon: Icon) -> Iterator[Point]:
 def _graphic(graphic: Graphic) -> str:
     match graphic.shape:
         case "line" if len(graphic.points) > 1:
-            return f'<polyline points="{_points(graphic.points)}" {_stroke(graphic)} fill="none"/>'
+            heads = "".join(_head(graphic.line, *ends) for ends in _arrow_ends(graphic))
+            if graphic.smooth and len(graphic.points) > 2:
+                path = _bent(graphic.points)
+                return f'<path d="{path}" {_stroke(graphic)} fill="none"/>{heads}'
+            points = _points(graphic.points)
+            return f'<polyline points="{points}" {_stroke(graphic)} fill="none"/>{heads}'
+        case "polygon" if graphic.smooth and len(graphic.points) > 2:
+            return f'<path d="{_bent(graphic.points)}Z" {_paint(graphic)}/>'
         case "polygon" if len(graphic.points) > 1:
             return f'<polygon points="{_points(graphic.points)}" {_paint(graphic)}/>'
         case "rectangle" if len(graphic.points) == 2:
@@ -69,6 +79,36 @@ def _graphic(graphic: Graphic) -> str:
         case "text" if len(graphic.points) == 2:
             return _text(graphic)
     return ""
+
+
+def _bent(points: tuple[Point, ...]) -> str:
+    """Parabolas from middle to middle of the edges, straight at both ends."""
+    middles = [((a + c) / 2, (b + d) / 2) for (a, b), (c, d) in pairwise(points)]
+    steps = [f"M{_points(points[:1])} L{_points(middles[:1])}"]
+    for corner, end in zip(points[1:-1], middles[1:], strict=True):
+        steps.append(f"Q{_points((corner, end))}")
+    return " ".join([*steps, f"L{_points(points[-1:])}"])
+
+
+def _arrow_ends(graphic: Graphic) -> Iterator[tuple[Point, Point]]:
+    """Where heads are, and where their lines come from."""
+    first, last = graphic.arrows
+    if first:
+        yield graphic.points[0], graphic.points[1]
+    if last:
+        yield graphic.points[-1], graphic.points[-2]
+
+
+def _head(color: Color, tip: Point, tail: Point) -> str:
+    dx, dy = tip[0] - tail[0], tip[1] - tail[1]
+    length = math.hypot(dx, dy)
+    if length == 0:
+        return ""
+    ux, uy = dx / length, dy / length
+    x, y = tip[0] - _HEAD * ux, tip[1] - _HEAD * uy
+    side = _HEAD / 3
+    corners = (tip, (x - side * uy, y + side * ux), (x + side * uy, y - side * ux))
+    return f'<polygon points="{_points(corners)}" fill="{_color(color)}"/>'
 
 
 def _text(graphic: Graphic) -> str:

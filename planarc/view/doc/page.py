@@ -16,6 +16,7 @@ from pathlib import Path
 from string import Template
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.view.doc.code import colored
 from planarc.view.doc.icon import icon_svg
 from planarc.view.doc.pages import ClassPage, Link, Row
 from planarc.view.doc.prose import clean
@@ -38,13 +39,33 @@ def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
     known = {page.name: page for page in pages}
     inner = {child for page in pages for child in page.children}
     roots = [page for page in pages if page.name not in inner]
+    examples = _examples(pages)
+    # The last section is shown where none is asked for: that of the only root, or a list.
+    alone = roots[0] if len(roots) == 1 else None
+    sections = [_section(page, known, examples) for page in pages if page is not alone]
+    if alone is not None:
+        sections.append(_section(alone, known, examples, is_start=True))
+    else:
+        links = "".join(f"<li>{_link(Link(p.name, p.name), known)}</li>" for p in roots)
+        start = f"<h1>{html.escape(title)}</h1><ul>{links}</ul>"
+        sections.append(f'<section class="start">{start}</section>')
     return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(title),
         styles=(_HERE / "page.css").read_text(encoding="utf-8"),
         tree="".join(_tree(page, known) for page in roots),
-        start="".join(f"<li>{_link(Link(p.name, p.name), known)}</li>" for p in roots),
-        sections="".join(_section(page, known) for page in pages),
+        sections="".join(sections),
     )
+
+
+def _examples(pages: Sequence[ClassPage]) -> dict[str, list[str]]:
+    """The examples in which each class is a component."""
+    found: dict[str, list[str]] = {}
+    for page in pages:
+        if ".Examples." in page.name:
+            rows = (row for _, rows in page.tables for row in rows)
+            for target in dict.fromkeys(row.type.target for row in rows):
+                found.setdefault(target or "", []).append(page.name)
+    return found
 
 
 def _tree(root: ClassPage, known: Mapping[str, ClassPage]) -> str:
@@ -69,19 +90,28 @@ def _tree(root: ClassPage, known: Mapping[str, ClassPage]) -> str:
     return "".join(out)
 
 
-def _section(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
+def _section(
+    page: ClassPage,
+    known: Mapping[str, ClassPage],
+    examples: Mapping[str, Sequence[str]],
+    is_start: bool = False,
+) -> str:
+    start = ' class="start"' if is_start else ""
     parts = [
-        f'<section id="{html.escape(page.name)}">',
+        f'<section id="{html.escape(page.name)}"{start}>',
         _path(page, known),
         '<div class="head">',
         icon_svg(page.icon, page.name, _LARGE) if page.icon else "",
         f"<div><h1>{html.escape(page.name.rpartition('.')[2])}</h1>",
-        f'<p class="comment">{html.escape(page.comment)}</p></div></div>',
+        f'<p class="comment"><span class="kind">{html.escape(page.kind)}</span> '
+        f"{html.escape(page.comment)}</p></div></div>",
+        _head(page),
         f'<div class="info">{clean(page.info, known)}</div>' if page.info else "",
-        _bases(page, known),
+        _names("Extends", page.bases, known),
+        _names("Used in", [Link(_last(e), e) for e in examples.get(page.name, ())], known),
         _children(page, known),
         *(_table(heading, rows, known) for heading, rows in page.tables),
-        f"<h2>Equations</h2>{_pre(page.equations)}" if page.equations else "",
+        _equations(page, known),
         _source(page),
         "</section>",
     ]
@@ -92,13 +122,36 @@ def _path(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
     names = page.name.split(".")
     above = [".".join(names[: i + 1]) for i in range(len(names) - 1)]
     links = [_link(Link(name.rpartition(".")[2], name), known) for name in above]
-    return f'<p class="path">{" . ".join([*links, html.escape(page.kind)])}</p>'
+    return f'<p class="path">{" › ".join([*links, html.escape(_last(page.name))])}</p>'
 
 
-def _bases(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
-    if not page.bases:
+def _head(page: ClassPage) -> str:
+    """Law, sign and limits; formulas keep their lines."""
+    rows = "".join(
+        f"<dt>{html.escape(keyword)}</dt><dd>{html.escape(text)}</dd>"
+        for keyword, text in page.head
+    )
+    return f'<dl class="law">{rows}</dl>' if rows else ""
+
+
+def _names(what: str, links: Sequence[Link], known: Mapping[str, ClassPage]) -> str:
+    if not links:
         return ""
-    return f"<p>Extends {', '.join(_link(base, known) for base in page.bases)}.</p>"
+    return f"<p>{what} {', '.join(_link(link, known) for link in links)}.</p>"
+
+
+def _equations(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
+    if not page.equations and not page.inherited:
+        return ""
+    others = "".join(
+        f"<details><summary>from {_link(base, known)}</summary>{_pre(sections)}</details>"
+        for base, sections in page.inherited
+    )
+    return f"<h2>Equations</h2>{_pre(page.equations)}{others}"
+
+
+def _last(name: str) -> str:
+    return name.rpartition(".")[2]
 
 
 def _children(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
@@ -134,7 +187,7 @@ def _source(page: ClassPage) -> str:
 
 
 def _pre(texts: Sequence[str]) -> str:
-    return "".join(f"<pre>{html.escape(text)}</pre>" for text in texts)
+    return "".join(f"<pre>{colored(text)}</pre>" for text in texts)
 
 
 def _link(link: Link, known: Mapping[str, ClassPage]) -> str:

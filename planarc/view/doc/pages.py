@@ -33,7 +33,8 @@ class Graphic:
     dashed: bool = False
     radius: float = 0.0
     text: str = ""
-    smooth: bool = False
+    smooth: bool = False  # a line or polygon that is bent, its points pull at it
+    arrows: tuple[bool, bool] = (False, False)  # heads at the begin and the end of a line
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,3 +85,5 @@ class ClassPage:
     equations: tuple[str, ...]
     source: str
     file: str
+    head: tuple[tuple[str, str], ...] = ()  # `Law`, `Sign`, `Valid` ... and what they say
+    inherited: tuple[tuple[Link, tuple[str, ...]], ...] = ()  # base classes with equations
