@@ -31,6 +31,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "simulate": ("simulate", "simulate"),
     "view": ("view", "view"),
     "gallery": ("gallery", "gallery"),
+    "serve": ("serve", "serve"),
     "check": ("check", "check"),
     "flatten": ("flatten", "flatten"),
     "equations": ("equations", "equations"),

@@ -13,6 +13,10 @@ _EXAMPLES = {
         "planarc view FourBar.csv",
         "planarc view run.mat --model four_bar.pmo --output run.html --no-open",
     ),
+    "gallery": (
+        "planarc gallery",
+        "planarc gallery examples --output examples.html --reports reports",
+    ),
     "check": (
         "planarc check four_bar.pmo",
         "planarc check PlanarMultiBody.Joints --all",
@@ -37,6 +41,10 @@ _EXAMPLES = {
     "compare": (
         "planarc compare reference.mat FourBar.csv",
         "planarc compare a.csv b.csv --tolerance 1e-5 --variables '^crank'",
+    ),
+    "serve": (
+        "planarc serve four_bar.pmo",
+        "planarc serve PlanarMultiBody.Examples.CurveCurveJoint.CamFollower --port 8080 --no-open",
     ),
     "plot": (
         "planarc plot FourBar.csv revA.phi revD.phi -o angles.png",

@@ -1,0 +1,53 @@
+"""`planarc serve`: a page on this machine, on which a model is moved by sliders."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import ClassName, Libraries, Target, make_request
+from planarc.cli.exits import Exit
+from planarc.cli.simulate import choose_backend
+
+
+def serve(
+    target: Target,
+    class_name: ClassName = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes any that is free.")
+    ] = 0,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Print the address, but open no browser.")
+    ] = False,
+    library: Libraries = None,
+) -> int:
+    """Open a page on which the parameters of a model are sliders.
+
+    Each change runs the model again and redraws it at once; replaceable parts are menus. The page
+    follows the file when it is edited. Only this machine is answered, and only who knows the
+    address with its random token. Ctrl-C ends it.
+    """
+    from planarc.live.server import LiveServer
+    from planarc.live.session import Session
+
+    request = make_request(target, class_name, library)
+    session = Session(request, choose_backend(None))
+    server = LiveServer(session, request, port)
+    try:
+        # At once, also into a pipe: a script that starts this waits for it.
+        console.say(server.address)
+        sys.stdout.flush()
+        console.tell(f"{session.name} is served here until Ctrl-C")
+        if not no_open:
+            import webbrowser
+
+            webbrowser.open(server.address)
+        server.serve()
+    except KeyboardInterrupt:
+        console.tell("stopped")
+    finally:
+        server.stop()
+    return Exit.DONE

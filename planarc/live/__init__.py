@@ -1,0 +1,12 @@
+"""The live page: a model whose parameters are moved by sliders.
+
+    module      what it does
+    ---------   ---------------------------------------------------------------------
+    controls    which parameters and start values can be moved, and how far
+    choices     which replaceable parts a model has, and what may stand in their place
+    session     the model as the page has it now: compiles, runs, tells what is wrong
+    watch       notices that a file of the model was edited
+    server      answers the page, and nobody else
+
+The page itself, its scripts and styles, are in `planarc/view/live`.
+"""

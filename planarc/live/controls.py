@@ -1,0 +1,240 @@
+"""What of a model can be moved on its live page, and how far.
+
+In:   Model      compiled
+Out:  Group      the fields of a component (or of the model itself), in the order of the model
+
+A field is a parameter that a run may replace (a structural one compiles the model again) or a
+start value that the model writes. Bounds are the model's own `min` and `max`. A slider runs
+from bound to bound where both are known and not far apart, else over a range around the value.
+Zero has no size of its own: there the slider is as long as others of its unit.
+What does not change the motion stands in a group of its own; colours are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING
+
+from planarc.ir.dae import Kind
+from planarc.ir.expr import Expr, Op, postorder, symbol_text
+
+if TYPE_CHECKING:
+    from planarc.ir.program import Column, ParameterSlot, Program
+    from planarc.model import Model
+
+_DEGREES = 180 / math.pi
+#: A slider from bound to bound is of use where the value is at least this share of its length.
+_NEAR = 0.02
+REST = "Without effect on the motion"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """`value`, `minimum`, `maximum` and the slider's `low` and `high` are in SI units; shown is
+    value*factor in `unit`."""
+
+    name: str
+    label: str
+    kind: str  # Real, Integer, Boolean, enumeration
+    value: float
+    unit: str
+    factor: float
+    minimum: float | None
+    maximum: float | None
+    low: float
+    high: float
+    description: str
+    literals: tuple[str, ...] = ()
+    structural: bool = False
+    start: bool = False  # a start value of the variable `name`
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    title: str  # "" for the model itself
+    description: str
+    fields: tuple[Field, ...]
+
+
+def groups_of(model: Model) -> tuple[Group, ...]:
+    """The model's own fields first, then those of its components; the drawing last."""
+    program = model.program
+    known = {c.name: c for c in program.columns}
+    kernel = model.compiled().load()
+    kernel.parameters()
+    moving = moves(program)
+    own: dict[str, list[Field]] = {}
+    rest: list[Field] = []
+    for p in program.parameter_slots:
+        if p.final or not (p.settable or p.structural) or not _is_public(p.name, known):
+            continue
+        if "color" in p.name.lower() or (p.structural and "[" in p.name):
+            continue
+        component = p.name.partition(".")[0] if "." in p.name else ""
+        label = p.name.partition(".")[2] or p.name
+        value = float(kernel.w[p.slot])
+        if p.structural or p.name in moving:
+            made = _parameter(p, known.get(p.name), label, value)
+            own.setdefault(component, []).append(made)
+        else:
+            rest.append(_parameter(p, known.get(p.name), p.name, value))
+    for field in _starts(program, known, kernel.w):
+        component = field.name.partition(".")[0] if "." in field.name else ""
+        own.setdefault(component, []).append(field)
+    classes = {p.name: p.class_name.rpartition(".")[2] for p in program.parts}
+    order = sorted(own, key=lambda c: (c != "", c == "world"))
+    found = [Group(c, classes.get(c, ""), tuple(own[c])) for c in order]
+    if rest:
+        found.append(Group(REST, "the picture at most", tuple(rest)))
+    return _scaled(tuple(found))
+
+
+def _is_public(name: str, known: dict[str, Column]) -> bool:
+    return not name.startswith("$") and not (name in known and known[name].protected)
+
+
+def _parameter(p: ParameterSlot, column: Column | None, label: str, value: float) -> Field:
+    factor, unit = _shown(column, p.unit)
+    low, high = slider(p.kind, value, p.minimum, p.maximum, p.unit)
+    return Field(
+        name=p.name,
+        label=label,
+        kind=p.kind.value,
+        value=value,
+        unit=unit,
+        factor=factor,
+        minimum=p.minimum,
+        maximum=p.maximum,
+        low=low,
+        high=high,
+        description=p.description,
+        literals=tuple(n.rpartition(".")[2] for n in p.literals),
+        structural=p.structural,
+    )
+
+
+def _starts(program: Program, known: dict[str, Column], w: object) -> Iterator[Field]:
+    """The start values that are written in the model, held ones and hints."""
+    for c in program.candidates:
+        column = known.get(c.display)
+        if not (c.start_written or c.fixed) or column is None or column.slot != c.slot:
+            continue
+        value = column.sign * float(w[c.start])  # type: ignore[index]
+        factor, unit = _shown(column, column.unit)
+        low, high = slider(Kind.REAL, value, None, None, column.unit)
+        label = c.display.partition(".")[2] or c.display
+        held = "held exactly" if c.fixed else "a hint"
+        yield Field(
+            name=c.display,
+            label=label,
+            kind=Kind.REAL.value,
+            value=value,
+            unit=unit,
+            factor=factor,
+            minimum=None,
+            maximum=None,
+            low=low,
+            high=high,
+            description=f"{column.description or c.display} at the start, {held}",
+            start=True,
+        )
+
+
+def _scaled(groups: tuple[Group, ...]) -> tuple[Group, ...]:
+    """Sliders around zero take their length from their neighbours, or the whole model."""
+    everywhere: dict[str, list[float]] = {}
+    for group in groups:
+        for f in group.fields:
+            if f.value and not f.start:
+                everywhere.setdefault(f.unit, []).append(abs(f.value))
+    return tuple(
+        replace(group, fields=tuple(_around_zero(f, group, everywhere) for f in group.fields))
+        for group in groups
+    )
+
+
+def _around_zero(f: Field, group: Group, everywhere: dict[str, list[float]]) -> Field:
+    if f.value or (f.low, f.high) != (-1.0, 1.0) or f.kind != Kind.REAL.value or not f.unit:
+        return f
+    near = [abs(o.value) for o in group.fields if o.unit == f.unit and o.value and not o.start]
+    far = sorted(everywhere.get(f.unit, ()))
+    size = max(near) if near else far[len(far) // 2] if far else 1.0
+    size = _round(size)
+    low = -size if f.minimum is None else max(f.minimum, -size)
+    high = size if f.maximum is None else min(f.maximum, size)
+    return replace(f, low=low, high=high) if low < high else f
+
+
+def _shown(column: Column | None, unit: str) -> tuple[float, str]:
+    """Angles are shown in degrees where the library says so."""
+    if column is not None and column.unit == "rad" and column.display_unit == "deg":
+        return _DEGREES, "deg"
+    return 1.0, "" if unit == "1" else unit
+
+
+def slider(
+    kind: Kind, value: float, minimum: float | None, maximum: float | None, unit: str
+) -> tuple[float, float]:
+    """Where a slider begins and ends; the value is between."""
+    if not math.isfinite(value):
+        return 0.0, 1.0
+    if minimum is not None and maximum is not None and minimum < maximum:
+        near = max(abs(value), abs(minimum)) >= _NEAR * (maximum - minimum)
+        if minimum <= value <= maximum and (near or value == minimum):
+            return minimum, maximum
+    if unit == "rad" and abs(value) <= math.pi:
+        low, high = -math.pi, math.pi
+    elif value == 0.0:
+        low, high = -1.0, 1.0
+    else:
+        low, high = sorted((_round(0.2 * value), _round(2.5 * value)))
+    if kind is Kind.INTEGER:
+        low, high = min(math.floor(low), round(value) - 1), max(math.ceil(high), round(value) + 5)
+    low = low if minimum is None else max(low, minimum)
+    high = high if maximum is None else min(high, maximum)
+    return (low, high) if low < high else (min(low, value), max(high, value) + 1.0)
+
+
+def _round(value: float) -> float:
+    """With two digits: a slider of round ends."""
+    return float(f"{value:.2g}")
+
+
+def moves(program: Program) -> set[str]:
+    """The parameters on which the motion depends, in equations or through other parameters."""
+    needed = _symbols(
+        (
+            program.levels, program.rest, program.initial, program.initial_residuals,
+            program.roots, program.discrete, program.blocks, program.relations,
+            program.samplers, program.whens, program.assertions, program.delays,
+        )
+    )  # fmt: skip
+    needed |= {f"start({symbol})" for symbol in needed}
+    for statement in reversed(program.parameters):
+        target = getattr(statement, "target", None)
+        if target is None or _symbols((target,)) & needed:
+            needed |= _symbols((statement,))
+    return needed
+
+
+def _symbols(values: Iterable[object]) -> set[str]:
+    """The names of all symbols in nested data."""
+    found: set[str] = set()
+    seen: set[int] = set()
+    stack: list[object] = list(values)
+    while stack:
+        value = stack.pop()
+        if isinstance(value, Expr):
+            if id(value) in seen:
+                continue
+            for e in postorder((value,)):
+                seen.add(id(e))
+                if e.op is Op.SYMBOL:
+                    found.add(symbol_text(*e.data))
+        elif isinstance(value, tuple | list):
+            stack.extend(value)
+        elif is_dataclass(value):
+            stack.extend(getattr(value, f.name) for f in fields(value))
+    return found

@@ -1,0 +1,330 @@
+"""Answers the live page, and nobody else.
+
+Every address begins with a token that only the one knows who started the server; it listens on
+the loopback device alone. A request that another site's page makes, or one that reached this
+machine by another name (DNS rebinding), is refused before anything is looked at.
+
+    GET  /TOKEN/           the page
+    POST /TOKEN/run        an order (see `session`); the motion, or what is wrong
+    POST /TOKEN/report, /TOKEN/csv, /TOKEN/svg       the same, as a file to keep
+    GET  /TOKEN/events     tells when a file was edited (server-sent events)
+    POST /TOKEN/leave      the page was closed
+
+The HTTP is werkzeug's (one pure package and MarkupSafe, of the Pallets project): its server
+speaks HTTP/1.1 with a thread for each connection, which is what one page on one machine needs.
+"""
+
+from __future__ import annotations
+
+import hmac
+import io
+import json
+import secrets
+from collections.abc import Callable, Iterator, Mapping
+from queue import Empty, Queue
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+from werkzeug.exceptions import HTTPException
+from werkzeug.serving import BaseWSGIServer, WSGIRequestHandler, make_server
+from werkzeug.wrappers import Request, Response
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.live.session import Order, Overtaken, Session
+from planarc.live.watch import Watch
+
+if TYPE_CHECKING:
+    from planarc import request as requests
+
+HOST = "127.0.0.1"
+#: Bytes that an order may have.
+_MOST = 1_000_000
+#: Seconds between two signs of life to a page; a page that is gone is noticed by them.
+_BEAT = 1.0
+
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+
+
+class LiveServer:
+    """Serves one session until `stop`. Raises UsageError C280 where the port is taken."""
+
+    def __init__(self, session: Session, request: requests.Request, port: int = 0) -> None:
+        self.session = session
+        self.token = secrets.token_urlsafe(24)
+        self._pages: list[Queue[str]] = []
+        try:
+            self._server = _listen(port, self._application)
+        except OSError as problem:
+            reason = getattr(problem, "strerror", None) or "it is in use"
+            raise UsageError(
+                Diagnostic(
+                    "C280",
+                    f"cannot listen on port {port}: {str(reason).lower()}",
+                    hint="choose another one with `--port`, or leave it out",
+                )
+            ) from None
+        self.port = self._server.port
+        self._watch = Watch(request, self._edited)
+        self._thread: Thread | None = None
+
+    @property
+    def address(self) -> str:
+        return f"http://{HOST}:{self.port}/{self.token}/"
+
+    def serve(self) -> None:
+        """Until `stop` is called from elsewhere, or Ctrl-C."""
+        self._server.serve_forever(poll_interval=0.1)
+
+    def start(self) -> None:
+        """Serve in a thread."""
+        self._thread = Thread(target=self.serve, name="planarc serve", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._watch.stop()
+        for page in self._pages:
+            page.put("end")
+        if self._thread is not None:
+            self._server.shutdown()
+            self._thread.join()
+        self._server.server_close()
+
+    def _edited(self) -> None:
+        self.session.reload()
+        for page in self._pages:
+            page.put("edited")
+
+    # Requests
+
+    def _application(self, environ: dict[str, Any], start: Callable[..., Any]) -> Any:
+        request = Request(environ)
+        request.max_content_length = _MOST
+        try:
+            response = self._refusal(request) or self._route(request)
+        except HTTPException as problem:
+            response = _plain(problem.code or 400, problem.name)
+        response.headers.update({k: v for k, v in _HEADERS.items() if k not in response.headers})
+        return response(environ, start)
+
+    def _refusal(self, request: Request) -> Response | None:
+        """403 for whoever is not the page."""
+        names = {f"{HOST}:{self.port}", f"localhost:{self.port}"}
+        if request.headers.get("Host") not in names:
+            return _plain(403, "this server answers to the loopback address only")
+        origin = request.headers.get("Origin")
+        if origin is not None and origin not in {f"http://{n}" for n in names}:
+            return _plain(403, "another site's page may not ask this server")
+        if request.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none"):
+            return _plain(403, "another site's page may not ask this server")
+        given = request.path.split("/")[1]
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            return _plain(403, "wrong token: open the whole address that `planarc serve` printed")
+        return None
+
+    def _route(self, request: Request) -> Response:
+        name = request.path.removeprefix(f"/{self.token}").removeprefix("/")
+        known: Mapping[str, tuple[str, Callable[[Request], Response]]] = {
+            "": ("GET", self._page),
+            "events": ("GET", self._events),
+            "run": ("POST", self._run),
+            "report": ("POST", self._report),
+            "csv": ("POST", self._csv),
+            "svg": ("POST", self._svg),
+            "leave": ("POST", self._leave),
+        }
+        if name not in known:
+            return _plain(404, "there is nothing here")
+        method, answer = known[name]
+        if request.method != method:
+            return _plain(405, f"use {method}")
+        return answer(request)
+
+    def _page(self, request: Request) -> Response:
+        from planarc.view.live.page import live_page
+
+        text, policy = live_page(self.session.name, self.session.description)
+        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": policy})
+
+    def _run(self, request: Request) -> Response:
+        try:
+            answer = self.session.answer(_order(request))
+        except Overtaken:
+            answer = {"overtaken": True}
+        return _json(answer)
+
+    def _leave(self, request: Request) -> Response:
+        self.session.leave(request.get_data(as_text=True)[:100])
+        return Response(status=204)
+
+    def _events(self, request: Request) -> Response:
+        page: Queue[str] = Queue()
+        self._pages.append(page)
+        name = request.args.get("page", "")[:100]
+
+        def lines() -> Iterator[str]:
+            try:
+                yield ": open\n\n"
+                while True:
+                    try:
+                        event = page.get(timeout=_BEAT)
+                    except Empty:
+                        yield ": alive\n\n"
+                        continue
+                    yield f"event: {event}\ndata:\n\n"
+                    if event == "end":
+                        return
+            finally:  # the page is gone: writing to it failed
+                self._pages.remove(page)
+                self.session.leave(name)
+
+        return Response(lines(), mimetype="text/event-stream")
+
+    # Files
+
+    def _report(self, request: Request) -> Response:
+        return self._file(request, "text/html", lambda result: result.animate().text.encode())
+
+    def _csv(self, request: Request) -> Response:
+        def write(result: Any) -> bytes:
+            from planarc.view import table_csv
+            from planarc.view.storage import shown
+
+            file = io.BytesIO()
+            columns = [c for c in shown(result.rows.program) if not c.constant]
+            table_csv.write(file, result.rows, columns, units=True)
+            return file.getvalue()
+
+        return self._file(request, "text/csv", write)
+
+    def _svg(self, request: Request) -> Response:
+        time = float(_number(_body(request).get("time")) or 0.0)
+        dark = bool(_body(request).get("dark"))
+
+        def draw(result: Any) -> bytes:
+            from planarc.view.picture.camera import fit_camera
+            from planarc.view.picture.motion import still
+            from planarc.view.picture.svg import render_svg
+            from planarc.view.scene import make_scene
+
+            scene = make_scene(result.rows)
+            within = min(max(time, float(scene.time[0])), float(scene.time[-1]))
+            camera = fit_camera(scene.box, 960)
+            return render_svg(still(scene, within), camera, result.name, dark).encode()
+
+        return self._file(request, "image/svg+xml", draw)
+
+    def _file(self, request: Request, kind: str, write: Callable[[Any], bytes]) -> Response:
+        try:
+            return Response(write(self.session.result(_order(request))), mimetype=kind)
+        except Overtaken:
+            return _plain(409, "overtaken")
+        except PlanarcError as problem:
+            return _plain(422, "\n".join(d.message for d in problem.diagnostics))
+
+
+def _listen(port: int, application: Any) -> BaseWSGIServer:
+    """werkzeug's server; it writes no log, and says by itself nothing when a port is taken."""
+    import os
+    import socket
+
+    # Bound here, since werkzeug would print, and end the process, where the port is taken.
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if os.name != "nt":  # there it would share the port with another server
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((HOST, port))
+        listener.listen(64)
+        return make_server(
+            HOST, port, application, threaded=True, request_handler=_Handler,
+            fd=listener.fileno(),
+        )  # fmt: skip
+    finally:
+        listener.close()
+
+
+class _Handler(WSGIRequestHandler):
+    """Says nothing; addresses hold the token."""
+
+    protocol_version = "HTTP/1.1"
+
+    def log(self, type: str, message: str, *args: Any) -> None:
+        pass
+
+
+def _order(request: Request) -> Order:
+    """The order of a request; 400 where it is none."""
+    body = _body(request)
+    return Order(
+        values=_numbers(body.get("values")),
+        starts=_numbers(body.get("starts")),
+        choices=_texts(body.get("choices")),
+        stop=_number(body.get("stop")),
+        known=str(body.get("known", "")),
+        changed=str(body.get("changed", "")),
+        page=str(body.get("page", ""))[:100],
+    )
+
+
+def _body(request: Request) -> Mapping[str, Any]:
+    from werkzeug.exceptions import BadRequest, UnsupportedMediaType
+
+    if request.mimetype != "application/json":
+        raise UnsupportedMediaType
+    try:
+        body = json.loads(request.get_data())
+    except ValueError:
+        raise BadRequest from None
+    if not isinstance(body, dict):
+        raise BadRequest
+    return body
+
+
+def _numbers(value: Any) -> dict[str, float]:
+    found = _texts(value, (int, float))
+    return {k: float(v) for k, v in found.items()}
+
+
+def _texts(value: Any, kinds: Any = str) -> dict[str, Any]:
+    from werkzeug.exceptions import BadRequest
+
+    if value is None:
+        return {}
+    if not isinstance(value, dict) or not all(isinstance(v, kinds) for v in value.values()):
+        raise BadRequest
+    return value
+
+
+def _number(value: Any) -> float | None:
+    from werkzeug.exceptions import BadRequest
+
+    if value is None:
+        return None
+    if not isinstance(value, (int, float)):
+        raise BadRequest
+    return float(value)
+
+
+def _json(value: Any) -> Response:
+    return Response(json.dumps(_finite(value), allow_nan=False), mimetype="application/json")
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no infinity."""
+    if isinstance(value, float):
+        return value if value - value == 0.0 else None
+    if isinstance(value, Mapping):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return value
+
+
+def _plain(status: int, text: str) -> Response:
+    return Response(text + "\n", status=status, mimetype="text/plain")

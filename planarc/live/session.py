@@ -1,0 +1,351 @@
+"""The model as a live page has it: compiled as often as it must be, run as often as it is moved.
+
+In:   Order    the values, start values and classes that the page asks for
+Out:  a value for `json`: the motion and the curves, or what is wrong; and the fields of the
+      page, where the model is another one than the page knows
+
+A run that is overtaken by a later order of the same page is given up. What was compiled is
+kept, so that going back costs nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from threading import Lock
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.options import Backend
+from planarc.core.render import render_all
+from planarc.live.choices import choices_of, numbers_of
+from planarc.live.controls import Field, Group, groups_of
+from planarc.model import Model
+from planarc.request import Request, open_target
+from planarc.results import Result, RunStopped
+
+if TYPE_CHECKING:
+    from planarc.view.scene import Scene
+
+#: Compiled models that are kept.
+_KEPT = 24
+#: Characters for the curves of an answer: a page that follows a finger must not be large.
+_ROOM = 700_000
+_QUOTED = re.compile(r"`([^`]+)`")
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What a page asks for. Values by name in SI units; only those that were changed.
+
+    `known` is the key of the model whose fields the page shows, `changed` the name of the
+    field that was moved last, `page` tells pages apart.
+    """
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
+    choices: Mapping[str, str] = field(default_factory=dict)
+    stop: float | None = None
+    known: str = ""
+    changed: str = ""
+    page: str = ""
+
+
+class Overtaken(Exception):
+    """A later order of the same page makes this one superfluous."""
+
+
+class Variant:
+    """One compiled model with its fields."""
+
+    def __init__(self, model: Model, key: str, seconds: float) -> None:
+        self.model, self.key, self.seconds = model, key, seconds
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        return groups_of(self.model)
+
+    @cached_property
+    def names(self) -> dict[str, Field]:
+        """The fields; a start value by its variable's name and `.start`."""
+        return {_field_name(f): f for g in self.groups for f in g.fields}
+
+
+class Session:
+    """See the head of this file. Raises PlanarcError where the model is wrong at once."""
+
+    def __init__(self, request: Request, backend: Backend) -> None:
+        self._request, self._backend = request, backend
+        self._lock = Lock()  # one compilation or run at a time
+        self._latest: dict[str, int] = {}  # number of the last order of each page
+        self._edition = 0
+        self._trouble: PlanarcError | None = None
+        self._open()
+
+    def _open(self) -> None:
+        begin = perf_counter()
+        model = Model(self._request, self._backend)
+        seconds = perf_counter() - begin
+        target = open_target(self._request)
+        self._choices = choices_of(target.library, target.class_name, model.program.parts)
+        self._library = target.library
+        self._base = Variant(model, self._key({}, {}), seconds)
+        self._variants = {self._base.key: self._base}
+
+    @property
+    def name(self) -> str:
+        return self._base.model.name
+
+    @property
+    def description(self) -> str:
+        return self._base.model.description
+
+    def reload(self) -> None:
+        """A file was edited. What is wrong with it, the next answer tells."""
+        with self._lock:
+            self._edition += 1
+            try:
+                self._open()
+                self._trouble = None
+            except PlanarcError as problem:
+                self._trouble = problem
+
+    def leave(self, page: str) -> None:
+        """The page is gone; nobody waits for its run."""
+        self._latest[page] = self._latest.get(page, 0) + 1
+
+    # Answers
+
+    def answer(self, order: Order) -> dict[str, Any]:
+        """Never raises but `Overtaken`."""
+        with self._turn(order):
+            variant = self._base
+            begin = perf_counter()
+            found: dict[str, Any] = {"problems": [], "notes": []}
+            try:
+                if self._trouble is not None:
+                    raise self._trouble
+                variant, result, ended = self._run(order, found["notes"])
+                found |= self._shown(result, ended)
+                if ended is not None:
+                    found["problems"] = self._told((ended,), variant, order)
+            except PlanarcError as problem:
+                variant = self._variants.get(self._wanted(order), variant)
+                found["problems"] = self._told(problem.diagnostics, variant, order)
+            found["seconds"] = perf_counter() - begin
+            found["key"] = variant.key
+            if variant.key != order.known:
+                found["model"] = self._described(variant)
+            return found
+
+    def result(self, order: Order) -> Result:
+        """The result of an order, for a file. Raises PlanarcError, Overtaken."""
+        with self._turn(order):
+            if self._trouble is not None:
+                raise self._trouble
+            return self._run(order, [])[1]
+
+    def _turn(self, order: Order) -> _Turn:
+        self._latest[order.page] = self._latest.get(order.page, 0) + 1
+        return _Turn(self, order.page, self._latest[order.page])
+
+    def overtaken(self, page: str, number: int) -> bool:
+        return self._latest.get(page, 0) != number
+
+    def _run(
+        self, order: Order, notes: list[tuple[str, str]]
+    ) -> tuple[Variant, Result, Diagnostic | None]:
+        variant, values = self._variant(order, notes)
+        names = variant.names
+        values = {n: v for n, v in values.items() if n in names}
+        starts = {n: v for n, v in order.starts.items() if f"{n}.start" in names}
+        page, number = order.page, self._latest.get(order.page, 0)
+
+        def progress(_time: float) -> None:
+            if self.overtaken(page, number):
+                raise Overtaken
+
+        try:
+            result = variant.model.simulate(
+                order.stop, parameters=values, start=starts, progress=progress
+            )
+        except RunStopped as stopped:
+            if not len(stopped.result):
+                raise
+            return variant, stopped.result, stopped.diagnostics[0]
+        return variant, result, None
+
+    # Variants
+
+    def _variant(
+        self, order: Order, notes: list[tuple[str, str]]
+    ) -> tuple[Variant, dict[str, float]]:
+        """The model with other classes and structural values, and the values left to set."""
+        chosen = self._compiled(order.choices, {}, notes)
+        structural = {
+            n: v
+            for n, v in order.values.items()
+            if n in chosen.names and chosen.names[n].structural and chosen.names[n].value != v
+        }
+        plain = {
+            n: v
+            for n, v in order.values.items()
+            if not (n in chosen.names and chosen.names[n].structural)
+        }
+        if not structural:
+            return chosen, plain
+        return self._compiled(order.choices, structural, notes, chosen.model), plain
+
+    def _compiled(
+        self,
+        choices: Mapping[str, str],
+        structural: Mapping[str, float],
+        notes: list[tuple[str, str]],
+        of: Model | None = None,
+    ) -> Variant:
+        key = self._key(choices, structural)
+        if key in self._variants:
+            return self._variants[key]
+        from planarc.variant import texts_of, variant_of
+
+        base = self._base.model
+        allowed = {c.component: {o.name for o in c.options} for c in self._choices}
+        for component, name in choices.items():
+            if name not in allowed.get(component, ()):
+                raise UsageError(Diagnostic("C281", f"`{component}` cannot be a `{name}`"))
+        begin = perf_counter()
+        texts: dict[str, str] = {}
+        if of is not None:
+            slots = {p.name: p for p in of.program.parameter_slots}
+            texts = texts_of(of.request, slots, structural)
+        kept = self._kept(choices)
+        try:
+            model = Model(variant_of(base.request, kept | texts, classes=choices), self._backend)
+        except PlanarcError:
+            if not kept:
+                raise
+            model = Model(variant_of(base.request, texts, classes=choices), self._backend)
+        model.take_name(base.program)
+        made = Variant(model, key, perf_counter() - begin)
+        while len(self._variants) >= _KEPT:
+            del self._variants[next(k for k in self._variants if k != self._base.key)]
+        self._variants[key] = made
+        if structural:
+            named = " and ".join(f"`{n}`" for n in structural)
+            verb = "is" if len(structural) == 1 else "are"
+            notes.append(
+                ("remark", f"{named} {verb} structural: compiled again in {made.seconds:.2f} s")
+            )
+        else:
+            notes.append(("remark", f"compiled again in {made.seconds:.2f} s"))
+        return made
+
+    def _kept(self, choices: Mapping[str, str]) -> dict[str, str]:
+        """Numbers that a new class takes over from the one in its place: those that both
+        call the same. An ellipse with waves is as large as the ellipse was."""
+        slots = [p for p in self._base.model.program.parameter_slots if p.settable and not p.final]
+        found = {}
+        for component, class_name in choices.items():
+            allowed = numbers_of(self._library, class_name)
+            for p in slots:
+                owner, _, name = p.name.rpartition(".")
+                if owner == component and name in allowed and p.default is not None:
+                    found[p.name] = repr(p.default)
+        return found
+
+    def _wanted(self, order: Order) -> str:
+        """The key of the model with the order's classes, if it could be compiled."""
+        return self._key(order.choices, {})
+
+    def _key(self, choices: Mapping[str, str], structural: Mapping[str, float]) -> str:
+        return repr((self._edition, sorted(choices.items()), sorted(structural.items())))
+
+    # What the page shows
+
+    def _described(self, variant: Variant) -> dict[str, Any]:
+        program = variant.model.program
+        return {
+            "name": program.name,
+            "description": program.description,
+            "stop": program.experiment.stop,
+            "start": program.experiment.start,
+            "groups": [asdict(g) for g in variant.groups],
+            "choices": [asdict(c) for c in self._choices],
+            "warnings": [["warning", _line(w)] for w in variant.model.warnings],
+        }
+
+    def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
+        from planarc.view.report.data import choose_rows, curve_data, scene_data
+        from planarc.view.report.figures import choose_figures
+
+        rows = result.rows
+        scene = _scene(result)
+        figures = choose_figures(rows)
+        chosen = choose_rows(rows, figures, tracks=4 * len(scene.items))
+        events = sorted({e.time for e in rows.events})
+        notes = [["warning", _line(w)] for w in rows.warnings]
+        notes += [["remark", n] for n in scene.notes]
+        if rows.ended is not None and ended is None:
+            notes.append(["remark", rows.ended.message])
+        return {
+            "scene": scene_data(scene, chosen, events),
+            "curves": curve_data(rows, figures, chosen, room=_ROOM),
+            "warnings": notes,
+            "rows": len(rows.time),
+        }
+
+    def _told(
+        self, diagnostics: Sequence[Diagnostic], variant: Variant, order: Order
+    ) -> list[dict[str, Any]]:
+        names = set(variant.names)
+        return [
+            {
+                "severity": d.severity.value,
+                "code": d.code,
+                "message": d.message,
+                "hint": d.hint,
+                "text": render_all((d,)) if d.span is not None else "",
+                "field": next((n for n in _named(d) if n in names), order.changed),
+            }
+            for d in diagnostics
+            if d.severity is not Severity.NOTE
+        ]
+
+
+class _Turn:
+    """Waits until the session is free; then goes only if nothing later was ordered."""
+
+    def __init__(self, session: Session, page: str, number: int) -> None:
+        self._session, self._page, self._number = session, page, number
+
+    def __enter__(self) -> None:
+        self._session._lock.acquire()
+        if self._session.overtaken(self._page, self._number):
+            self._session._lock.release()
+            raise Overtaken
+
+    def __exit__(self, *_: object) -> None:
+        self._session._lock.release()
+
+
+def _scene(result: Result) -> Scene:
+    from planarc.view.scene import make_scene
+
+    return make_scene(result.rows)
+
+
+def _field_name(f: Field) -> str:
+    return f"{f.name}.start" if f.start else f.name
+
+
+def _named(d: Diagnostic) -> list[str]:
+    """What a message puts in backticks; a variable may be meant by its start value."""
+    found = [n for text in (d.message, d.hint or "") for n in _QUOTED.findall(text)]
+    return [*found, *(f"{n}.start" for n in found)]
+
+
+def _line(d: Diagnostic) -> str:
+    return f"{d.message}\n{d.hint}" if d.hint else d.message

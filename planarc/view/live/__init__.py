@@ -1,0 +1,1 @@
+"""The page of `planarc serve`; what answers it is in `planarc/live`."""

@@ -1,0 +1,190 @@
+// The live page: what is moved is run and drawn at once; the latest wish counts.
+
+(() => {
+  const get = (id) => document.getElementById(id);
+  const { element: make } = planarc;
+  const page = Array.from(crypto.getRandomValues(new Uint8Array(8)), (b) => b.toString(16).padStart(2, "0")).join("");
+  const PATIENCE = 200; // ms that a newer wish waits for an answer before it overtakes it
+
+  let player = null;
+  let plots = null;
+  let tree = null;
+  let known = ""; // key of the model whose fields are shown
+  let moved = 0; // when the field was moved that the next picture answers
+  let wish = null; // name of the field of the next order
+  let flight = null; // the order under way: {since, abort}
+  let ended = false;
+  const delays = []; // ms from each moved field to its picture; for tests and measuring
+
+  get("theme").append(planarc.icon("theme"));
+  get("theme").addEventListener("click", () => planarc.theme.set(planarc.theme.isDark() ? "light" : "dark"));
+  get("keep").querySelector("summary").append(planarc.icon("picture"));
+
+  const fields = planarc.createFields(get("fields"), {
+    changed: (name) => {
+      moved = performance.now();
+      get("reset").hidden = fields.changes === 0;
+      ask(name);
+    },
+  });
+  get("reset").addEventListener("click", () => {
+    fields.reset();
+    get("reset").hidden = true;
+  });
+  get("search").addEventListener("input", () => fields.search(get("search").value));
+
+  // Orders
+
+  function ask(name) {
+    wish = name;
+    if (ended) return;
+    if (!flight) send();
+    else if (performance.now() - flight.since > PATIENCE) {
+      flight.abort.abort();
+      send();
+    }
+  }
+
+  const order = (more = {}) => JSON.stringify({ ...fields.values(), known, page, changed: wish ?? "", ...more });
+
+  async function send() {
+    const mine = { since: performance.now(), abort: new AbortController() };
+    flight = mine;
+    const asked = moved;
+    const body = order();
+    wish = null;
+    const slow = setTimeout(() => say("working …", true), 150);
+    try {
+      const response = await fetch("run", {
+        method: "POST", headers: { "Content-Type": "application/json" }, body, signal: mine.abort.signal,
+      });
+      const answer = await response.json();
+      if (flight === mine && !answer.overtaken) take(answer, asked);
+    } catch (problem) {
+      if (problem.name !== "AbortError") lose();
+    } finally {
+      clearTimeout(slow);
+      if (flight === mine) {
+        flight = null;
+        if (wish !== null) send();
+      }
+    }
+  }
+
+  // Answers
+
+  function take(answer, asked) {
+    const notes = [...answer.notes, ...(answer.warnings || [])];
+    if (answer.model) {
+      known = answer.key;
+      get("name").textContent = answer.model.name;
+      get("description").textContent = answer.model.description;
+      document.title = answer.model.name;
+      const waiting = fields.show(answer.model).filter((n) => !n.startsWith("="));
+      if (waiting.length) notes.push(["remark", `not in this model: ${waiting.join(", ")}`]);
+      notes.push(...answer.model.warnings);
+      fields.search(get("search").value);
+    }
+    const left = fields.blame(answer.problems);
+    tell([...left.map((p) => ["error", p.hint && !p.text ? `${p.message}\n${p.hint}` : p.message, p.text]), ...notes]);
+    stale(!answer.scene);
+    if (answer.scene) show(answer, asked);
+    const time = answer.seconds < 10 ? `${Math.round(1000 * answer.seconds)} ms` : `${answer.seconds.toFixed(0)} s`;
+    say(answer.scene ? `simulated in ${time}` : "cannot be simulated");
+  }
+
+  function show(answer, asked) {
+    if (!player) start(answer);
+    else {
+      player.setScene(answer.scene);
+      plots.setData(answer.curves);
+      tree.setVariables(plots.variables);
+      if (!inView(answer.scene.box)) player.fit();
+    }
+    if (asked) requestAnimationFrame(() => setTimeout(() => delays.push(performance.now() - asked)));
+  }
+
+  function start(answer) {
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    player = planarc.createPlayer(get("player"), answer.scene, { keys: document, playing: !still });
+    plots = planarc.createPlots(get("plots"), answer.curves, {
+      seek: (t) => player.setTime(t),
+      changed: (names) => tree && tree.check(names),
+    });
+    tree = planarc.createTree(get("tree"), plots.variables, { toggle: plots.toggle });
+    player.onTime((t, reader) => {
+      plots.mark(t, reader);
+      if (get("variables").open) tree.mark(reader);
+    });
+    window.planarcPlayer = player;
+  }
+
+  function inView(box) {
+    if (!box) return true;
+    const { view } = player;
+    const stage = get("player").querySelector("canvas").getBoundingClientRect();
+    const [w, h] = [stage.width / 2 / view.scale, stage.height / 2 / view.scale];
+    return box[0] >= view.x - w && box[2] <= view.x + w && box[1] >= view.y - h && box[3] <= view.y + h;
+  }
+
+  function stale(on) {
+    get("player").classList.toggle("stale", on);
+    get("plots").classList.toggle("stale", on);
+  }
+
+  function tell(notes) {
+    get("notes").replaceChildren(...notes.map(([kind, text, source]) => make(
+      "p", { class: kind }, text, ...(source ? [make("pre", {}, source)] : []),
+    )));
+  }
+
+  function say(text, busy = false) {
+    get("state").textContent = text;
+    get("state").classList.toggle("busy", busy);
+  }
+
+  function lose() {
+    ended = true;
+    stale(true);
+    say("ended");
+    tell([["error", "planarc does not answer any more: start `planarc serve` again and open its new address"]]);
+  }
+
+  // Files
+
+  for (const button of get("keep").querySelectorAll("button")) {
+    button.addEventListener("click", async () => {
+      get("keep").open = false;
+      const more = { page: `${page}-file`, time: player ? player.time : 0, dark: planarc.theme.isDark() };
+      const response = await fetch(button.dataset.file, {
+        method: "POST", headers: { "Content-Type": "application/json" }, body: order(more),
+      });
+      if (!response.ok) {
+        tell([["error", await response.text()]]);
+        return;
+      }
+      const link = make("a", {
+        href: URL.createObjectURL(await response.blob()),
+        download: `${get("name").textContent.split(".").pop()}.${button.dataset.ending}`,
+      });
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    });
+  }
+
+  // The file, and the end
+
+  const events = new EventSource(`events?page=${page}`);
+  events.addEventListener("edited", () => {
+    known = "";
+    ask("");
+  });
+  events.addEventListener("end", () => {
+    events.close();
+    lose();
+  });
+  addEventListener("pagehide", () => navigator.sendBeacon("leave", page));
+
+  window.planarcLive = { delays, get busy() { return flight !== null || wish !== null; }, fields };
+  ask("");
+})();

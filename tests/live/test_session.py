@@ -1,0 +1,167 @@
+"""What a page gets for what it moves."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc.core.options import Backend
+from planarc.live.session import Order, Overtaken, Session
+from planarc.request import Request
+
+CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
+CURVES = "PlanarMultiBody.Joints.Internal"
+
+
+def fields(answer: Any) -> dict[str, Any]:
+    return {f["name"]: f for g in answer["model"]["groups"] for f in g["fields"]}
+
+
+def test_fields_come_when_the_model_is_another_one(session: Session) -> None:
+    first = session.answer(Order())
+    assert first["model"]["name"] == "Swing"
+    assert "model" not in session.answer(Order(known=first["key"]))
+    again = session.answer(Order(known=first["key"], values={"heavy": 1.0}))
+    assert fields(again)["heavy"]["value"] == 1.0
+    assert fields(again)["second.m"]["value"] == 1.0
+    assert "second.m" not in fields(first)
+    ((kind, note),) = again["notes"]
+    assert kind == "remark"
+    assert note.startswith("`heavy` is structural: compiled again in ")
+    # Going back, and there again, compiles nothing.
+    assert session.answer(Order(known=again["key"]))["key"] == first["key"]
+    assert session.answer(Order(values={"heavy": 1.0}))["notes"] == []
+
+
+def test_answers_are_json_and_the_same_as_a_run(session: Session, swing: Request) -> None:
+    order = Order(values={"L": 2.0, "n": 3.0}, starts={"hinge.phi": 0.1}, stop=0.7)
+    answer = session.answer(order)
+    json.dumps(answer, allow_nan=False)
+    assert answer["problems"] == []
+    result = session.result(order)
+    direct = planarc.load(str(swing.file)).simulate(
+        0.7, parameters={"L": 2, "n": 3}, start={"hinge.phi": 0.1}
+    )
+    assert result.time[-1] == 0.7
+    np.testing.assert_allclose(result["bob.frame_a.f[2]"], direct["bob.frame_a.f[2]"], atol=1e-6)
+
+
+def test_errors_stand_beside_the_field_that_they_name(session: Session) -> None:
+    session.answer(Order())
+    (found,) = session.answer(Order(starts={"hinge.phi": float("inf")}))["problems"]
+    assert found["field"] == "hinge.phi.start"
+    (found,) = session.answer(Order(values={"n": -1.0}, changed="n"))["problems"]
+    assert found["field"] == "n"
+    assert "mass m of a body is negative" in found["message"]
+    (found,) = session.answer(Order(stop=-1.0, changed="$stop"))["problems"]
+    assert found["field"] == "$stop"
+
+
+def test_a_broken_file_is_told_and_a_mended_one_goes_on(session: Session, swing: Request) -> None:
+    assert swing.file is not None
+    good = swing.file.read_text("utf-8")
+    swing.file.write_text(good.replace("equation", "equatoin"), "utf-8")
+    session.reload()
+    answer = session.answer(Order())
+    assert "scene" not in answer
+    assert "swing.pmo" in answer["problems"][0]["text"]
+    swing.file.write_text(good.replace('= 1 "Length', '= 3 "Length'), "utf-8")
+    session.reload()
+    answer = session.answer(Order())
+    assert answer["problems"] == []
+    assert fields(answer)["L"]["value"] == 3.0
+
+
+def test_values_of_what_is_not_there_do_no_harm(session: Session) -> None:
+    """A page may still know fields of a model that was edited since."""
+    answer = session.answer(Order(values={"gone": 1.0}, starts={"gone.x": 2.0}))
+    assert answer["problems"] == []
+
+
+@pytest.fixture(scope="module")
+def cam() -> Session:
+    return Session(Request(None, CAM), Backend.NATIVE)
+
+
+def test_replaceable_curves_are_menus(cam: Session) -> None:
+    choices = {c["component"]: c for c in cam.answer(Order())["model"]["choices"]}
+    assert set(choices) == {"contact.curve1", "contact.curve2"}
+    first = choices["contact.curve1"]
+    assert first["current"] == f"{CURVES}.Ellipse"
+    names = [o["name"].rpartition(".")[2] for o in first["options"]]
+    assert {"Circle", "Ellipse", "StraightLine", "SinusEllipse", "Polar", "Spline"} <= set(names)
+    assert names == sorted(names, key=str.lower)
+    assert "BaseCurve" not in names  # partial
+
+
+def test_another_curve_takes_over_the_size_of_the_old_one(cam: Session) -> None:
+    first = cam.answer(Order())
+    assert "contact.curve1.R" not in fields(first)
+    answer = cam.answer(
+        Order(choices={"contact.curve1": f"{CURVES}.SinusEllipse"}, known=first["key"])
+    )
+    found = fields(answer)
+    assert (found["contact.curve1.a"]["value"], found["contact.curve1.b"]["value"]) == (0.15, 0.08)
+    circle = cam.answer(
+        Order(choices={"contact.curve1": f"{CURVES}.Circle"}, values={"contact.curve1.R": 0.1})
+    )
+    assert circle["problems"] == []
+    assert circle["model"]["name"] == CAM
+    assert "contact.curve1.R" in fields(circle)
+    assert "contact.curve1.a" not in fields(circle)
+
+
+def test_only_what_was_offered_can_be_chosen(cam: Session) -> None:
+    """A class name is put into the text of a model: nothing else may get there."""
+    for component, name in (
+        ("contact.curve1", "PlanarMultiBody.Parts.Body"),
+        ("contact.curve1", "X; end X; model Y"),
+        ("hinge", f"{CURVES}.Circle"),
+    ):
+        (found,) = cam.answer(Order(choices={component: name}))["problems"]
+        assert found["code"] == "C281"
+
+
+def test_a_later_order_of_the_same_page_overtakes_a_run(session: Session) -> None:
+    """A run of minutes ends when its page asks for something else, and the answer says so."""
+    session.answer(Order())
+    ends: list[str] = []
+
+    def long() -> None:
+        try:
+            session.answer(Order(stop=1e6, page="a"))
+            ends.append("finished")
+        except Overtaken:
+            ends.append("overtaken")
+
+    thread = threading.Thread(target=long)
+    thread.start()
+    time.sleep(0.3)
+    answer = session.answer(Order(values={"L": 2.0}, page="a"))
+    thread.join()
+    assert ends == ["overtaken"]
+    assert answer["problems"] == []
+
+
+def test_a_page_that_is_gone_stops_its_run(session: Session) -> None:
+    session.answer(Order())
+    ends: list[type[Exception]] = []
+
+    def long() -> None:
+        try:
+            session.answer(Order(stop=1e6, page="a"))
+        except Overtaken as end:
+            ends.append(type(end))
+
+    thread = threading.Thread(target=long)
+    thread.start()
+    time.sleep(0.3)
+    session.leave("a")
+    thread.join()
+    assert ends == [Overtaken]
