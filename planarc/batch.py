@@ -38,7 +38,9 @@ class BatchPlan:
 
 def plan_batch(model: Model, options: RunOptions, metrics: Metrics, count: int) -> BatchPlan | None:
     """None where runs one by one are as good, or all there is."""
-    if model.backend is not Backend.NUMPY or count < LEAST or options.solver is not Solver.AUTO:
+    if model.backend is not Backend.NUMPY or count < LEAST:
+        return None
+    if options.solver is not Solver.AUTO or options.fixed_step is not None:
         return None
     from planarc.codegen.numpy.printer import source
     from planarc.solve.batch import may_batch

@@ -179,6 +179,7 @@ class Model:
         start: Mapping[str, Value] | None = None,
         inputs: Mapping[str, Signal] | None = None,
         solver: str | Solver = Solver.AUTO,
+        fixed_step: float | None = None,
         backend: str | Backend | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
@@ -196,6 +197,7 @@ class Model:
             intervals=_count(intervals),
             tolerance=_time("tolerance", tolerance),
             solver=_choice(Solver, "solver", solver),
+            fixed_step=_time("fixed_step", fixed_step),
             backend=self.backend if backend is None else _backend(backend),
             values=settable,
             starts=start_values(model.program, start),

@@ -35,6 +35,10 @@ def simulate(
     ] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
+    fixed_step: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Steps of this length, with euler or rk4."),
+    ] = None,
     backend: Annotated[
         Backend | None,
         typer.Option(
@@ -81,6 +85,7 @@ def simulate(
         intervals=intervals,
         tolerance=tolerance,
         solver=solver,
+        fixed_step=fixed_step,
         backend=choose_backend(backend),
     )
     job = Job(

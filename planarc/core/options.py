@@ -18,6 +18,12 @@ class Solver(StrEnum):
     CVODE_ADAMS = "cvode-adams"
     LSODA = "lsoda"
     SCIPY_BDF = "scipy-bdf"
+    EULER = "euler"
+    RK4 = "rk4"
+
+
+#: Those that take steps of one length.
+FIXED_STEP = (Solver.EULER, Solver.RK4)
 
 
 class Units(StrEnum):
@@ -41,6 +47,7 @@ class RunOptions:
     intervals: int | None = None
     tolerance: float | None = None
     solver: Solver = Solver.AUTO
+    fixed_step: float | None = None  # seconds; `auto` is then `rk4`
     backend: Backend = Backend.NATIVE
     values: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)

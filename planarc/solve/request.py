@@ -16,7 +16,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.core.options import RunOptions, Solver
+from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.ir.program import ParameterSlot, Program
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ class Request:
     grid: NDArray[np.float64]  # the times of the rows, from start to stop
     tolerance: float
     solver: Solver
+    fixed_step: float | None
     values: Mapping[int, float]  # slot of a parameter -> value
     starts: Mapping[int, float]  # slot of a start value -> value
 
@@ -44,7 +45,7 @@ class Request:
 
 
 def resolve(program: Program, options: RunOptions) -> Request:
-    """Raises `UsageError` (R401 to R406)."""
+    """Raises `UsageError` (R401 to R407)."""
     given = program.experiment
     start = given.start if options.start is None else options.start
     stop = given.stop if options.stop is None else options.stop
@@ -68,10 +69,35 @@ def resolve(program: Program, options: RunOptions) -> Request:
         stop=stop,
         grid=_grid(start, stop, given.interval, options),
         tolerance=tolerance,
-        solver=options.solver,
+        solver=_solver(options),
+        fixed_step=options.fixed_step,
         values=_parameter_values(program, options.values),
         starts=_start_values(program, options.starts),
     )
+
+
+def _solver(options: RunOptions) -> Solver:
+    """The solver, where a step of fixed length and its method agree."""
+    length, solver = options.fixed_step, options.solver
+    if length is None:
+        if solver in FIXED_STEP:
+            raise _usage(
+                "R407",
+                f"the solver `{solver}` needs the length of its steps",
+                "give one, for example --fixed-step 1e-3",
+            )
+        return solver
+    if not (math.isfinite(length) and length > 0):
+        raise _usage("R407", f"a fixed step must be a time above 0 s, not {length:g}")
+    if solver is Solver.AUTO:
+        return Solver.RK4
+    if solver not in FIXED_STEP:
+        raise _usage(
+            "R407",
+            f"the solver `{solver}` chooses its steps itself",
+            "take `--solver euler` or `--solver rk4` with a fixed step",
+        )
+    return solver
 
 
 def _usage(code: str, message: str, hint: str | None = None) -> UsageError:

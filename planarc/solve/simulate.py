@@ -134,6 +134,7 @@ class Run:
             len(program.relations),
             self.delays.longest_step,
             self.delays if self.delays.present else None,
+            request.fixed_step,
         )
         self.integrator: Integrator
         self.integrator, self.reason = make_integrator(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
-from planarc.core.options import Solver
+from planarc.core.options import FIXED_STEP, Solver
 from planarc.ir.program import Kernel
 from planarc.solve.solvers.integrator import Integrator, Settings
 from planarc.solve.solvers.sundials import Unavailable
@@ -17,6 +17,11 @@ def make_integrator(
         from planarc.solve.solvers.stateless import Stateless
 
         return Stateless(kernel, settings), "the model has no states"
+    if wanted in FIXED_STEP and settings.fixed_step is not None:
+        from planarc.solve.solvers.fixed import FixedStep
+
+        fixed = FixedStep(kernel, states, settings, wanted.value, settings.fixed_step)
+        return fixed, "a fixed step was asked for"
     if wanted in (Solver.LSODA, Solver.SCIPY_BDF):
         from planarc.solve.solvers.scipy import ScipyIntegrator
 
@@ -38,6 +43,8 @@ def make_integrator(
             ) from None
         return _fallback(kernel, states, settings, str(problem))
     reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
+    if integrator.krylov:
+        reason += f", GMRES {states} states"
     return integrator, reason
 
 

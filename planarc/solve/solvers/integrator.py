@@ -77,6 +77,7 @@ class Settings:
     relations: int  # number of zero functions
     longest_step: float = math.inf  # besides an integrator's own limit
     past: Past | None = None
+    fixed_step: float | None = None  # seconds
 
 
 class Watch:
