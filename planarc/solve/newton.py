@@ -90,6 +90,14 @@ def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
     return root
 
 
+def solve_near(f: Residuals, guess: Vector, iterations: int) -> Root:
+    """Newton alone, for a guess that is near if it is any good."""
+    import numpy as np
+
+    r = f(guess)
+    return Root(guess, np.array([np.nan]), False) if r is None else _newton(f, guess, r, iterations)
+
+
 def _size(r: Vector) -> float:
     import numpy as np
 

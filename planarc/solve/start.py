@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
@@ -65,8 +66,13 @@ def solve_start(
         return _finish(system, np.array(guess), held)
     u0 = np.array(guess)
     choice = choose_held(system, u0)
+    values = _assemble(system.holding(choice.others), u0, choice)
+    if values is None or not _confirmed(system, values, choice):
+        again = _choose_closed(system, u0)
+        if again is not None and again.choice != choice:
+            choice = again.choice
+            values = _assemble(system.holding(choice.others), u0, choice)
     system = system.holding(choice.others)
-    values = _assemble(system, u0, choice)
     if values is None:
         raise start_failure.explain(system, u0, choice)
     return _finish(system, values, choice.held)
@@ -190,37 +196,76 @@ class Choice:
 def choose_held(system: System, u: Vector) -> Choice:
     """Start values held, first come first served, as long as they are independent.
 
-    The guess may be a singular position by accident. So the same is done at two places
-    beside it, and the outcome that holds the first ones counts.
+    The guess may be a singular position by accident. So where not all comes out plainly
+    the same is done with the loops closed, at the guess and at two places beside it, and
+    the outcome that holds the first ones counts. They are closed since the freedoms of a
+    mechanism are those of its assembled positions alone.
     """
+    outcome = _held_at(system, u)
+    if outcome is None or not outcome.plain:
+        outcome = _choose_closed(system, u) or outcome
+    if outcome is None:
+        return Choice(tuple(c.fixed for c in system.program.candidates))
+    return outcome.choice
+
+
+def _choose_closed(system: System, u: Vector) -> _Outcome | None:
+    """The best outcome in positions with closed loops."""
+    closed = [p for p in map(partial(_closed, system), places(u)) if p is not None]
+    found = [o for p in closed if (o := _held_at(system, p)) is not None]
+    return max(found, key=lambda o: o.taken, default=None)
+
+
+def _confirmed(system: System, values: Vector, choice: Choice) -> bool:
+    """Whether the same start values are independent where the loops are closed."""
+    seen = _held_at(system, values)
+    return seen is not None and seen.choice == choice
+
+
+@dataclass(frozen=True, slots=True)
+class _Outcome:
+    """Which of those that ask to be held were taken, in their order; `plain` where no other
+    outcome could hold earlier ones."""
+
+    taken: list[bool]
+    plain: bool
+    choice: Choice
+
+
+def _held_at(system: System, place: Vector) -> _Outcome | None:
     candidates, order = system.program.candidates, _by_rank(system)
-    best: tuple[list[bool], Choice] | None = None
-    for place in places(u):
-        motions = free_motions(system, place)
-        if motions is None:
-            continue
-        others = [f for f in order if isinstance(f, FixedSlot)]
-        span = _Span(_all_rows(motions, gradients(system, place, others)))
-        row = {f: len(candidates) + k for k, f in enumerate(others)}
-        number = [f if isinstance(f, int) else row[f] for f in order]
-        taken = [span.add(i) for i in number]
-        held = [c.fixed for c in candidates]
-        extra = []
-        for item, independent in zip(order, taken, strict=True):
-            if isinstance(item, FixedSlot):
-                extra += [item] if independent else []
-            else:
-                held[item] |= independent
-        redundant = tuple(
-            (i, tuple(p for p in span.partners(i) if p < len(candidates)))
-            for i, independent in zip(order, taken, strict=True)
-            if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
-        )
-        if best is None or taken > best[0]:
-            best = taken, Choice(tuple(held), redundant, tuple(extra))
-        if sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True):
-            break  # no other outcome could hold earlier ones
-    return best[1] if best else Choice(tuple(c.fixed for c in candidates))
+    motions = free_motions(system, place)
+    if motions is None:
+        return None
+    others = [f for f in order if isinstance(f, FixedSlot)]
+    span = _Span(_all_rows(motions, gradients(system, place, others)))
+    row = {f: len(candidates) + k for k, f in enumerate(others)}
+    taken = [span.add(f if isinstance(f, int) else row[f]) for f in order]
+    held = [c.fixed for c in candidates]
+    extra = []
+    for item, independent in zip(order, taken, strict=True):
+        if isinstance(item, FixedSlot):
+            extra += [item] if independent else []
+        else:
+            held[item] |= independent
+    redundant = tuple(
+        (i, tuple(p for p in span.partners(i) if p < len(candidates)))
+        for i, independent in zip(order, taken, strict=True)
+        if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
+    )
+    plain = sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True)
+    return _Outcome(taken, plain, Choice(tuple(held), redundant, tuple(extra)))
+
+
+def _closed(system: System, u: Vector) -> Vector | None:
+    """An assembled position near a guess, nothing held."""
+    for rows, columns in system.stages():
+        own = [row for row in rows if row < system.initial_rows.start]
+        root = solve_stage(system, u, own, columns)
+        if not root.converged:
+            return None
+        u = root.point
+    return u
 
 
 def _all_rows(motions: Vector, gradients: Vector) -> Vector:

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 #: Farther than this (radians, metres) an assembly is not called the one that was meant.
 NEAR = 0.5
+#: Newton's iterations from written values that agree: there is no way to go for them.
+AGREEING = 12
 #: Other guesses for loops of at most so many coordinates, and for larger ones.
 SMALL_LOOP, MANY, FEW = 12, 16, 4
 #: Weights of start values: written, of a joint, of others.
@@ -63,10 +65,10 @@ def nearest_root(
     from planarc.solve.start import solve_stage
 
     free = [c for c in columns if not held[c]]
-    first = solve_stage(system, u, rows, free)
     guides = _guides(system, free)
     if not free or not rows or not guides:
-        return first
+        return solve_stage(system, u, rows, free)
+    first = _agreeing(system, u, rows, free, guides) or solve_stage(system, u, rows, free)
     if first.converged:
         first = _without_turns(system, first, rows, free, guides)
         if _as_meant(system, first.point, columns, guides):
@@ -77,6 +79,41 @@ def nearest_root(
         if root.converged:
             found.append(_without_turns(system, root, rows, free, guides))
     return _nearest(system, found, guides) if found else first
+
+
+def _agreeing(
+    system: System,
+    u: Vector,
+    rows: Sequence[int],
+    free: Sequence[int],
+    guides: Sequence[Guide],
+) -> newton.Root | None:
+    """Where all written values agree with each other none of them is moved."""
+    import numpy as np
+
+    strong = [g for g in guides if g.weight == WRITTEN]
+    kept = {g.column for g in strong}
+    movable = [c for c in free if c not in kept]
+    if not movable or not strong:
+        return None
+    dependent = [g for g in strong if g.column < 0]
+    full = u.copy()
+
+    def part(z: Vector) -> Vector | None:
+        full[movable] = z
+        r = system(full)
+        if r is None:
+            return None
+        off = [system.kernel.w[g.slot] - g.start for g in dependent]
+        both: Vector = np.concatenate([r[list(rows)], off])
+        return both if np.all(np.isfinite(both)) else None
+
+    root = newton.solve_near(part, u[movable], AGREEING)
+    if not root.converged:
+        return None
+    point = u.copy()
+    point[movable] = root.point
+    return newton.Root(point, root.residuals[: len(rows)], True)
 
 
 def _guides(system: System, free: Sequence[int]) -> list[Guide]:
