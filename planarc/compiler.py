@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from planarc.ir.program import Kernel, Program
     from planarc.ir.result import Result
     from planarc.ir.sorted import SortedDae
+    from planarc.memory import Checked
 
 
 @dataclass
@@ -144,6 +145,25 @@ def _no_collection() -> Iterator[None]:
     finally:
         if collecting:
             gc.enable()
+
+
+def check_model(request: Request, clock: Clock | None = None) -> Checked:
+    """All stages up to `structure`, or what an earlier check remembered of them."""
+    from planarc.memory import Checked, recall_check, remember_check
+
+    clock = clock or Clock()
+    with clock.phase("recall"):
+        known = recall_check(request)
+    if known is not None:
+        return known
+    with _no_collection():
+        target = open_target(request)
+        flat = flatten(target, clock)
+        model = to_sorted(to_dae(flat, clock), clock)
+    sizes = model.equations_before, model.equations_after, model.state_count
+    checked = Checked(flat.name, *sizes, flat.warnings)
+    remember_check(request, target.reader, checked)
+    return checked
 
 
 def compile_model(

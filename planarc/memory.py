@@ -1,4 +1,4 @@
-"""Compiled models, remembered on disk from one process to the next.
+"""Compiled and checked models, remembered on disk from one process to the next.
 
 An entry is found by the request alone (file name, text, class, roots), and counts
 only while every file that it was made from still has the content it had then.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
 from planarc.core.options import Backend
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic
     from planarc.ir.program import Program
 
-_KIND = "models"
+_MODELS, _CHECKS = "models", "checks"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,18 +31,35 @@ class Remembered:
     warnings: tuple[Diagnostic, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What a check told of a model that is right."""
+
+    name: str
+    equations_before: int
+    equations_after: int
+    states: int
+    warnings: tuple[Diagnostic, ...]
+
+
+def recall_check(request: Request) -> Checked | None:
+    """What a check of this request told before, None when that is not known any more."""
+    found = _recall(_CHECKS, _key(request))
+    return found[0] if found else None
+
+
+def remember_check(request: Request, reader: Reader, checked: Checked) -> None:
+    """Keep what was told, with the content of the files that it came from."""
+    _remember(_CHECKS, _key(request), reader, (checked,))
+
+
 def recall(request: Request, backend: Backend) -> Remembered | None:
     """What this request was compiled to before, None when that is not known any more."""
     from planarc.ir.store import loads
 
-    stored = cache.load(_KIND, _key(request, backend))
-    if stored is None:
-        return None
+    found = _recall(_MODELS, _key(request, backend.value, *_machine(backend)))
     try:
-        files, program, code, warnings = pickle.loads(stored)
-        if not all(_unchanged(Path(p), k) for p, k in files):
-            return None
-        return Remembered(loads(program), code, warnings)
+        return Remembered(loads(found[0]), found[1], found[2]) if found else None
     except Exception:  # an entry that cannot be read is no entry
         return None
 
@@ -51,18 +68,32 @@ def remember(request: Request, backend: Backend, reader: Reader, made: Remembere
     """Keep what was compiled, with the content of the files that it came from."""
     from planarc.ir.store import dumps
 
+    entry = (dumps(made.program, made.program.table), made.code, made.warnings)
+    _remember(_MODELS, _key(request, backend.value, *_machine(backend)), reader, entry)
+
+
+def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
+    """An entry whose files are as they were."""
+    stored = cache.load(kind, key)
+    if stored is None:
+        return None
+    try:
+        files, *entry = pickle.loads(stored)
+        return tuple(entry) if all(_unchanged(Path(p), k) for p, k in files) else None
+    except Exception:  # an entry that cannot be read is no entry
+        return None
+
+
+def _remember(kind: str, key: str, reader: Reader, entry: tuple[Any, ...]) -> None:
     files = [(str(p), k) for p, k in sorted(reader.files.items())]
-    program = dumps(made.program, made.program.table)
-    entry = (files, program, made.code, made.warnings)
-    cache.store(_KIND, _key(request, backend), pickle.dumps(entry, pickle.HIGHEST_PROTOCOL))
+    cache.store(kind, key, pickle.dumps((files, *entry), pickle.HIGHEST_PROTOCOL))
 
 
-def _key(request: Request, backend: Backend) -> str:
+def _key(request: Request, *more: str) -> str:
     roots = roots_of(request)
     listed = (f"{r.absolute()} {sorted(p.name for p in r.iterdir())}" for r in roots if r.is_dir())
     file = str(request.file.absolute()) if request.file else ""
     return cache.key(
-        backend.value,
         str(request.file or ""),
         file,
         request.text or "",
@@ -70,7 +101,7 @@ def _key(request: Request, backend: Backend) -> str:
         request.units.value,
         *(str(r) for r in roots),
         *listed,
-        *_machine(backend),
+        *more,
     )
 
 

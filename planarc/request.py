@@ -19,13 +19,13 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Units
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
-from planarc.ir import syntax
 
 if TYPE_CHECKING:
     from planarc.flatten.library import Library
+    from planarc.ir import syntax
 
 #: Kinds of classes that can be simulated.
-MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
+MODELS = ("model", "block", "class")
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ def _class_of(request: Request, library: Library, names: Sequence[str]) -> str:
 
 def _is_model(library: Library, name: str) -> bool:
     definition = library.lookup(name)
-    return definition is not None and definition.kind in MODELS and not definition.partial
+    return definition is not None and definition.kind.value in MODELS and not definition.partial
 
 
 def _plain(name: str) -> str:

@@ -41,24 +41,21 @@ def check(
     """
     if every:
         return _check_all(target, class_name, library, units, as_json)
-    from planarc import compiler
-    from planarc.request import open_target
+    from planarc.compiler import Clock, check_model
 
-    clock = compiler.Clock()
+    clock = Clock()
     request = replace(make_request(target, class_name, library), units=units)
-    flat = compiler.flatten(open_target(request), clock)
-    model = compiler.to_sorted(compiler.to_dae(flat, clock), clock)
-    warnings = (*flat.warnings, *model.dae.warnings)
+    found = check_model(request, clock)
     if as_json:
         seconds = {**clock.seconds, "total": sum(clock.seconds.values())}
-        sizes = (model.equations_before, model.equations_after)
-        outcome = Outcome(True, flat.name, sizes, seconds=seconds, diagnostics=warnings)
+        sizes = (found.equations_before, found.equations_after)
+        outcome = Outcome(True, found.name, sizes, seconds=seconds, diagnostics=found.warnings)
         console.say(outcome.as_json())
         return 0
-    console.complain(warnings)
+    console.complain(found.warnings)
     console.say(
-        f"{flat.name} is complete: {model.equations_before} equations for as many unknowns, "
-        f"{model.equations_after} after reduction, {model.state_count} states"
+        f"{found.name} is complete: {found.equations_before} equations for as many unknowns, "
+        f"{found.equations_after} after reduction, {found.states} states"
     )
     return 0
 

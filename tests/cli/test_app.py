@@ -132,3 +132,20 @@ def test_colour_needs_a_terminal_that_wants_it(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.delenv("NO_COLOR")
     monkeypatch.setenv("TERM", "dumb")
     assert not console.may_colour(sys.stdout)
+
+
+def test_a_check_is_remembered_while_its_files_are_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "m.mo"
+    file.write_text("model M\n  import SI = Modelica.Units.SI;\n  SI.Length x = 1;\nend M;\n")
+    stages = {"planarc.flatten.pipeline", "planarc.lower.pipeline", "planarc.structure.pipeline"}
+    assert stages <= modules_after("check", str(file))
+    assert not stages & modules_after("check", str(file))
+    assert run(["check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("M is complete: 1 equations")
+    file.write_text("model M\n  Real x;\nend M;\n")
+    assert run(["check", str(file)]) == 1
+    file.write_text("model M\n  Real x = 1;\n  Real y = x;\nend M;\n")
+    assert run(["check", str(file)]) == 0
+    assert "2 equations" in capsys.readouterr().out

@@ -110,7 +110,7 @@ def _classes(data: bytes, codes: list[str]) -> Iterator[tuple[Library, str]]:
 
 def _is_model(library: Library, name: str) -> bool:
     definition = library.lookup(name)
-    return definition is not None and definition.kind in MODELS and not definition.partial
+    return definition is not None and definition.kind.value in MODELS and not definition.partial
 
 
 def _compile(library: Library, name: str, codes: list[str]) -> None:
