@@ -168,3 +168,10 @@ def test_package_order_lists_the_folder(folder: Path) -> None:
     stored |= {p.parent.name for p in folder.glob("*/package.pmo")}
     assert len(listed) == len(set(listed))
     assert set(listed) == stored
+
+
+@pytest.mark.parametrize("library", ["PlanarMultiBody", "Modelica"])
+def test_a_whole_library_checks_with_all_its_units(library: str) -> None:
+    from planarc.cli.app import run
+
+    assert run(["check", "--all", library, "--units", "error", "--quiet"]) == 0

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
+from itertools import compress
 from pathlib import Path
 from string import Template
 
@@ -164,6 +165,8 @@ def _children(page: ClassPage, known: Mapping[str, ClassPage]) -> str:
 
 
 def _table(heading: str, rows: Sequence[Row], known: Mapping[str, ClassPage]) -> str:
+    """The rows; values and units only where there are any."""
+    shown = [True, True, any(r.value for r in rows), any(r.unit for r in rows), True]
     lines = []
     for row in rows:
         origin = f' <span class="origin">{_link(row.origin, known)}</span>' if row.origin else ""
@@ -174,9 +177,11 @@ def _table(heading: str, rows: Sequence[Row], known: Mapping[str, ClassPage]) ->
             html.escape(row.unit),
             html.escape(row.comment) + origin,
         )
-        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    head = "<tr><th>Name</th><th>Type</th><th>Value</th><th>Unit</th><th>Description</th></tr>"
-    return f"<h2>{html.escape(heading)}</h2><table>{head}{''.join(lines)}</table>"
+        lines.append("".join(f"<td>{cell}</td>" for cell in compress(cells, shown)))
+    names = compress(("Name", "Type", "Value", "Unit", "Description"), shown)
+    lines.insert(0, "".join(f"<th>{name}</th>" for name in names))
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<h2>{html.escape(heading)}</h2><table>{body}</table>"
 
 
 def _source(page: ClassPage) -> str:
