@@ -6,11 +6,16 @@ from __future__ import annotations
 def main() -> None:
     """The console script `planarc`: run the command and leave with its exit code."""
     import gc
+    import os
     import sys
 
     # A command ends soon, and most of what it makes lives until then: look for cycles
     # seldom. That takes a third off a check with many library classes.
     gc.set_threshold(1_000_000, 10, 10)
+
+    # OpenBLAS's threads wait by spinning, which counts as work of the processor, and the
+    # matrices of planar mechanisms are too small for them.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from planarc.cli.app import run
 

@@ -103,6 +103,18 @@ def warm(*options: str, command: Command = four_bar) -> list[Usage]:
         return [planarc(command(*options), here / "cache", here) for _ in range(REPEATS)]
 
 
+def checks(changed: bool) -> list[Usage]:
+    """Checks of the four-bar after a first one; `changed`: it was edited in between."""
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        file, found = here / MODEL.name, []
+        for i in range(REPEATS + 1):
+            remark = f"// edited {i} times\n" if changed else ""
+            file.write_text(MODEL.read_text(encoding="utf-8") + remark, encoding="utf-8")
+            found.append(planarc(["check", str(file)], here / "cache", here))
+        return found[1:]
+
+
 def help_page() -> list[Usage]:
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
@@ -183,6 +195,8 @@ def megabytes(usages: Sequence[Usage]) -> float:
 
 BARS = (
     Bar("help", "s", 0.2, lambda: seconds(help_page())),
+    Bar("check of the four-bar, warm caches", "s", 0.4, lambda: seconds(checks(False))),
+    Bar("check of the four-bar, edited", "s", 0.4, lambda: seconds(checks(True))),
     Bar("four-bar, empty caches", "s", 2.5, lambda: seconds(fresh("--no-report"))),
     Bar("four-bar, warm caches", "s", 0.6, lambda: seconds(warm("--no-report"))),
     Bar("four-bar, warm caches, with page", "s", None, lambda: seconds(warm())),
