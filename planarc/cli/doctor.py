@@ -6,7 +6,6 @@ import json
 import platform
 import sys
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from planarc.cli import console
@@ -55,7 +54,7 @@ def doctor(as_json: AsJson = False) -> int:
     healthy = all(_version(p) for p in NEEDED) and all(t["ok"] for t in tests)
     report: dict[str, Any] = {
         "ok": healthy,
-        "planarc": version("planarc"),
+        "planarc": _version("planarc"),
         "python": f"{platform.python_version()} on {platform.system()} {platform.machine()}",
         "packages": {p: _version(p) for p in (*NEEDED, *CHOSEN)},
         "cache": None if root is None else str(root),
@@ -69,6 +68,8 @@ def doctor(as_json: AsJson = False) -> int:
 
 
 def _version(package: str) -> str | None:
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version(package)
     except PackageNotFoundError:
