@@ -7,8 +7,8 @@ Out:  steps; their tears are the candidates for states
 Each level is one tearing problem. Unknowns are torn in this order: StateSelect.always;
 derivatives of candidates of the level below, so that velocities are chosen as positions
 were; then by StateSelect (prefer, default, avoid, never); then those whose start was
-written; then those that make most equations solvable; then the first. In a mechanism
-these are the joints' coordinates, from the ground outwards; each loop leaves residuals,
+written; then those that make most equations solvable; then the first. Those that the
+others give all the same are no candidates (`thinning`). In a mechanism these are the joints' coordinates, from the ground outwards; each loop leaves residuals,
 and the states are the tears less the residuals, chosen while running.
 
 Example: a crank-slider with the hinges A, B, C and the slide s
@@ -32,7 +32,8 @@ from planarc.ir.sorted import Assignment, Block, Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
 from planarc.structure.steps import make_steps
 from planarc.structure.system import System, Systems
-from planarc.structure.tearing import tear_system
+from planarc.structure.tearing import Torn, tear_system
+from planarc.structure.thinning import thin_tears
 
 
 def sort_level(
@@ -43,8 +44,23 @@ def sort_level(
 ) -> tuple[Step, ...]:
     """`favoured` are the derivatives of the candidates of the level below."""
     rank = [_rank(symbol, attributes, favoured) for symbol in system.unknowns]
-    torn = tear_system([s.row() for s in system.equations], rank)
+    rows = [s.row() for s in system.equations]
+    torn = tear_system(rows, rank)
+    if torn.residuals:
+        torn = thin_tears(rows, torn, _droppable(system, torn, rank, attributes))
     return make_steps(systems, system, torn)
+
+
+def _droppable(
+    system: System, torn: Torn, rank: Sequence[int], attributes: Mapping[Expr, Attributes]
+) -> list[int]:
+    """The tears that nobody asked to be states, the least wanted ones first."""
+    plain = [
+        v
+        for v in torn.tears
+        if rank[v] > 1 and select_of(system.unknowns[v], attributes) < StateSelect.PREFER
+    ]
+    return sorted(plain, key=lambda v: -rank[v])
 
 
 def _rank(symbol: Expr, attributes: Mapping[Expr, Attributes], favoured: frozenset[Expr]) -> int:

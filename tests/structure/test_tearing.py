@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from planarc.structure.steps import Plan, plan_steps
 from planarc.structure.tearing import Torn, tear_system
+from planarc.structure.thinning import thin_tears
 
 
 def _rows(*rows: str) -> list[list[tuple[int, bool]]]:
@@ -100,3 +101,29 @@ def test_independent_loops_are_separate_blocks() -> None:
     torn = tear_system(_rows(".ab", ".cd", "fe"), [0, 0, 0, 0, 0, 1])
     plan = plan_steps([[0, 1], [2, 3], [5, 4]], torn)
     assert plan == Plan((), (((0, 1), (), (0,)), ((2, 3), (), (1,)), ((4,), (), ())), (0,))
+
+
+def test_a_tear_that_others_give_is_left_out() -> None:
+    # t := f(q) and s := t + f(q); t and s are torn first by their rank, then q.
+    rows = _rows("b.a", "cb.a")
+    torn = tear_system(rows, [2, 1, 1])
+    assert (torn.tears, torn.residuals) == ((1, 2, 0), (0, 1))
+    assert thin_tears(rows, torn, [1, 2]) == Torn((0,), ((1, 0), (2, 1)), ())
+    assert thin_tears(rows, torn, []) == torn
+
+
+@given(_systems())
+def test_laws_of_thinning(system: tuple[list[list[tuple[int, bool]]], list[int]]) -> None:
+    rows, rank = system
+    torn = tear_system(rows, rank)
+    thin = thin_tears(rows, torn, sorted(torn.tears, key=lambda v: -rank[v]))
+    assert set(thin.tears) <= set(torn.tears)
+    assert len(thin.tears) - len(thin.residuals) == len(torn.tears) - len(torn.residuals)
+    known = set(thin.tears)
+    for v, e in thin.assignments:
+        assert v not in known
+        assert dict(rows[e])[v]
+        assert all(u in known for u, _ in rows[e] if u != v)
+        known.add(v)
+    assert known == set(range(len(rank)))
+    assert sorted([e for _, e in thin.assignments] + list(thin.residuals)) == list(range(len(rows)))
