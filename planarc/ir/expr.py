@@ -19,6 +19,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import IntEnum
 from typing import Any
 
+from planarc.ir import external
+
 
 class Op(IntEnum):
     """What a node is; in brackets its `data`."""
@@ -41,7 +43,7 @@ class Op(IntEnum):
     OR = 15
     NOT = 16
     IF = 17  # (condition, then, otherwise)
-    APPLY = 18  # [(function, output, wrt)] a function of the model; wrt: partial derivatives
+    APPLY = 18  # [(function, output, wrt)] one of `external`; wrt: partial derivatives
     PAST = 19  # [(delay, order)] a delayed signal at the instant args[0]; order of derivative
 
 
@@ -289,11 +291,13 @@ class Exprs:
     def apply(
         self, function: str, args: tuple[Expr, ...], output: int = 0, wrt: tuple[int, ...] = ()
     ) -> Expr:
-        """One scalar output of a function of the model, or its partial derivative.
+        """One scalar output of a function of numbers in `external`, or its partial derivative.
 
         Array arguments and outputs count element by element; `wrt` lists the scalar
         arguments to differentiate by, in ascending order.
         """
+        if not wrt and external.is_pure(function) and all(a.op is Op.CONST for a in args):
+            return self.const(external.number(function, output, [a.data for a in args]))
         return self.node(Op.APPLY, args, (function, output, tuple(sorted(wrt))))
 
     def past(self, delay: int, instant: Expr, order: int = 0) -> Expr:
@@ -351,7 +355,10 @@ class Exprs:
             return e
         if e.op is Op.CALL:
             return self.call(e.data, *args)
-        if e.op in (Op.APPLY, Op.PAST):
+        if e.op is Op.APPLY:
+            function, output, wrt = e.data
+            return self.apply(function, args, output, wrt)
+        if e.op is Op.PAST:
             return self.node(e.op, args, e.data)
         return _MAKERS[e.op](self, *args)
 
@@ -439,21 +446,36 @@ class Substitution:
 def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     """The value of an expression; `leaf` gives that of symbols, time, pre and events.
 
-    Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
+    Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError),
+    but not those of a branch that its condition does not choose.
     """
-    values: dict[Expr, Any] = {}
+    values: dict[Expr, Any] = {}  # a value, or the error that there is instead
     for e in postorder((root,)):
         if e.op is Op.CONST:
             values[e] = e.data
-        elif not e.args:
-            values[e] = leaf(e)
-        elif e.op is Op.CALL:
-            values[e] = FUNCTIONS[e.data](*(values[a] for a in e.args))
-        elif e.op in (Op.APPLY, Op.PAST):
+        elif not e.args or e.op is Op.PAST:
             values[e] = leaf(e)
         else:
-            values[e] = _VALUES[e.op](*(values[a] for a in e.args))
+            values[e] = _value(e, [values[a] for a in e.args])
+    if isinstance(values[root], Exception):
+        raise values[root]
     return values[root]
+
+
+def _value(e: Expr, args: list[Any]) -> Any:
+    needed = args[:1] if e.op in (Op.IF, Op.AND, Op.OR) else args
+    for a in needed:
+        if isinstance(a, Exception):
+            return a
+    try:
+        if e.op is Op.CALL:
+            return FUNCTIONS[e.data](*args)
+        if e.op is Op.APPLY:
+            function, output, _ = e.data
+            return external.number(function, output, args)
+        return _VALUES[e.op](*args)
+    except (ArithmeticError, ValueError) as problem:
+        return problem
 
 
 _VALUES: Mapping[Op, Callable[..., Any]] = {

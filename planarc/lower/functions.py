@@ -27,7 +27,8 @@ from planarc.ir import flat
 from planarc.ir.calculus import partial
 from planarc.ir.expr import FUNCTIONS, Expr, Substitution
 from planarc.lower import scalar
-from planarc.lower.scope import Scope, unsupported
+from planarc.lower.foreign import call_external
+from planarc.lower.scope import Scope
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, Struct, Tensor, Value, each, expr
 
@@ -54,8 +55,11 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         ]
         return inline(_deeper(scope), passed.function, arguments, span)
     function = scope.model.functions[name]
+    if function.external is not None and function.external in FUNCTIONS:
+        return (_elementary(scope, function.external, arguments),)
     if function.external is not None:
-        return (_external(scope, function, arguments, span),)
+        runner = _started(_deeper(scope), function, arguments, span)
+        return call_external(runner, function, span)
     if function.derivative_of is not None:
         return _derivative(scope, function, arguments, span)
     try:
@@ -88,12 +92,7 @@ def _next_or_default(scope: Scope, given: Iterator[Value], variable: flat.Variab
     return scalar.lower_expression(scope, variable.binding)
 
 
-def _external(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> Value:
-    name = function.external
-    if name is None or name not in FUNCTIONS:
-        raise unsupported(f"the external function `{function.name}`", span)
+def _elementary(scope: Scope, name: str, arguments: Sequence[Value]) -> Value:
     return each(lambda *a: scope.table.call(name, *a), *arguments)
 
 
@@ -127,9 +126,7 @@ def _derivative(
 def _results(
     scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
 ) -> tuple[Value, ...]:
-    runner = Runner(scope, f"function `{function.name}`", span)
-    for variable, value in zip(function.inputs, arguments, strict=True):
-        runner.values[variable.name] = value
+    runner = _started(scope, function, arguments, span)
     for variable in (*function.outputs, *function.locals):
         runner.declare(variable)
     runner.run_body(function.body)
@@ -142,3 +139,12 @@ def _results(
             related=(Related("the function", function.span),),
         )
     return tuple(runner.values[v.name] for v in function.outputs)
+
+
+def _started(
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
+) -> Runner:
+    runner = Runner(scope, f"function `{function.name}`", span)
+    for variable, value in zip(function.inputs, arguments, strict=True):
+        runner.values[variable.name] = value
+    return runner

@@ -14,18 +14,18 @@ Promises:  every name in an equation is a variable or parameter of the Dae, or r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from planarc.core.diagnostic import error
 from planarc.ir import dae, flat
-from planarc.ir.expr import Exprs, Op, Substitution, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.scope import Model
-from planarc.lower.values import Value
+from planarc.lower.values import Value, expr
 from planarc.lower.visuals import lower_visual
 
 
@@ -90,27 +90,58 @@ def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]
 def _start_discretes(
     model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable]
 ) -> tuple[list[dae.Equation], list[dae.Variable]]:
-    """`initial equation d = value` of a discrete variable is its start value."""
+    """`initial equation d = value` of a discrete variable is its start value.
+
+    In it other discrete variables stand for their start values.
+    """
     at_start = Substitution(model.table, {model.table.time: model.table.symbol(dae.START_TIME)})
     model.parameters.add(dae.START_TIME)
-    starts = {}
+    given: dict[str, dae.Equation] = {}
     rest = []
     for equation in initial:
-        left, right = equation.left, at_start(equation.right)
+        left = equation.left
         if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
+            right = at_start(equation.right)
             if not model.is_steady(right):
                 raise error(
                     "L334",
                     f"the start value of `{left.name}` must be an expression of parameters",
                     equation.span,
                 )
-            starts[left.name] = right
+            given[left.name] = replace(equation, right=right)
         else:
             rest.append(equation)
+    starts = _without_discretes(model, given, discretes)
     changed = [
         replace(v, start=starts[v.name], fixed=True) if v.name in starts else v for v in discretes
     ]
     return rest, changed
+
+
+def _without_discretes(
+    model: Model, given: Mapping[str, dae.Equation], discretes: Sequence[dae.Variable]
+) -> dict[str, Expr]:
+    """Start values as expressions of parameters alone."""
+    declared = _starts(model, discretes)
+    found: dict[str, Expr] = {}
+    path: list[str] = []
+
+    def start(name: str) -> Expr:
+        if name not in given:
+            return expr(declared[name])
+        if name not in found:
+            if name in path:
+                message = f"the start value of `{name}` depends on itself"
+                raise error("L335", message, given[name].span)
+            path.append(name)
+            value = given[name].right
+            read = [e for e in postorder((value,)) if e.op in (Op.SYMBOL, Op.PRE)]
+            inner = {e: start(e.name) for e in read if e.name in declared}
+            found[name] = Substitution(model.table, inner)(value)
+            path.pop()
+        return found[name]
+
+    return {name: start(name) for name in given}
 
 
 def _freeze(model: Model, parameters: Sequence[dae.Parameter]) -> Iterator[dae.Parameter]:

@@ -42,6 +42,8 @@ class Model:
     delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
     time_derivative: Differentiator = field(init=False)
+    #: calls of functions that give another value in each, told apart by their number
+    impure_calls: int = 0
     #: of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)

@@ -135,14 +135,14 @@ class Runner:
         if variable.binding is not None:
             self.values[variable.name] = self.value(variable.binding)
             return
-        type_ = variable.type.with_dims(self._dims(variable))
+        type_ = variable.type.with_dims(self.dims(variable))
         has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
         if has_parts and None not in type_.dims:
             # Entries and fields may be assigned one by one; until then they are zero.
             _bound(math.prod(fixed_dims(type_)), variable)
             self.values[variable.name] = zero_of(type_, self.scope.table)
 
-    def _dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
+    def dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
         """The dimensions, with those that depend on the inputs computed."""
         dims = list(variable.type.dims)
         for k, size in enumerate(variable.sizes):

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planarc.core.diagnostic import Diagnostic
+from planarc.ir import external
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
@@ -198,12 +199,17 @@ class _Columns:
             for e in postorder((root,)):
                 if e.op is Op.CONST:
                     values[e] = e.data
-                elif not e.args or e.op is Op.APPLY:
+                elif not e.args:
                     values[e] = self._leaf(e)
                 else:
                     values[e] = _operation(e)(*(values[a] for a in e.args))
         return values[root]
 
+                elif e.op is Op.APPLY:
+                    function, output, _ = e.data
+                    columns = [np.atleast_1d(values[a]) for a in e.args]
+                    rows = zip(*np.broadcast_arrays(*columns), strict=True)
+                    values[e] = np.array([external.number(function, output, r) for r in rows])
     def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
         if e.op is Op.TIME:
             return self.time

@@ -1,14 +1,13 @@
 """Values of expressions at the workspace's present values, and texts with values in them.
 
 For what happens rarely: actions of when-clauses, messages, instants. Python's speed is
-enough there. Calls of a model's own functions have no value here.
+enough there.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from planarc.core.diagnostic import error
 from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op, evaluate
 from planarc.ir.program import Kernel, Program
@@ -28,13 +27,6 @@ class Reader:
             return self._t
         if e.op is Op.PAST:
             raise AssertionError(f"`{e}` has a variable of its own")
-        if e.op is Op.APPLY:
-            raise error(
-                "R460",
-                f"`{e.data[0]}` is called in an action, condition or message of an event, "
-                "which is not supported",
-                hint="give the call a variable of its own, and use that",
-            )
         slot = self._slots.get(repr(e))
         if slot is None and e.op is Op.PRE:
             # The left limit of a continuous variable, before a reinit takes effect.

@@ -146,10 +146,10 @@ class Code:
             return value
         return Value(self, type, real_text(value) if type == REAL else str(int(value)))
 
-    def place(self, type: str) -> Value:
-        """Room for one value, on the stack."""
+    def place(self, type: str, count: int = 1) -> Value:
+        """Room for so many values, on the stack."""
         name = self.register()
-        self._places.append(f"{name} = alloca {type}, align 8")
+        self._places.append(f"{name} = alloca {type}, i64 {count}, align 8")
         return Value(self, POINTER, name)
 
     def variable(self, value: Value | float | int, type: str = REAL) -> Variable:

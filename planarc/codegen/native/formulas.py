@@ -13,7 +13,8 @@ from operator import add, mul
 from typing import Final
 
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Value
-from planarc.core.diagnostic import error
+from planarc.codegen.refusal import not_differentiable
+from planarc.ir import external
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import C_LIBRARY
 
@@ -112,11 +113,21 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
             frame = Value(c, POINTER, "%frame")
             delay, order = (c.constant(n, INT) for n in e.data)
             return c.call(REAL, "pc_past", frame, delay, order, numbers[0])
-    raise error(
-        "G401",
-        f"a call of the function `{e.data[0]}` cannot be translated yet",
-        hint="write a function that can be put in place: assignments and loops only",
-    )
+        case Op.APPLY:
+            return _external(c, e, numbers)
+    raise AssertionError(f"no code for {e.op!r}")
+
+
+def _external(c: Code, e: Expr, numbers: list[Value]) -> Value:
+    """A call back to Python: such functions are called at events."""
+    function, output, wrt = e.data
+    if wrt:
+        raise not_differentiable(function)
+    row = c.place(REAL, len(numbers))
+    for i, number in enumerate(numbers):
+        row.store(number, i)
+    places = [c.constant(n, INT) for n in (external.INDEX[function], output, len(numbers))]
+    return c.call(REAL, "pc_external", *places, row)
 
 
 def _choice(c: Code, args: list[Value]) -> Value:

@@ -46,6 +46,7 @@ declare void @pc_start(ptr, double, ptr)
 declare i32 @pc_step(ptr, ptr)
 declare i32 @pc_linear(ptr, ptr)
 declare double @pc_past(ptr, i64, i64, double)
+declare double @pc_external(i64, i64, i64, ptr)
 """
 
 

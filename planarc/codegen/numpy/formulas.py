@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from planarc.core.diagnostic import error
+from planarc.codegen.refusal import not_differentiable
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Let
 
@@ -106,11 +106,11 @@ def _node(e: Expr, args: list[Text], careful: bool) -> Text:
             delay, order = e.data
             return f"past({delay}, {order}, {args[0][0]})", _ATOM
         case Op.APPLY:
-            raise error(
-                "G401",
-                f"a call of the function `{e.data[0]}` cannot be translated yet",
-                hint="write a function that can be put in place: assignments and loops only",
-            )
+            function, output, wrt = e.data
+            if wrt:
+                raise not_differentiable(function)
+            given = "".join(f"{a[0]}, " for a in args)
+            return f"external({function!r}, {output}, ({given}))", _ATOM
         case _:
             sign, strength = _OPERATORS[e.op]
             tighter = strength + (strength == 5)

@@ -17,7 +17,7 @@ _TAKEN = """
     t w block blocks tears range columns seeds column by_columns
     sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan
     abs min max sign floor ceil div mod rem safe safe_div
-    parameters levels rest initial roots discrete
+    parameters levels rest initial roots discrete external past
 """
 
 

@@ -61,6 +61,10 @@ SILENT = {
 }
 
 
+#: The number by which native code calls each function of numbers.
+INDEX = {name: i for i, name in enumerate(_NUMBERS)}
+
+
 def is_of_numbers(name: str) -> bool:
     return name in _NUMBERS
 

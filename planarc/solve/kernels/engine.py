@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import sys
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
+from planarc.ir import external
 from planarc.ir.frame import C_LIBRARY
 
 _REAL, _POINTER = ctypes.c_double, ctypes.c_void_p
@@ -27,6 +29,19 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
 )
 
 
+def _external(function: int, output: int, count: int, arguments: Any) -> float:
+    """A function of `planarc.ir.external`, as native code calls it."""
+    try:
+        return external.number(_EXTERNALS[function], output, arguments[:count])
+    except Exception:  # nothing may go up through machine code
+        return math.nan
+
+
+_EXTERNALS: Final = tuple(external.INDEX)
+#: Its address serves all engines, so it lives as long as the process.
+_CALLED: Final = ctypes.CFUNCTYPE(_REAL, *[ctypes.c_int64] * 3, ctypes.POINTER(_REAL))(_external)
+
+
 class Engine:
     """Owns the memory of the functions: it must outlive every address taken from it."""
 
@@ -42,6 +57,7 @@ class Engine:
         self._engine = llvm.create_mcjit_compiler(empty, machine)
         if sys.platform == "win32":
             _name_library(llvm)
+        llvm.add_symbol("pc_external", ctypes.cast(_CALLED, _POINTER).value)
         split = 8 + int.from_bytes(code[:8], "little")
         for part in (code[8:split], code[split:]):
             self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))

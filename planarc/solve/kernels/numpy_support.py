@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from planarc.ir import external
 from planarc.ir.newton import SINGULAR
 
 
@@ -58,6 +59,7 @@ NAMESPACE: dict[str, Any] = {
     **{name: getattr(math, name) for name in _MATH.split()},
     **{f.__name__: f for f in (abs, min, max, sign, floor, ceil, div, mod, rem, safe, safe_div)},
     "range": range,
+    "external": external.number,
 }
 
 Rows = Sequence[Sequence[float]]
