@@ -161,11 +161,20 @@ def _forces(values: Values, mechanism: Mechanism) -> Iterator[Mark]:
         frame = _acted(joint, link_of)
         if frame is None or not values.has(frame, "r[1]", "f[1]", "f[2]"):
             continue
-        (x, y), (u, v) = values.pair(frame, "r"), values.pair(frame, "f")
+        (x, y), (u, v) = _touched(values, joint, frame), values.pair(frame, "f")
         on = mechanism.links[link_of[frame]].name
         mark = Mark(f"{joint.name} on {on}", x, y, -u, -v)
         if not _is_zero((u, v)):
             yield mark
+
+
+def _touched(values: Values, joint: Joint, frame: str) -> tuple[Track, Track]:
+    """Where the force acts: at the frame, or where two curves touch."""
+    x, y = values.pair(frame, "r")
+    if not values.has(joint.name, "r2[1]", "normal2[1]") or not frame.endswith(".frame_b"):
+        return x, y
+    dx, dy = values.pair(joint.name, "r2")
+    return x + dx, y + dy
 
 
 def _acted(joint: Joint, link_of: dict[str, int]) -> str | None:

@@ -49,7 +49,9 @@ def _energy_series(found: Energies | None) -> list[Series]:
     )
     # What stays nothing is no curve; the others are told as they are, be they constant.
     small = 1e-9 * found.exchanged
-    return [Series(n, "J", about, v) for n, about, v in every if abs(v).max() > small]
+    shown = [Series(n, "J", about, v) for n, about, v in every if abs(v).max() > small]
+    both = abs(found.kinetic).max() > small and abs(found.potential).max() > small
+    return [s for s in shown if both or s.name != "mechanical energy"]
 
 
 def _closeness_series(found: Closeness | None) -> list[Series]:

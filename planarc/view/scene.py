@@ -13,14 +13,14 @@ Example: the rod of a pendulum, 1.2 m long, at the origin
     -> Item(shape="beam", x=0.0, y=0.0, angle=array([0, -0.02, ...]), length=1.2, width=0.06)
 
 Needs:     a result whose columns hold the variables that the attributes name.
-Promises:  items in drawing order (`height`, then declaration); angles without jumps of whole
-           turns; what cannot be evaluated is left out and named in `notes`.
+Promises:  items in drawing order (`height`, then declaration); angles without jumps of
+           whole turns; what cannot be evaluated is left out and named in `notes`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -97,6 +97,8 @@ def make_scene(result: Result) -> Scene:
             except NotDrawable as reason:
                 notes.append(f"`{visual.component}` is not drawn: {reason}")
         items.sort(key=lambda item: item.height)
+        size = _size(items)
+        items = [_shortened(item, size, notes) for item in items]
         box = _bounds(items)
     return Scene(result.time, tuple(items), box, tuple(notes))
 
@@ -211,6 +213,31 @@ def _smooth(angle: Any) -> Track:
 def _number(value: Any) -> float:
     """What may not change while running; of something that does, its first value."""
     return float(value) if isinstance(value, (int, float)) else float(value[0])
+
+
+#: An arrow may be this part of the size of all else; the length of a force is a matter of scale.
+_LONGEST = 0.6
+
+
+def _size(items: list[Item]) -> float:
+    """The larger side of the box around everything but arrows; 0 where there is nothing."""
+    box = _bounds([item for item in items if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW)])
+    return 0.0 if box is None else max(box[2] - box[0], box[3] - box[1])
+
+
+def _shortened(item: Item, size: float, notes: list[str]) -> Item:
+    """An arrow that would make the mechanism small is drawn to another scale."""
+    import numpy as np
+
+    if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW) or not size:
+        return item
+    lengths = np.abs(np.asarray(item.length))
+    longest = float(np.max(lengths, where=np.isfinite(lengths), initial=0.0))
+    if longest <= size:
+        return item
+    factor = float(f"{_LONGEST * size / longest:.1g}")
+    notes.append(f"the arrow `{item.component}` is drawn {factor:g} times as long as it says")
+    return replace(item, length=item.length * factor)
 
 
 def _bounds(items: list[Item]) -> tuple[float, float, float, float] | None:

@@ -42,8 +42,9 @@ def chart_script() -> str:
     return _text(_VENDOR / "uPlot.iife.min.js")
 
 
-def page_template() -> str:
-    return _text(_HERE / "page.html")
+def text(name: str) -> str:
+    """A file as it is."""
+    return _text(_HERE / name)
 
 
 def policy(*scripts: str) -> str:

@@ -8,6 +8,7 @@ by their hashes.
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
@@ -85,18 +86,26 @@ def render_page(
         _card("Run", _list(summary)) if summary else "",
         _card("Events", _events(len(result.events))) if result.events else "",
     ]
-    return Template(assets.page_template()).substitute(
+    return Template(assets.text("page.html")).substitute(
         policy=assets.policy(chart, script),
         name=html.escape(program.name),
+        package=html.escape(program.name.rpartition(".")[0]),
+        title=html.escape(program.name.rpartition(".")[2]),
         description=html.escape(program.description),
         styles=assets.styles(*assets.STYLES, "page.css"),
-        notes="".join(f'<p class="{kind}">{html.escape(text)}</p>' for kind, text in told),
+        notes="".join(f'<p class="{kind}">{_prose(text)}</p>' for kind, text in told),
         cards="".join(cards),
         open="" if any(f.on for f in figures) else " open",
         data=assets.embed_json(data),
         chart=chart,
         script=script,
     )
+
+
+def _prose(text: str) -> str:
+    """A message as HTML: it begins with a capital, and names stand in `code`."""
+    escaped = html.escape(text[:1].upper() + text[1:])
+    return re.sub(r"`([^`\n]*)`", r"<code>\1</code>", escaped)
 
 
 def _card(title: str, inside: str) -> str:

@@ -89,17 +89,16 @@ const SOLIDS = {
     ctx.stroke();
   },
   spring(ctx, l, w, extra, px, c) {
+    // A coil seen from the side: a wave between two straight ends.
     const turns = Math.max(1, Math.round(extra || 5));
-    const steps = 2 * turns;
+    const steps = 16 * turns;
     ctx.strokeStyle = css(c);
-    ctx.lineWidth = Math.max(2 * px, w / 16);
+    ctx.lineWidth = Math.max(1.8 * px, w / 14);
     ctx.beginPath();
     ctx.moveTo(0, 0);
-    ctx.lineTo(0.08 * l, 0);
-    for (let i = 0; i < steps; i++) {
-      ctx.lineTo(l * (0.08 + (0.84 * (i + 0.5)) / steps), i % 2 ? -w / 2 : w / 2);
+    for (let i = 0; i <= steps; i++) {
+      ctx.lineTo(l * (0.1 + (0.8 * i) / steps), (w / 2) * Math.sin((2 * Math.PI * turns * i) / steps));
     }
-    ctx.lineTo(0.92 * l, 0);
     ctx.lineTo(l, 0);
     ctx.stroke();
   },

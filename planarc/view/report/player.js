@@ -5,6 +5,8 @@
 //   player.setScene(other);            keeps time, view, layers and whether it plays
 //   player.onTime((t, reader) => ...)  after every picture; reader.at(column) is a value then
 //
+// With { bare: true } there is the picture alone, without controls, keys and grabbing.
+//
 // A scene is {time, tracks, items, box, layers, events}; see `data.py`.
 
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -28,7 +30,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     button("minus", "Zoom out (−)", () => zoomMiddle(1 / 1.3)),
     button("fit", "Show all (F)", fit),
   );
-  const root = make(
+  const root = options.bare ? make("div", { class: "player" }, make("div", { class: "frame" }, canvas)) : make(
     "div", { class: "player" },
     make("div", { class: "frame" }, canvas, zoomers),
     make(
@@ -85,7 +87,8 @@ planarc.createPlayer = function (element, scene, options = {}) {
 
   function listSpeeds(span) {
     // Around one second a second; a run of milliseconds or hours gets its own.
-    state.natural = span > 90 || (span > 0 && span < 1) ? span / 10 : 1;
+    const long = options.bare ? 12 : 90;
+    state.natural = span > long || (span > 0 && span < 1) ? span / (options.bare ? 6 : 10) : 1;
     speed.replaceChildren(...SPEEDS.map((factor) => {
       const value = Number((factor * state.natural).toPrecision(2));
       return new Option(`${value}×`, value, factor === 1, factor === 1);
@@ -154,6 +157,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     const layer = layers.find((l) => l.id === id);
     if (!layer) return;
     layer.on = on;
+    layer.dress();
     ask();
   }
 
@@ -262,7 +266,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   }
 
   const keys = options.keys || root;
-  keys.addEventListener("keydown", onKey);
+  if (!options.bare) keys.addEventListener("keydown", onKey);
   slider.addEventListener("input", () => {
     play(false);
     setTime(Number(slider.value));
@@ -275,6 +279,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
       : { x: a[0], y: a[1], size: 0 };
   }
   canvas.addEventListener("pointerdown", (event) => {
+    if (options.bare) return;
     canvas.setPointerCapture(event.pointerId);
     touches.set(event.pointerId, [event.clientX, event.clientY]);
   });
@@ -296,6 +301,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   }
   canvas.addEventListener("dblclick", fit);
   canvas.addEventListener("wheel", (event) => {
+    if (options.bare) return;
     event.preventDefault();
     const place = canvas.getBoundingClientRect();
     zoomMiddle(

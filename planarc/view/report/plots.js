@@ -101,13 +101,13 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       {
         width: Math.max(200, holder.clientWidth),
         height: count > 1 || figures.filter((f) => f.on && f.curves.length).length > 1 ? 178 : 236,
-        padding: [10, 14, 0, 0],
+        padding: [10, 24, 0, 0],
         scales: { x: { time: false }, y: { range: span } },
         legend: { show: false },
         cursor: { sync: { key: "planarc" }, points: { size: 6 } },
         axes: [
           { ...axis, size: 28, values: (u, ticks) => ticks.map((v, i) => (i === ticks.length - 1 ? `${plain(v)} s` : plain(v))) },
-          { ...axis, size: 56, values: (u, ticks) => ticks.map(plain) },
+          { ...axis, size: room, values: (u, ticks) => ticks.map(plain) },
         ],
         series: [{}, ...curves.map((c, i) => ({
           stroke: colors[i % colors.length], width: 1.6, dash: i >= colors.length ? [6, 4] : undefined,
@@ -137,7 +137,16 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   }
 
   const text = (value, unit) => `${planarc.digits(value ?? NaN)} ${planarc.unit(unit)}`.trim();
-  const plain = (value) => String(Number(value.toPrecision(6))).replace("-", "−");
+  const plain = (value) => {
+    const short = Number(value.toPrecision(6));
+    return (Math.abs(short) >= 1e6 ? short.toExponential().replace("e+", "e") : String(short)).replace("-", "−");
+  };
+
+  function room(u, texts) {
+    // As wide as the longest number needs, alike for most, so that plots stand in line.
+    const longest = Math.max(0, ...(texts || []).map((t) => t.length));
+    return Math.max(56, 16 + 7 * longest);
+  }
 
   function span(u, low, high) {
     // A constant gets room above and below; noise around it is not blown up to a curve.

@@ -1,0 +1,104 @@
+"""`planarc gallery`: a contact sheet of all examples, each in motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import Libraries
+from planarc.cli.exits import Exit
+from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+
+if TYPE_CHECKING:
+    from planarc.gallery import Shown
+    from planarc.view.report.gallery import Card
+
+_LIBRARY = "PlanarMultiBody.Examples"
+
+
+def gallery(
+    targets: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[PACKAGE|FOLDER|FILE]...",
+            help=f"Where the examples are; without, {_LIBRARY}.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="The page, .html.", show_default=False),
+    ] = None,
+    reports: Annotated[
+        Path | None,
+        typer.Option(
+            "--reports",
+            metavar="FOLDER",
+            help="Write the whole report of each into this folder, and link it.",
+            show_default=False,
+        ),
+    ] = None,
+    library: Libraries = None,
+) -> int:
+    """Run all examples, and show them in motion on one page.
+
+    An example is a model with an experiment annotation. One that fails is shown with its message,
+    and makes exit code 1.
+    """
+    from planarc.cli.progress import counting_line
+    from planarc.gallery import find_examples, run_examples
+    from planarc.view.report.gallery import render_gallery
+    from planarc.view.storage import replacing
+
+    named = tuple(targets or (_LIBRARY,))
+    path = page_destination("gallery", output)
+    if reports is not None:
+        check_writable(reports / "report.html", "--reports")
+    examples = find_examples(named, tuple(library or ()))
+    if not examples:
+        raise UsageError(
+            Diagnostic(
+                "C293",
+                f"there is no example in {', '.join(f'`{n}`' for n in named)}",
+                hint="an example is a model with `annotation(experiment(StopTime=...))`",
+            )
+        )
+    with counting_line() as progress:
+        shown = [(s, _card(s, reports, path)) for s in run_examples(examples, progress)]
+    with replacing(path) as file:
+        file.write(render_gallery(" and ".join(named), [card for _, card in shown]).encode())
+    bad = [s for s, _ in shown if s.problem is not None and s.problem.severity is Severity.ERROR]
+    console.complain([s.problem for s in bad if s.problem is not None])
+    if not console.is_quiet():
+        rows = [("examples", f"{len(shown)}, {len(bad)} failed" if bad else str(len(shown)))]
+        console.say_rows([*rows, ("written", str(path))])
+    return Exit.MODEL if bad else Exit.DONE
+
+
+def _card(shown: Shown, reports: Path | None, page: Path) -> Card:
+    import os
+
+    from planarc.insight.facts import count_text
+    from planarc.view.report.gallery import Card
+    from planarc.view.scene import make_scene
+
+    example, result = shown.example, shown.result
+    problem = "" if shown.problem is None else shown.problem.message
+    title = example.name.rpartition(".")[2]
+    if result is None:
+        return Card(title, example.description, problem=problem)
+    mechanism = result.program.mechanism
+    facts = "" if mechanism is None else count_text(mechanism).partition(" (")[0]
+    link = ""
+    if reports is not None:
+        from planarc.cli.job import write_page
+
+        name = ".".join(file_stem(part) for part in example.name.split("."))
+        report = reports / f"{name}{PAGES[0]}"
+        write_page(report, result, shown.kernel)
+        link = Path(os.path.relpath(report, page.parent)).as_posix()
+    return Card(title, example.description, facts, make_scene(result), problem, link)
