@@ -8,8 +8,9 @@ Each level is one tearing problem. Unknowns are torn in this order: StateSelect.
 derivatives of candidates of the level below, so that velocities are chosen as positions
 were; then by StateSelect (prefer, default, avoid, never); then those whose start was
 written; then those that make most equations solvable; then the first. Those that the
-others give all the same are no candidates (`thinning`). In a mechanism these are the joints' coordinates, from the ground outwards; each loop leaves residuals,
-and the states are the tears less the residuals, chosen while running.
+others give all the same are no candidates (`thinning`). In a mechanism these are the
+joints' coordinates, from the ground outwards; each loop leaves residuals, and the states
+are the tears less the residuals, chosen while running.
 
 Example: a crank-slider with the hinges A, B, C and the slide s
 
