@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 Run = Callable[..., Any]
 
@@ -89,6 +90,31 @@ def test_a_spline_passes_its_points_smoothly(run: Run) -> None:
 
     np.testing.assert_allclose(table("r"), [*points, points[0]], atol=1e-12)
     np.testing.assert_allclose(table("before"), table("after"), atol=1e-5)
+
+
+@pytest.mark.parametrize(("closed", "n"), [("true", 40), ("false", 33), ("false", 17)])
+def test_a_spline_through_many_points_passes_them_all(run: Run, closed: str, n: int) -> None:
+    """Pieces are looked for in groups; each must be found, and only once."""
+    turn = 2 * np.pi * np.arange(n) / (n if closed == "true" else n - 1) * 0.9
+    points = np.column_stack([0.3 * np.sin(turn), -0.2 * np.cos(turn)])
+    text = ", ".join(f"{{{x}, {y}}}" for x, y in points)
+    result = run(
+        f"""
+  Joints.Internal.Spline curve(closed={closed}, points={{{text}}}, {INPUTS});
+  Real s = curve.s_min + (curve.s_max - curve.s_min)*time;
+  Real r[2] = curve.position(s);
+  Real known[2] = curve.position(curve.s_max*0.37);
+"""
+    )
+    chain = np.vstack([points, points[:1]]) if closed == "true" else points
+    s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(chain, axis=0), axis=1))])
+    law = CubicSpline(s, chain, bc_type="periodic" if closed == "true" else "natural")
+    at = np.clip(result["s"], 0, s[-1])
+    expected = law(at)
+    np.testing.assert_allclose(vectors(result, "r").T, expected, atol=1e-12)
+    np.testing.assert_allclose(
+        [result[f"known[{i}]"][0] for i in (1, 2)], law(0.37 * s[-1]), atol=1e-12
+    )
 
 
 def cam_follower(run: Run, curve: str, tolerance: float = 1e-7, s1: float = 0.24) -> Any:
