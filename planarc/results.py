@@ -282,22 +282,26 @@ class Result:
         return Path(path)
 
     def _page(self, curves: Sequence[str] | None) -> Page:
+        from planarc.compiler import study
         from planarc.view.report.page import render_page
         from planarc.view.scene import make_scene
 
         for name in curves or ():
             self[name]
         shown = None if curves is None else tuple(curves)
-        return Page(render_page(self.rows, make_scene(self.rows), self._summary(), shown))
+        scene, insight = make_scene(self.rows), study(self.rows)
+        return Page(render_page(self.rows, scene, self._summary(), shown, insight))
 
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
+        from planarc.compiler import study
         from planarc.view.report import write_report
         from planarc.view.scene import make_scene
 
         for name in curves or ():
             self[name]
-        write_report(Path(path), self.rows, make_scene(self.rows), self._summary(), curves)
+        scene, insight = make_scene(self.rows), study(self.rows)
+        write_report(Path(path), self.rows, scene, self._summary(), curves, insight)
         return Path(path)
 
     def _summary(self) -> tuple[tuple[str, str], ...]:

@@ -75,7 +75,14 @@ def compile_variant(
 
 
 def named_like(program: Program, of: Program) -> Program:
-    return replace(program, name=of.name, description=of.description, experiment=of.experiment)
+    """With the name of another one, its experiment, and the figures of its documentation."""
+    return replace(
+        program,
+        name=of.name,
+        description=of.description,
+        experiment=of.experiment,
+        figures=of.figures,
+    )
 
 
 def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:

@@ -9,12 +9,13 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, Stop, open_model, settings_of
-from planarc.cli.arguments import AsJson, ClassName, Libraries
+from planarc.cli.arguments import AsJson, ClassName, Libraries, make_request
 from planarc.cli.exits import Exit
-from planarc.cli.files import check_writable
+from planarc.cli.files import TABLES, check_writable
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
+    from planarc.ir.result import Result as Rows
     from planarc.model import Model
     from planarc.results import Result
     from planarc.view.picture.make import Made
@@ -24,7 +25,9 @@ def animate(
     target: Annotated[
         str,
         typer.Argument(
-            metavar="MODEL", help="A .pmo or .mo file, or a class of a library.", show_default=False
+            metavar="RESULT|MODEL",
+            help="A result, .csv or .mat; or a model to run: a file, or a class of a library.",
+            show_default=False,
         ),
     ],
     class_name: ClassName = None,
@@ -60,6 +63,15 @@ def animate(
             "--trace",
             metavar="POINT",
             help="Draw the path of a part or a vector, as couplerBody.r_0CM. Repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    model_name: Annotated[
+        str | None,
+        typer.Option(
+            "--model",
+            metavar="FILE|CLASS",
+            help="Of a RESULT: the model that made it, where it is not found by its name.",
             show_default=False,
         ),
     ] = None,
@@ -99,12 +111,16 @@ def animate(
     check_installed(check_suffix(path))
     check_writable(path, "--output")
     options = PictureOptions(When(begin, end, speed, rate), at, width, dark, tuple(traces or ()))
-    model = open_model(target, class_name, library)
-    if mode is None:
-        result = run_of(model, settings, stop if end is None or stop is not None else end)
+    if Path(target).suffix.lower() in TABLES:
+        _refuse_run(mode, stop, settings)
+        rows = _read(Path(target), model_name, class_name, library)
     else:
-        result = _mode(model, settings, mode, around, amplitude)
-    made = write_picture(path, result.rows, options)
+        model = open_model(target, class_name, library)
+        if mode is None:
+            rows = run_of(model, settings, end if stop is None else stop).rows
+        else:
+            rows = _mode(model, settings, mode, around, amplitude).rows
+    made = write_picture(path, rows, options)
     _tell(path, made, as_json)
     return Exit.DONE
 
@@ -115,6 +131,45 @@ def named_output(output: Path | None, example: str) -> Path:
             Diagnostic("C270", "`--output` is missing", hint=f"write e.g. `{example}`")
         )
     return output
+
+
+def _refuse_run(mode: int | None, stop: float | None, settings: list[str] | None) -> None:
+    """What belongs to a run has no meaning for one that is over."""
+    for given, name in ((mode, "--mode"), (stop, "--stop"), (settings, "--set")):
+        if given is not None:
+            raise UsageError(
+                Diagnostic(
+                    "C272",
+                    f"`{name}` needs a model: a result is not run again",
+                    hint="name the model instead of the result",
+                )
+            )
+
+
+def _read(
+    path: Path, model: str | None, class_name: str | None, library: list[Path] | None
+) -> Rows:
+    """A result that was written before, with the model that says what is drawn."""
+    from planarc.restore import compile_guess, compile_request, find_request, restore
+    from planarc.view.table import read_table
+
+    table = read_table(path)
+    compiled = None
+    if model is not None:
+        compiled = compile_request(make_request(model, class_name, library))
+    else:
+        name = class_name or table.model or path.stem
+        guess = find_request(name, (path.parent, Path()), tuple(library or ()))
+        compiled = None if guess is None else compile_guess(guess, table)
+    if compiled is None:
+        raise UsageError(
+            Diagnostic(
+                "C273",
+                f"no model is found that made `{path}`: it says what is drawn",
+                hint="name it with `--model FILE`",
+            )
+        )
+    return restore(table, path.name, compiled).result
 
 
 def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Result:

@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import Backend
@@ -26,9 +26,6 @@ from planarc.live.controls import Field, Group, groups_of
 from planarc.model import Model
 from planarc.request import Request, open_target
 from planarc.results import Result, RunStopped
-
-if TYPE_CHECKING:
-    from planarc.view.scene import Scene
 
 #: Compiled models that are kept.
 _KEPT = 24
@@ -278,12 +275,14 @@ class Session:
         }
 
     def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
+        from planarc.compiler import study
         from planarc.view.report.data import choose_rows, curve_data, scene_data
         from planarc.view.report.figures import choose_figures
+        from planarc.view.scene import make_scene
 
         rows = result.rows
-        scene = _scene(result)
-        figures = choose_figures(rows)
+        scene, insight = make_scene(rows), study(rows)
+        figures = choose_figures(rows, None, insight)
         chosen = choose_rows(rows, figures, tracks=4 * len(scene.items))
         events = sorted({e.time for e in rows.events})
         notes = [["warning", _line(w)] for w in rows.warnings]
@@ -291,8 +290,8 @@ class Session:
         if rows.ended is not None and ended is None:
             notes.append(["remark", rows.ended.message])
         return {
-            "scene": scene_data(scene, chosen, events),
-            "curves": curve_data(rows, figures, chosen, room=_ROOM),
+            "scene": scene_data(scene, chosen, events, insight.layers),
+            "curves": curve_data(rows, figures, chosen, insight.series, room=_ROOM),
             "warnings": notes,
             "rows": len(rows.time),
         }
@@ -329,12 +328,6 @@ class _Turn:
 
     def __exit__(self, *_: object) -> None:
         self._session._lock.release()
-
-
-def _scene(result: Result) -> Scene:
-    from planarc.view.scene import make_scene
-
-    return make_scene(result.rows)
 
 
 def _field_name(f: Field) -> str:

@@ -7,6 +7,11 @@
 // come and go: what a model does not have waits until one has it again.
 
 const key = (field) => (field.start ? `${field.name}.start` : field.name);
+planarc.spoken = function (message) {
+  // What stands in backticks is code.
+  return message.split(/`([^`]*)`/).map((part, i) => (i % 2 ? planarc.element("code", {}, part) : part));
+};
+
 const text = (value) => String(Number(value.toPrecision(6)));
 
 function nice(size) {
@@ -62,7 +67,7 @@ planarc.createFields = function (element, { changed, opened = 10 }) {
     const { row, wrong } = rows.get(name);
     row.classList.toggle("wrong", Boolean(message));
     wrong.hidden = !message;
-    wrong.textContent = message;
+    wrong.replaceChildren(...planarc.spoken(message));
   }
 
   function outside(field, value) {

@@ -14,6 +14,7 @@
   let wish = null; // name of the field of the next order
   let flight = null; // the order under way: {since, abort}
   let ended = false;
+  let looked = ""; // the view that this page chose last
   const delays = []; // ms from each moved field to its picture; for tests and measuring
 
   get("theme").append(planarc.icon("theme"));
@@ -99,7 +100,7 @@
       player.setScene(answer.scene);
       plots.setData(answer.curves);
       tree.setVariables(plots.variables);
-      if (!inView(answer.scene.box)) player.fit();
+      look(answer.scene.box);
     }
     if (asked) requestAnimationFrame(() => setTimeout(() => delays.push(performance.now() - asked)));
   }
@@ -117,14 +118,20 @@
       if (get("variables").open) tree.mark(reader);
     });
     window.planarcPlayer = player;
+    requestAnimationFrame(() => look(answer.scene.box));
   }
 
-  function inView(box) {
-    if (!box) return true;
+  function look(box) {
+    // The mechanism stays in view, and of a good size, unless the user looks at a detail.
     const { view } = player;
+    const key = () => [view.x, view.y, view.scale].join();
+    if (!box || (looked !== "" && looked !== key())) return;
     const stage = get("player").querySelector("canvas").getBoundingClientRect();
     const [w, h] = [stage.width / 2 / view.scale, stage.height / 2 / view.scale];
-    return box[0] >= view.x - w && box[2] <= view.x + w && box[1] >= view.y - h && box[3] <= view.y + h;
+    const inside = box[0] >= view.x - w && box[2] <= view.x + w && box[1] >= view.y - h && box[3] <= view.y + h;
+    const small = Math.max((box[2] - box[0]) / w, (box[3] - box[1]) / h) < 0.9;
+    if (!inside || small) player.fit();
+    looked = key();
   }
 
   function stale(on) {
@@ -134,7 +141,7 @@
 
   function tell(notes) {
     get("notes").replaceChildren(...notes.map(([kind, text, source]) => make(
-      "p", { class: kind }, text, ...(source ? [make("pre", {}, source)] : []),
+      "p", { class: kind }, ...planarc.spoken(text), ...(source ? [make("pre", {}, source)] : []),
     )));
   }
 
