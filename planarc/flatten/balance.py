@@ -23,6 +23,7 @@ from planarc.flatten.equations import count_equations, scalar_count
 from planarc.flatten.occurrences import names_in
 from planarc.flatten.tree import Instance, Leaf
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import variables_of_target
 
 
 @dataclass(slots=True)
@@ -74,9 +75,10 @@ def targets_of(algorithm: flat.Algorithm) -> list[str]:
         statement = stack.pop()
         match statement:
             case flat.Assignment(target=target):
-                found[target.name] = None
+                found.update((v.name, None) for v in variables_of_target(target))
             case flat.TupleAssignment(targets=targets):
-                found.update((t.name, None) for t in targets if t is not None)
+                given = (t for t in targets if t is not None)
+                found.update((v.name, None) for t in given for v in variables_of_target(t))
             case flat.IfStatement(branches=branches, otherwise=otherwise):
                 bodies = [s for _, body in branches for s in body] + list(otherwise)
                 stack.extend(reversed(bodies))

@@ -21,6 +21,7 @@ from planarc.flatten.evaluator import Evaluator
 from planarc.flatten.instantiate import node_of
 from planarc.flatten.joining import Joined, join, sections_of
 from planarc.flatten.lookup import member
+from planarc.flatten.outer import inner_half
 from planarc.flatten.rooting import Rooting, find_roots
 from planarc.flatten.statements import type_statements
 from planarc.flatten.tree import Absent, Element, Family, Instance, Leaf, Node, Session
@@ -92,7 +93,7 @@ def _children(instance: Instance) -> list[Node]:
         element = member(instance, name)
         assert element is not None
         try:
-            node = node_of(element)
+            node = node_of(inner_half(element))
         except PlanarcError as problem:
             if any(d.code in _ENDLESS for d in problem.diagnostics):
                 raise  # going on would find the same again and again

@@ -85,8 +85,6 @@ def _make_node(element: Element) -> Node:
     parent = element.scope.instance
     prefixes = element.definition.prefixes
     if prefixes.outer and parent.prefix is not None:
-        if prefixes.inner:
-            raise unsupported("`inner outer` components", "5.4", element.definition.span)
         return outer.inner_node(element)
     definition, scope, mod = redeclare.effective_component(element)
     name = parent.full_name(element.name)

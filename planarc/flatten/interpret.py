@@ -15,8 +15,8 @@ from planarc.core.source import Span
 from planarc.flatten import compute, evaluator
 from planarc.flatten.conform import counted
 from planarc.flatten.constant import NotConstant, Value
-from planarc.ir import flat
 from planarc.flatten.foreign_values import external_values
+from planarc.ir import flat
 
 MAX_STEPS = 2_000_000
 MAX_CALLS = 200  # functions inside functions
@@ -57,7 +57,6 @@ class _Run:
             dims.append(int(known) if isinstance(known, int) else 0)
         return compute.fill(_default(variable.type), *dims) if dims else _default(variable.type)
 
-    def run(self, statements: tuple[flat.Statement, ...]) -> None:
     def external(self, span: Span) -> list[Value]:
         """The outputs of an external function."""
         session = self.evaluator.session
@@ -67,6 +66,7 @@ class _Run:
         found = external_values(self.function, given, empty, session, span)
         return [found[v.name] for v in self.function.outputs]
 
+    def run(self, statements: tuple[flat.Statement, ...]) -> None:
         for statement in statements:
             self.steps += 1
             if self.steps > MAX_STEPS:
@@ -121,7 +121,7 @@ class _Run:
             return True
         return False
 
-    def _assign_results(self, targets: tuple[flat.Reference | None, ...], call: flat.Call) -> None:
+    def _assign_results(self, targets: tuple[flat.Target | None, ...], call: flat.Call) -> None:
         session = self.evaluator.session
         assert session is not None
         inner = session.functions.get(call.function)
@@ -133,7 +133,9 @@ class _Run:
             if target is not None:
                 self.assign(target, value)
 
-    def assign(self, target: flat.Reference, value: Value) -> None:
+    def assign(self, target: flat.Target, value: Value) -> None:
+        if not isinstance(target, flat.Reference):
+            raise NotConstant("variables of a model have no value before the run", target.span)
         name, *fields = target.name.split(".") if target.name not in self.frame else [target.name]
         indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
         old = self.frame.get(name, 0.0)
@@ -215,14 +217,14 @@ def run_function(
     run = _Run(function, evaluator, depth)
     for variable, value in zip(function.inputs, arguments, strict=True):
         run.frame[variable.name] = value
-    for variable in (*function.locals, *function.outputs):
-        run.declare(variable)
-    with suppress(_Leave):
-        run.run(function.body)
-    return [run.frame[v.name] for v in function.outputs]
     if function.external in compute.FUNCTIONS:
         builtin = compute.FUNCTIONS[function.external]
         call = flat.Builtin(function.outputs[0].type, span, function.external)
         return [compute.apply(builtin, arguments, call)]
     if function.external is not None:
         return run.external(span)
+    for variable in (*function.locals, *function.outputs):
+        run.declare(variable)
+    with suppress(_Leave):
+        run.run(function.body)
+    return [run.frame[v.name] for v in function.outputs]

@@ -6,12 +6,16 @@ Out:  the node of the nearest enclosing `inner` component of that name
 When there is none, a default instance is made at the top of the model and a
 warning says so, as Modelica tools do.
 
+An `inner outer` component is two: the names of its own model mean the outer one, and what
+stands inside gets the inner one, to which its modifiers and its binding belong.
+
 Reference: Modelica Language Specification 3.6, section 5.4.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
@@ -24,7 +28,7 @@ def inner_node(element: Element) -> Node:
     """The node that an outer element stands for."""
     definition = element.definition
     assert isinstance(definition, syntax.Component)
-    if definition.modification is not None:
+    if definition.modification is not None and not definition.prefixes.inner:
         raise error(
             "F260",
             f"the outer component `{element.name}` cannot have a modifier",
@@ -32,9 +36,26 @@ def inner_node(element: Element) -> Node:
             hint="modify the `inner` component",
         )
     found = _find_inner(element)
-    node = _default_node(element, definition) if found is None else instantiate.node_of(found)
+    if found is None and definition.prefixes.inner and element.scope.instance.parent is None:
+        return instantiate.node_of(inner_half(element))  # the model itself: nothing is outside
+    if found is None:
+        node = _default_node(element, definition)
+    else:
+        node = instantiate.node_of(inner_half(found))
     _check_compatible(element, definition, node, found)
     return node
+
+
+def inner_half(element: Element) -> Element:
+    """The element as what stands inside of its model sees it."""
+    definition = element.definition
+    prefixes = definition.prefixes
+    if not (prefixes.inner and prefixes.outer) or isinstance(definition, syntax.ClassDef):
+        return element
+    if element.inner is None:
+        alone = replace(definition, prefixes=replace(prefixes, outer=False))
+        element.inner = Element(element.name, alone, element.scope, element.mod, element.protected)
+    return element.inner
 
 
 def _find_inner(element: Element) -> Element | None:

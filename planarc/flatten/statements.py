@@ -54,19 +54,30 @@ def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements
         raise mismatch(target.type, value.type, f"the value of `{node.target}`", node.value.span)
     if isinstance(target, flat.Reference):
         return (flat.Assignment(node.span, component, target, value),)
-    return _entries(node.span, target, value, component)
+    entries = _entries(node.span, target, value)
+    names = {left.name for left, _ in entries}
+    if len(entries) > 1 and names & _names_in(value):
+        return (flat.Assignment(node.span, component, _whole(target), value),)
+    return tuple(flat.Assignment(node.span, component, *entry) for entry in entries)
 
 
-def _entries(
-    span: Span, target: flat.Expression, value: flat.Expression, component: str
-) -> Statements:
+Entries = list[tuple[flat.Reference, flat.Expression]]
+
+
+def _whole(target: flat.Expression) -> flat.Target:
+    """Variables that get their values at once, from a value that may hold them."""
+    assert isinstance(target, flat.Reference | flat.Record | flat.Array)
+    return target
+
+
+def _entries(span: Span, target: flat.Expression, value: flat.Expression) -> Entries:
     """A record, or a slice over components, is assigned entry by entry."""
-    found: list[flat.Statement] = []
+    found: Entries = []
     pairs: list[tuple[flat.Expression, flat.Expression]] = [(target, value)]
     while pairs:
         left, right = pairs.pop(0)
         if isinstance(left, flat.Reference):
-            found.append(flat.Assignment(span, component, left, right))
+            found.append((left, right))
         elif isinstance(left, flat.Array):
             indices = range(1, len(left.items) + 1)
             inner = [(left.items[i - 1], element_at(right, i)) for i in indices]
@@ -77,7 +88,7 @@ def _entries(
             pairs = list(zip(left.items, fields, strict=True)) + pairs
         else:
             raise error("F301", "this cannot be assigned", left.span)
-    return tuple(found)
+    return found
 
 
 def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
@@ -135,8 +146,9 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
         raise error("F302", f"`{node.value.function}` has one result only", node.span)
     types = call_arguments.result_types(call, env)
     check_result_count(len(node.targets), len(types), node.value, node.span)
-    targets: list[flat.Reference | None] = []
+    targets: list[flat.Target | None] = []
     first: list[flat.Statement] = []
+    arguments = {name for a in call.arguments for name in _names_in(a)}
     for k, (target, type_) in enumerate(zip(node.targets, types, strict=False)):
         if target is None:
             targets.append(None)
@@ -144,23 +156,16 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
         typed = type_target(target, env)
         if not conforms(typed.type, type_):
             raise mismatch(typed.type, type_, f"the result for `{target}`", target.span)
-        if isinstance(typed, flat.Reference):
-            targets.append(typed)
-            continue
-        targets.append(None)
         result = flat.Call(type_, call.span, call.function, call.arguments, k)
-        first += _entries(node.span, typed, result, component)
-        _expect_apart(typed, call, target)
+        entries = _entries(node.span, typed, result)
+        if isinstance(typed, flat.Reference) or arguments & {left.name for left, _ in entries}:
+            targets.append(_whole(typed))
+        else:
+            targets.append(None)
+            first += [flat.Assignment(node.span, component, *entry) for entry in entries]
     if not any(targets):
         return tuple(first)
     return (*first, flat.TupleAssignment(node.span, component, tuple(targets), call))
-
-
-def _expect_apart(target: flat.Expression, call: flat.Call, ref: syntax.Ref) -> None:
-    """The fields of a record are assigned before the other results: none may be an argument."""
-    assigned = _names_in(target)
-    if any(assigned & _names_in(a) for a in call.arguments):
-        raise unsupported("a record as a result and an argument of one call", "12.4.3", ref.span)
 
 
 def _names_in(expression: flat.Expression) -> set[str]:

@@ -202,7 +202,18 @@ class State(Enum):
 class Element:
     """One member of an instance."""
 
-    __slots__ = ("cls", "definition", "entry", "mod", "name", "node", "protected", "scope", "state")
+    __slots__ = (
+        "cls",
+        "definition",
+        "entry",
+        "inner",
+        "mod",
+        "name",
+        "node",
+        "protected",
+        "scope",
+        "state",
+    )
 
     def __init__(
         self,
@@ -222,6 +233,7 @@ class Element:
         self.node: Node | None = None
         self.cls: Class | None = None
         self.state = State.NEW
+        self.inner: Element | None = None  # of an `inner outer` one: the inner half
 
     @property
     def is_class(self) -> bool:

@@ -328,15 +328,19 @@ class Reinit(EquationNode):
 Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit
 
 
+#: What is assigned: a variable, or several ones at once, as items of a record or an array.
+Target: TypeAlias = "Reference | Record | Array"
+
+
 @dataclass(frozen=True, slots=True)
 class Assignment(EquationNode):
-    target: Reference
+    target: Target
     value: Expression
 
 
 @dataclass(frozen=True, slots=True)
 class TupleAssignment(EquationNode):
-    targets: tuple[Reference | None, ...]
+    targets: tuple[Target | None, ...]
     value: Call
 
 

@@ -177,8 +177,15 @@ class _Checker:
             case flat.Assert() | flat.Terminate() | flat.Reinit():
                 self.equation(statement)
 
-    def target(self, target: flat.Reference) -> None:
-        """A variable; inside a function also a field, `r.x`."""
+    def target(self, target: flat.Expression) -> None:
+        """A variable; inside a function also a field, `r.x`; or several ones."""
+        if isinstance(target, flat.Record | flat.Array):
+            for item in target.items:
+                self.target(item)
+            return
+        if not isinstance(target, flat.Reference):
+            self.fail("what is assigned is no variable")
+            return
         if target.name not in self.types and target.name.split(".")[0] not in self.types:
             self.fail(f"the target `{target.name}` is not declared")
         for subscript in target.subscripts:

@@ -338,7 +338,9 @@ def statement_lines(
     return [pad + _special(statement)]
 
 
-def _target(target: flat.Reference, records: frozenset[str]) -> str:
+def _target(target: flat.Target, records: frozenset[str]) -> str:
+    if not isinstance(target, flat.Reference):
+        return print_expression(target)
     first, *fields = target.name.split(".")
     if fields and first in records:
         return ".".join(map(quoted, (first, *fields))) + _subscripts(target.subscripts)

@@ -85,6 +85,17 @@ def expressions_of_equations(
                 yield message
 
 
+def variables_of_target(target: flat.Expression) -> Iterator[flat.Reference]:
+    """The variables that an assignment sets, in their order."""
+    stack = [target]
+    while stack:
+        match stack.pop():
+            case flat.Reference() as variable:
+                yield variable
+            case flat.Record(items=items) | flat.Array(items=items):
+                stack.extend(reversed(items))
+
+
 def expressions_of_statements(
     statements: Iterable[flat.Statement],
 ) -> Iterator[flat.Expression]:

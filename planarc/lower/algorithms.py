@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from planarc.core.diagnostic import error
 from planarc.ir import dae, flat
+from planarc.ir.flatwalk import variables_of_target
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scope import Model, Scope
@@ -62,9 +63,10 @@ def assigned_names(statements: Sequence[flat.Statement]) -> list[str]:
     while stack:
         s = stack.pop()
         if isinstance(s, flat.Assignment):
-            found[s.target.name] = None
+            found.update((t.name, None) for t in variables_of_target(s.target))
         elif isinstance(s, flat.TupleAssignment):
-            found.update((t.name, None) for t in s.targets if t is not None)
+            targets = (t for t in s.targets if t is not None)
+            found.update((v.name, None) for t in targets for v in variables_of_target(t))
         elif isinstance(s, flat.IfStatement):
             for _, body in s.branches:
                 stack.extend(reversed(body))

@@ -24,8 +24,17 @@ def zero_of(type_: flat.Type, table: Exprs) -> Value:
     return table.false if type_.base is flat.Base.BOOLEAN else table.zero
 
 
-def store(scope: Scope, values: dict[str, Value], target: flat.Reference, value: Value) -> None:
-    """Assign to a variable, to an entry of it, or to a field (`o.a[1] := ...`)."""
+def store(scope: Scope, values: dict[str, Value], target: flat.Target, value: Value) -> None:
+    """Assign to a variable, to an entry of it, or to a field (`o.a[1] := ...`); or to several
+    ones, a record's or an array's parts."""
+    if not isinstance(target, flat.Reference):
+        parts = value.rows() if isinstance(value, Tensor) else ()
+        if isinstance(value, Struct):
+            parts = tuple(v for _, v in value.fields)
+        for item, part in zip(target.items, parts, strict=True):
+            assert isinstance(item, flat.Reference | flat.Record | flat.Array)
+            store(scope, values, item, part)
+        return
     whole, *path = target.name.split(".")
     if not path or whole not in values:
         whole, path = target.name, []

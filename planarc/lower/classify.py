@@ -21,6 +21,7 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.ir.flat import Base, Variability
+from planarc.ir.flatwalk import variables_of_target
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import (
@@ -113,9 +114,11 @@ def _assigned_in_whens(source: flat.FlatModel) -> Iterator[str]:
                 elif isinstance(inner, flat.Equality) and isinstance(inner.left, flat.Targets):
                     yield from (i.name for i in inner.left.items if isinstance(i, flat.Reference))
                 elif isinstance(inner, flat.Assignment):
-                    yield inner.target.name
+                    yield from (t.name for t in variables_of_target(inner.target))
                 elif isinstance(inner, flat.TupleAssignment):
-                    yield from (t.name for t in inner.targets if t is not None)
+                    for target in inner.targets:
+                        if target is not None:
+                            yield from (t.name for t in variables_of_target(target))
 
 
 def _nodes(tree: object) -> Iterator[object]:

@@ -69,8 +69,8 @@ class Runner:
     path: Expr | None = None  # what holds on this way; None: nothing is unknown so far
     frames: list[Frame] = field(default_factory=list)  # the innermost one last
     forks: list[tuple[Expr, Runner]] = field(default_factory=list)  # other ways, not yet run
-    turns: list[int] = field(default_factory=lambda: [0])  # likewise
     ways: list[int] = field(default_factory=lambda: [1])  # counted over all ways of the call
+    turns: list[int] = field(default_factory=lambda: [0])  # likewise
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
     def run_body(self, statements: Sequence[flat.Statement]) -> None:
@@ -223,17 +223,17 @@ class Runner:
 
     def _next_for(self, loop: _For) -> None:
         name = loop.statement.iterator
-            self._count_turn(loop.statement.span)
         if loop.turn < len(loop.domain):
+            self._count_turn(loop.statement.span)
             self.values[name] = loop.domain[loop.turn]
             self.frames += [replace(loop, turn=loop.turn + 1), _Body(loop.statement.body)]
         else:
             self._forget(loop)
+
     def _count_turn(self, span: Span) -> None:
         self.turns[0] += 1
         if self.turns[0] > MAX_TURNS:
             raise self.refused(f"a loop of more than {MAX_TURNS} turns", span)
-
 
     def _forget(self, loop: _For) -> None:
         self.values.pop(loop.statement.iterator, None)

@@ -1,0 +1,74 @@
+"""Records as arguments, results and variables of algorithms: values against hand-made ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planarc import load
+from planarc.results import Result
+
+HEAD = """
+  record R Real a; Real b; end R;
+  function swapped input R r; output R s; algorithm s := r; s.a := r.b; s.b := r.a; end swapped;
+  function moments
+    input R r[:]; output Real y;
+  algorithm
+    y := 0; for i in 1:size(r, 1) loop y := y + r[i].a*r[i].b; end for;
+  end moments;
+  function ladder
+    input Integer n; input Real x; output R r[n]; output Real total;
+  algorithm
+    total := 0;
+    for i in 1:n loop r[i].a := i*x; r[i].b := 2*i; total := total + r[i].a; end for;
+  end ladder;
+"""
+
+
+def run(folder: Path, body: str) -> Result:
+    file = folder / "M.mo"
+    file.write_text(f"model M\n{HEAD}{body}\nend M;\n")
+    return load(file).simulate(1.0, intervals=4)
+
+
+def test_record_is_argument_and_result(tmp_path: Path) -> None:
+    result = run(tmp_path, "R r; algorithm r.a := time; r.b := 2; r := swapped(r);")
+    assert result["r.a"] == pytest.approx(2)
+    assert result["r.b"] == pytest.approx(result.time)
+
+
+def test_record_arrays_go_in_and_come_out(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        R r[3](a={1, 2, 3}*time, each b=2); Real y = moments(r);
+        R q[2]; Real total;
+      equation
+        (q, total) = ladder(2, time);
+        """,
+    )
+    t = result.time
+    assert result["y"] == pytest.approx(12 * t)
+    assert result["q[2].a"] == pytest.approx(2 * t)
+    assert result["q[2].b"] == pytest.approx(4)
+    assert result["total"] == pytest.approx(3 * t)
+
+
+def test_fields_of_entries_are_assigned_one_by_one(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        R r[2]; R s;
+      algorithm
+        for i in 1:2 loop r[i].a := i*time; r[i].b := -i; end for;
+        r[2] := swapped(r[2]);
+        s := r[2];
+        s.a := s.a - 1;
+        """,
+    )
+    t = result.time
+    assert result["r[1].a"] == pytest.approx(t)
+    assert result["r[2].b"] == pytest.approx(2 * t)
+    assert result["s.a"] == pytest.approx(-3)
+    assert result["s.b"] == pytest.approx(2 * t)
