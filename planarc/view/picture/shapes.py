@@ -1,7 +1,7 @@
 """The marks of an item, in its own axes: metres, x along its length, y to its left.
 
 `pixel` is the size of a pixel in metres, so that lines stay as thin at any scale. The look
-is that of the page (`report/draw.js`).
+is that of the page (`report/paint.js`).
 """
 
 from __future__ import annotations
@@ -113,14 +113,18 @@ def _gear_side(look: _Look) -> Iterator[Mark]:
 
 
 def _spring(look: _Look) -> Iterator[Mark]:
-    """Zigzag: as many turns as `extra` says, and straight ends."""
-    steps = 2 * max(1, round(look.extra or 5))
-    points: list[Point] = [(0.0, 0.0), (0.08 * look.length, 0.0)]
-    for i in range(steps):
-        side = -0.5 if i % 2 else 0.5
-        points.append((look.length * (0.08 + 0.84 * (i + 0.5) / steps), side * look.width))
-    points += [(0.92 * look.length, 0.0), (look.length, 0.0)]
-    yield Outline(look.line(max(2 * look.pixel, look.width / 16)), tuple(points), False)
+    """A coil from its side: a wave of as many turns as `extra` says, and straight ends."""
+    turns = max(1, round(look.extra or 5))
+    steps = 16 * turns
+    wave = (
+        (
+            look.length * (0.1 + 0.8 * i / steps),
+            look.width / 2 * math.sin(2 * math.pi * turns * i / steps),
+        )
+        for i in range(steps + 1)
+    )
+    points = ((0.0, 0.0), *wave, (look.length, 0.0))
+    yield Outline(look.line(max(1.8 * look.pixel, look.width / 14)), points, False)
 
 
 # Solids seen from their end -----------------------------------------------------------------

@@ -142,7 +142,10 @@ class _Drawing:
 
         forms = [_form(m, self.camera.scale) for m in marks]
         tag, first, text = forms[0]
-        inside = ""
+        stretch = self._stretched([f[1] for f in forms])
+        if stretch:
+            forms = forms[:1]
+        inside = stretch
         for attribute in first:
             rows = [f[1][attribute] for f in forms]
             if all(r == rows[0] for r in rows):
@@ -154,8 +157,30 @@ class _Drawing:
                 inside += f'<animate attributeName="{attribute}" {self._timing(keep, texts)}/>'
         inside += self._colors(item, marks)
         given = "".join(f' {a}="{_numbers(v)}"' for a, v in first.items())
+        given += ' vector-effect="non-scaling-stroke"' if stretch else ""
         inside = escape(text) + inside
         return f'<{tag} class="{name}"{given}' + (f">{inside}</{tag}>" if inside else "/>")
+
+    def _stretched(self, forms: Sequence[dict[str, tuple[float, ...]]]) -> str:
+        """What only grows along its length, such as a spring, is written once and scaled."""
+        import numpy as np
+
+        if "points" not in forms[0]:
+            return ""
+        points = np.array([f["points"] for f in forms]).reshape(len(forms), -1, 2)
+        far = int(np.argmax(np.abs(points[0, :, 0])))
+        if not points[0, far, 0]:
+            return ""
+        scale = points[:, far, 0] / points[0, far, 0]
+        off = points - points[0] * np.stack([scale, np.ones_like(scale)], axis=1)[:, None, :]
+        if np.abs(off).max() > TOLERANCE or np.ptp(points[:, far, 0]) <= TOLERANCE:
+            return ""
+        keep = thin_polyline(self._phase(), points[:, far, :1], TOLERANCE)
+        texts = [f"{_short(s, 4)},1" for s in scale]
+        return (
+            '<animateTransform attributeName="transform" type="scale" '
+            f"{self._timing(keep, texts)}/>"
+        )
 
     def _colors(self, item: Item, marks: Sequence[Mark]) -> str:
         """Animations of the colours of a mark, where they change."""
