@@ -29,6 +29,7 @@ MODEL = """
   Sensors.RelativeVelocity v_rel;
   Sensors.RelativeAcceleration a_rel(resolveInFrame=Types.ResolveInFrameAB.world);
   Sensors.RelativeAngle phi_rel;
+  Sensors.RelativeAngularVelocity w_rel;
   Sensors.RelativeSensor relative(get_v_rel=true, get_a_rel=true, get_phi_rel=true,
     get_w_rel=true, get_z_rel=true);
   Sensors.Distance distance;
@@ -58,6 +59,8 @@ equation
   connect(upper.frame_a, a_rel.frame_a);
   connect(lower.frame_b, a_rel.frame_b);
   connect(upper.frame_a, phi_rel.frame_a);
+  connect(upper.frame_a, w_rel.frame_a);
+  connect(lower.frame_b, w_rel.frame_b);
   connect(lower.frame_b, phi_rel.frame_b);
   connect(upper.frame_a, relative.frame_a);
   connect(lower.frame_b, relative.frame_b);
@@ -134,6 +137,7 @@ def test_motion_against_a_turning_frame(seen: Seen) -> None:
         np.testing.assert_allclose(seen.vector(name), expected, atol=1e-9, err_msg=name)
     for name, coordinate in {
         "phi_rel.phi_rel": "b.phi",
+        "w_rel.w_rel": "b.w",
         "relative.phi_rel": "b.phi",
         "relative.w_rel": "b.w",
         "relative.z_rel": "b.z",
