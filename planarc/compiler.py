@@ -129,7 +129,7 @@ def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> s
         if backend is Backend.NUMPY:
             from planarc.codegen.numpy.printer import source
 
-            return source(program)
+            return source(program, slopes=True)
         from planarc.codegen.native.machine import compile_object
 
         return compile_object(program)

@@ -30,9 +30,9 @@ LONGEST = 40
 class Temporaries:
     """Makes the temporaries of one program: `$t1`, `$t2`, ..."""
 
-    def __init__(self, table: Exprs) -> None:
+    def __init__(self, table: Exprs, count: int = 0) -> None:
         self._table = table
-        self._count = 0
+        self._count = count
 
     def new(self) -> Expr:
         self._count += 1

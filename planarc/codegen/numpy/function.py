@@ -79,6 +79,19 @@ class FunctionText:
             tail.append(f"    return {_tuple(self._names(r) for r in results)}")
         return [*head, *body, *tail] or ["    pass"]
 
+    def lines_of(self, values: Sequence[Expr]) -> list[str]:
+        """As `lines`, for values that are formulas; nothing goes back to the workspace."""
+        ((_, statements),) = self._parts
+        body = [self._let(s, "    ") for s in statements if isinstance(s, Let)]
+        parts = [self._formula(e) for e in values]
+        return [
+            *self._loads(values),
+            *body,
+            "    return (",
+            *(f"        {p}," for p in parts),
+            "    )",
+        ]
+
     # Workspace
 
     def _loads(self, results: Sequence[Expr]) -> list[str]:

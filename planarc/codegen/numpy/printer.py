@@ -28,19 +28,22 @@ Promises:  only names made by `names.Names` and numbers; no text of the user is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from planarc.codegen.numpy.formulas import evaluated_always
 from planarc.codegen.numpy.function import FunctionText, Parts, all_lets, is_part, taken_values
 from planarc.codegen.numpy.names import Names, comment
-from planarc.ir.expr import Expr
+from planarc.codegen.slopes import Slopes, derive_slopes
+from planarc.codegen.statements import Lister, Temporaries
+from planarc.ir.expr import Expr, Op
 from planarc.ir.program import Program
 
 
-def source(program: Program, *, arrays: bool = False) -> str:
+def source(program: Program, *, arrays: bool = False, slopes: bool = False) -> str:
     """The Python text of a program; with `arrays` for many runs at once.
 
-    Then every value in `w` is a number or an array over the runs.
+    Then every value in `w` is a number or an array over the runs. With `slopes` there
+    is a function more, of the coefficients of the Jacobian's system (`codegen.slopes`).
     """
     names = Names()
     always = _evaluated_always(program)
@@ -70,7 +73,43 @@ def source(program: Program, *, arrays: bool = False) -> str:
     for name, title, parts, results in sections:
         lines += ["", "", f"def {name}(t, w, blocks):", f'    """{title}"""']
         lines += FunctionText(program, names, always, parts, arrays).lines(results)
+    if slopes and (system := derive_slopes(program)) is not None:
+        lines += _slopes(program, names, system)
     return "\n".join(lines) + "\n"
+
+
+def _slopes(program: Program, names: Names, system: Slopes) -> list[str]:
+    """The function `slopes`, and where in the system its values stand."""
+    values = [e for _, _, e in system.entries]
+    temporaries = Temporaries(program.table, sum(1 for _ in _temporary_names(program)))
+    lister = Lister(program.table, temporaries, values)
+    lets = list(system.body)
+    written = [lister.value(lets, e) for e in values]
+    always = evaluated_always(lets, written, lambda e: is_part(program, e))
+    text = FunctionText(program, names, always, [("", tuple(lets))])
+    return [
+        "",
+        "",
+        "def slopes(t, w, blocks):",
+        '    """Coefficients of the system whose solution is the Jacobian."""',
+        *text.lines_of(written),
+        "",
+        "",
+        "# Nodes, equations and nodes of the entries, nodes of candidates and their derivatives.",
+        "slope_system = (",
+        f"    {len(system.nodes)},",
+        f"    {[row for row, _, _ in system.entries]},",
+        f"    {[column for _, column, _ in system.entries]},",
+        f"    {list(system.candidates)},",
+        ")",
+    ]
+
+
+def _temporary_names(program: Program) -> Iterator[str]:
+    """At least as many as there are temporaries."""
+    for e in program.table.all:
+        if e.op is Op.SYMBOL and e.name.startswith("$t"):
+            yield e.name
 
 
 def _evaluated_always(program: Program) -> set[Expr]:

@@ -15,6 +15,7 @@ from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
 from planarc.solve.kernels.numpy_pair import PairBlock
 from planarc.solve.kernels.numpy_support import NAMESPACE
+from planarc.solve.kernels.state_jacobian import StateJacobian
 
 _FILE = "<planarc numpy>"
 _EQUATION = re.compile(r"# e(\d+)")
@@ -45,6 +46,7 @@ class NumpyKernel:
         self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, **own}
         exec(_compiled(source), self._functions)
         self._levels = self._functions["levels"]
+        self._state_jacobian: StateJacobian | None = None
         self._state_slots: list[int] = []
         self._derivative_slots: list[int] = []
         self._results = sorted({c.slot for c in program.columns if not c.constant})
@@ -69,6 +71,7 @@ class NumpyKernel:
 
     def select(self, selection: Sequence[int]) -> None:
         program = self._program
+        self._selection, self._state_jacobian = tuple(selection), None
         chosen = [program.candidates[i] for i in selection]
         self._state_slots = [c.slot for c in chosen]
         self._derivative_slots = [c.derivative for c in chosen]
@@ -114,6 +117,20 @@ class NumpyKernel:
             self._given("levels")
             asked.matrix_asked = False
         return asked.matrix
+
+    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
+        """d(derivatives of the states)/d(states), a row for each derivative.
+
+        None where it is not known: a function without derivative, a singular point.
+        """
+        system: Any = self._functions.get("slope_system")
+        if system is None or self._run_levels(t, y):
+            return None
+        if self._state_jacobian is None:
+            self._state_jacobian = StateJacobian(*system)
+            self._state_jacobian.select(self._selection)
+        failure, values = self._run("slopes")
+        return None if failure else self._state_jacobian.solve(values)
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         code = self._run_levels(t, y)

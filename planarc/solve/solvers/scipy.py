@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
 _LONGEST = 1 / 50
 _RETRIES = 12
+#: With fewer states differences of the right-hand side are cheaper than its derivatives.
+FEWEST_DERIVED = 8
 
 
 class _Failed(Exception):
@@ -93,6 +95,21 @@ class ScipyIntegrator:
             raise _Failed(flag)
         return ydot
 
+    def _jacobian(self, t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """From the formulas; by differences at a point where these have no derivative."""
+        import numpy as np
+
+        found = self._kernel.state_jacobian(t, y.tolist())  # type: ignore[attr-defined]
+        if found is not None:
+            return found  # type: ignore[no-any-return]
+        here = np.array(self._rhs(t, y))
+        columns = []
+        for j in range(self._size):
+            moved = y.copy()
+            moved[j] += 1.5e-8 * max(1.0, abs(y[j]))
+            columns.append((np.array(self._rhs(t, moved)) - here) / (moved[j] - y[j]))
+        return np.array(columns).T
+
     @property
     def _longest_step(self) -> float:
         return min(self._settings.span * _LONGEST, self._settings.longest_step)
@@ -105,6 +122,7 @@ class ScipyIntegrator:
         first = min(self._first, room, self._longest_step) if self._first else None
         self._jacobians += self._present_jacobians()
         self._limit = limit
+        derived = self._size >= FEWEST_DERIVED and hasattr(self._kernel, "state_jacobian")
         self._solver = getattr(integrate, self._method)(
             self._rhs,
             self._t,
@@ -114,6 +132,7 @@ class ScipyIntegrator:
             atol=np.array(self._absolute),
             max_step=max(self._longest_step, 1e-300),
             first_step=first,
+            jac=self._jacobian if derived else None,
         )
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
