@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _CONNECTORS = (syntax.ClassKind.CONNECTOR, syntax.ClassKind.EXPANDABLE_CONNECTOR)
 _PACKAGES = (syntax.ClassKind.PACKAGE,)
+_MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
 
 
 def gather(library: Library, names: Sequence[str]) -> tuple[ClassPage, ...]:
@@ -170,7 +171,15 @@ class _Gatherer:
             yield Link(base.full_name, base.full_name)
 
 
-_HEADINGS = ("Values", "Parameters", "Constants", "Connectors", "Inputs and outputs", "Variables")
+_HEADINGS = (
+    "Values",
+    "Parameters",
+    "Constants",
+    "Connectors",
+    "Inputs and outputs",
+    "Components",
+    "Variables",
+)
 
 
 def _heading(component: syntax.Component, cls: Entry | None) -> str:
@@ -181,8 +190,9 @@ def _heading(component: syntax.Component, cls: Entry | None) -> str:
             return "Constants"
     if cls is not None and cls.definition.kind in _CONNECTORS:
         return "Connectors"
-    directed = component.causality is not syntax.Causality.NONE
-    return "Inputs and outputs" if directed else "Variables"
+    if component.causality is not syntax.Causality.NONE:
+        return "Inputs and outputs"
+    return "Components" if cls is not None and cls.definition.kind in _MODELS else "Variables"
 
 
 def _is_public(entry: Entry | None) -> bool:

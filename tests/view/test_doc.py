@@ -140,6 +140,14 @@ def test_a_class_shows_inherited_equations_and_where_it_is_used() -> None:
     assert 'Used in <a href="#PlanarMultiBody.Examples.' in section.split("</section>")[0]
 
 
+def test_an_example_lists_its_components_and_shows_its_text() -> None:
+    name = "PlanarMultiBody.Examples.Elementary.Pendulum"
+    rows = dict(pages()[name].tables)["Components"]
+    assert [row.name for row in rows] == ["world", "hinge", "bob"]
+    section = handbook().split(f'<section id="{name}">')[1].split("</section>")[0]
+    assert '<details class="source" open>' in section
+
+
 def test_the_only_root_is_shown_first() -> None:
     library, _, _ = open_library(Request())
     page = render_handbook("Parts", gather(library, ["PlanarMultiBody.Parts"]))

@@ -19,7 +19,7 @@ from itertools import pairwise
 from planarc.view.doc.pages import Color, Graphic, Icon, Placed, Point
 
 _MARGIN = 10.0
-_HEAD = 18.0  # length of an arrow's head
+_HEAD = 18.0  # length of the head of an arrow without width
 _PIXELS = 4.0  # for a millimetre of line width, at any size of the icon
 
 
@@ -55,7 +55,7 @@ def _all_points(icon: Icon) -> Iterator[Point]:
 def _graphic(graphic: Graphic) -> str:
     match graphic.shape:
         case "line" if len(graphic.points) > 1:
-            heads = "".join(_head(graphic.line, *ends) for ends in _arrow_ends(graphic))
+            heads = "".join(_head(graphic, *ends) for ends in _arrow_ends(graphic))
             if graphic.smooth and len(graphic.points) > 2:
                 path = _bent(graphic.points)
                 return f'<path d="{path}" {_stroke(graphic)} fill="none"/>{heads}'
@@ -99,16 +99,17 @@ def _arrow_ends(graphic: Graphic) -> Iterator[tuple[Point, Point]]:
         yield graphic.points[-1], graphic.points[-2]
 
 
-def _head(color: Color, tip: Point, tail: Point) -> str:
+def _head(graphic: Graphic, tip: Point, tail: Point) -> str:
     dx, dy = tip[0] - tail[0], tip[1] - tail[1]
     length = math.hypot(dx, dy)
     if length == 0:
         return ""
     ux, uy = dx / length, dy / length
-    x, y = tip[0] - _HEAD * ux, tip[1] - _HEAD * uy
-    side = _HEAD / 3
+    long = _HEAD * (1 + graphic.width / 2)
+    x, y = tip[0] - long * ux, tip[1] - long * uy
+    side = long / 3
     corners = (tip, (x - side * uy, y + side * ux), (x + side * uy, y - side * ux))
-    return f'<polygon points="{_points(corners)}" fill="{_color(color)}"/>'
+    return f'<polygon points="{_points(corners)}" fill="{_color(graphic.line)}"/>'
 
 
 def _text(graphic: Graphic) -> str:

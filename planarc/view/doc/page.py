@@ -24,6 +24,7 @@ from planarc.view.doc.prose import clean
 
 _HERE = Path(__file__).parent
 _LARGE, _SMALL = 150, 36  # pixels
+_EXAMPLES = ".Examples."  # the package of a library in which its models to run stand
 
 
 def write_handbook(path: Path, title: str, pages: Sequence[ClassPage]) -> None:
@@ -62,7 +63,7 @@ def _examples(pages: Sequence[ClassPage]) -> dict[str, list[str]]:
     """The examples in which each class is a component."""
     found: dict[str, list[str]] = {}
     for page in pages:
-        if ".Examples." in page.name:
+        if _EXAMPLES in page.name:
             rows = (row for _, rows in page.tables for row in rows)
             for target in dict.fromkeys(row.type.target for row in rows):
                 found.setdefault(target or "", []).append(page.name)
@@ -188,7 +189,10 @@ def _source(page: ClassPage) -> str:
     if not page.source:
         return ""
     summary = f"Source text <span>{html.escape(page.file)}</span>"
-    return f'<details class="source"><summary>{summary}</summary>{_pre((page.source,))}</details>'
+    # An example is its text.
+    is_open = " open" if _EXAMPLES in page.name else ""
+    text = _pre((page.source,))
+    return f'<details class="source"{is_open}><summary>{summary}</summary>{text}</details>'
 
 
 def _pre(texts: Sequence[str]) -> str:
