@@ -270,16 +270,26 @@ def _cat(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
         raise error(
             "F291", f"`cat` cannot join arrays of {rank} dimensions along {dimension}", span
         )
+    if not all(_known(p) for p in parts):
+        _common_element(parts)
+        dims = [None if i == dimension - 1 else d for i, d in enumerate(parts[0].type.dims)]
+        return _kept("cat", tuple(dims), arguments, span)
+    return join(dimension, parts, span)
+
+
+def join(dimension: int, parts: Arguments, span: Span) -> flat.Expression:
+    """Arrays of known sizes joined along a dimension, counted from 1."""
+    return _joined(dimension, parts, _common_element(parts), span)
+
+
+def _common_element(parts: Arguments) -> flat.Type:
     type_ = parts[0].type.with_dims(())
     for part in parts:
         common = unify(type_, part.type, dims=False)
-        if common is None or len(part.type.dims) != rank:
+        if common is None or len(part.type.dims) != len(parts[0].type.dims):
             raise _wrong("cat", part)
         type_ = common.with_dims(())
-    if not all(_known(p) for p in parts):
-        dims = [None if i == dimension - 1 else d for i, d in enumerate(parts[0].type.dims)]
-        return _kept("cat", tuple(dims), arguments, span)
-    return _joined(dimension, parts, type_, span)
+    return type_
 
 
 def _joined(dimension: int, parts: Arguments, type_: flat.Type, span: Span) -> flat.Expression:

@@ -31,7 +31,7 @@ from planarc.flatten.tree import (
     State,
     silent,
 )
-from planarc.ir import flat
+from planarc.ir import flat, syntax
 
 ATTRIBUTES = (
     "start",
@@ -98,6 +98,12 @@ def leaf_binding(leaf: Leaf) -> flat.Expression | None:
 
 def _find_binding(leaf: Leaf) -> flat.Expression | None:
     own = leaf.mod.binding or type_mod(leaf.layout).binding
+    definition = leaf.element.definition
+    constant = isinstance(definition, syntax.Component) and (
+        definition.variability is syntax.Variability.CONSTANT
+    )
+    if own is not None and constant:
+        return type_binding(own)  # no part of a record's value (12.6)
     record = record_binding(leaf.parent)
     if record is not None and (own is None or record.depth < own.depth):
         value = record_value(leaf.parent)

@@ -231,13 +231,6 @@ def _to_string(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Ex
     return to_string(value, dict(zip(names, rest, strict=False)), span)
 
 
-def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return arrays.size(arguments, span, env)
-
-
-def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return arrays.BUILDERS[name](arguments, span, env)
-
 def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     """`Model.component` of the component that the text belongs to (3.7.4.6)."""
     instance = env.scope.instance
@@ -247,6 +240,13 @@ def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> fla
     model = root.cls.definition.name
     return flat.Literal(flat.STRING, span, f"{model}.{instance.prefix}".rstrip("."))
 
+
+def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    return arrays.size(arguments, span, env)
+
+
+def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    return arrays.BUILDERS[name](arguments, span, env)
 
 
 _ELEMENTARY = [
@@ -294,6 +294,7 @@ RULES: dict[str, Rule] = {
     "sample": Rule(1, 2, _sample),
     "Integer": Rule(1, 1, _to_integer),
     "String": Rule(1, 4, _to_string),
+    "getInstanceName": Rule(0, 0, _instance_name),
     "size": Rule(1, 2, _size),
     **{
         name: Rule(least, most, _build)
@@ -301,7 +302,6 @@ RULES: dict[str, Rule] = {
             ("ndims", 1, 1),
             ("zeros", 1, MANY),
             ("ones", 1, MANY),
-    "getInstanceName": Rule(0, 0, _instance_name),
             ("fill", 2, MANY),
             ("identity", 1, 1),
             ("diagonal", 1, 1),
@@ -333,6 +333,7 @@ REFUSED = {
     "noClock": ("clocks", "16"),
     "interval": ("clocks", "16"),
     "Clock": ("clocks", "16"),
+    "firstTick": ("clocks", "16"),
     "transition": ("state machines", "17"),
     "initialState": ("state machines", "17"),
     "activeState": ("state machines", "17"),

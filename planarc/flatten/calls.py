@@ -57,6 +57,8 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     if layout.builtin is not None and layout.builtin.literals:
         return constructors.convert_to_enumeration(node, layout.builtin, env)
     if layout.kind not in _FUNCTION_KINDS:
+        if layout.builtin is not None and layout.builtin.name == "Clock":
+            raise unsupported("clocks", "16", node.span)
         if layout.kind in (syntax.ClassKind.OPERATOR_RECORD, syntax.ClassKind.OPERATOR):
             raise unsupported("operator records", "14", node.span)
         raise error(

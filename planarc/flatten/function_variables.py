@@ -23,6 +23,7 @@ from planarc.flatten import (
 from planarc.flatten.conform import expect
 from planarc.flatten.environment import Env
 from planarc.flatten.modify import merge
+from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Class, Instance, Layout, Mod, Scope, Session
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import nodes_of
@@ -160,6 +161,8 @@ def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, 
         return constructors.record_type(cls, session), layout
     if layout.kind is syntax.ClassKind.FUNCTION:
         return _formal_type(cls, session), layout
+    if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
+        raise unsupported("operator records", "14", span)
     raise error(
         "F297", f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`", span
     )

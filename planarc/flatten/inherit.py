@@ -223,7 +223,7 @@ def _add_member(
     if slot is None:
         layout.members[name] = (index, element)
         return
-    if slot[1] is element or slot[1] == element:
+    if slot[1] is element or _without_text(slot[1]) == _without_text(element):
         return
     raise error(
         "F235",
@@ -232,6 +232,15 @@ def _add_member(
         related=[Related("the other one", name_span(slot[1]))],
         hint="declare it in one class only, or make both declarations equal",
     )
+
+
+def _without_text(
+    element: syntax.Component | syntax.ClassDef,
+) -> syntax.Component | syntax.ClassDef:
+    """A declaration without what does not tell two apart: description and annotation (7.1)."""
+    if isinstance(element, syntax.Component):
+        return replace(element, comment="", annotation=None)
+    return element
 
 
 def _check_redeclared(

@@ -13,7 +13,7 @@ from planarc.core.source import Span
 from planarc.flatten import evaluate
 from planarc.flatten.conform import NUMERIC, dims_conform, type_text, unify, unify_dims
 from planarc.flatten.environment import Env
-from planarc.flatten.select import array, element_at
+from planarc.flatten.select import array, element_at, opened
 from planarc.ir import flat
 
 _RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
@@ -159,7 +159,7 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
     """`[a, b; c, d]`: blocks side by side, then one below the other (10.4.2)."""
     depth = max(2, *(len(e.type.dims) for row in rows for e in row))
     if depth > 2:
-        raise error("F276", "blocks of a matrix have at most two dimensions", span)
+        return _joined_blocks(rows, depth, span)
     if any(None in e.type.dims for row in rows for e in row):
         return _joined_matrix(rows, span)
     lines: list[list[flat.Expression]] = []
@@ -182,6 +182,27 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
             type_ = common
     width = len(lines[0]) if lines else 0
     return array([array(line, type_, span) for line in lines], type_.with_dims((width,)), span)
+
+
+def _joined_blocks(rows: list[list[flat.Expression]], depth: int, span: Span) -> flat.Expression:
+    """Blocks of more than two dimensions: joined along the second, then along the first."""
+    from planarc.flatten import arrays
+
+    if any(None in e.type.dims for row in rows for e in row):
+        raise error("F276", "blocks of three and more dimensions need known sizes", span)
+    lines = [arrays.join(2, [_promoted(e, depth) for e in row], span) for row in rows]
+    return arrays.join(1, lines, span)
+
+
+def _promoted(e: flat.Expression, depth: int) -> flat.Expression:
+    """With dimensions of size 1 added behind those that there are."""
+    if e.type.dims:
+        items = [_promoted(x, depth - 1) for x in opened(e)]
+        element = items[0].type if items else e.type.element().with_dims((1,) * (depth - 1))
+        return array(items, element, e.span)
+    for _ in range(depth):
+        e = array([e], e.type, e.span)
+    return e
 
 
 def _joined_matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:

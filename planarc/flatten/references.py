@@ -21,6 +21,7 @@ from planarc.core.source import Span
 from planarc.flatten import bindings, evaluate, expressions, instantiate, lookup, naming, redeclare
 from planarc.flatten.conform import counted, type_text
 from planarc.flatten.environment import Env
+from planarc.flatten.refusal import unsupported
 from planarc.flatten.select import array, integer, subscripted
 from planarc.flatten.tree import Absent, Class, Element, Family, Instance, Leaf, Node
 from planarc.ir import flat, syntax
@@ -111,6 +112,8 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, list):
         return [step(v, part, ref, env) for v in view]
     if isinstance(view, Family):
+        if not view.items:
+            return _step_empty(view, part, ref, env)
         return [step(v, part, ref, env) for v in _nested(view)]
     if isinstance(view, Class):
         return _step_class(view, part, ref, env)
@@ -130,6 +133,21 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
             "F213", f"`{view.name}` is a variable and has no element `{part.name}`", ref.span
         )
     return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
+
+
+def _step_empty(view: Family, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    """A member of an array without components: an empty array of the type that it would have."""
+    one = step(lookup.static_instance(view.cls), part, ref, env)
+    if isinstance(one, Instance) and one.element is not None:
+        return Family(one.name, view.dims, [], one.cls, one.element)
+    if not isinstance(one, Leaf):
+        return []
+    return _without_entries(view.dims, one.type, ref.span)
+
+
+def _without_entries(dims: tuple[int, ...], type_: flat.Type, span: Span) -> flat.Array:
+    items = tuple(_without_entries(dims[1:], type_, span) for _ in range(dims[0]))
+    return flat.Array(type_.with_dims((*dims, *type_.dims)), span, items)
 
 
 def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
@@ -311,6 +329,8 @@ def leaf_value(leaf: Leaf, span: Span, env: Env) -> flat.Expression:
 
 def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
     """A record component as a value of its fields."""
+    if any(p.definition.kind is syntax.ClassKind.OPERATOR_RECORD for p in instance.layout.parts):
+        raise unsupported("operator records", "14", span)
     if not instance.is_record:
         raise error("F216", f"`{instance.name}` is a component, not a value", span)
     items: list[tuple[str, flat.Expression]] = []
