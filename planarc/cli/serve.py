@@ -44,10 +44,12 @@ def serve(
         if not no_open:
             import webbrowser
 
-            webbrowser.open(server.address)
+            if not webbrowser.open(server.address):
+                console.tell("no browser was found: open the address by hand")
         server.serve()
     except KeyboardInterrupt:
-        console.tell("stopped")
+        pass
     finally:
         server.stop()
+    console.tell("stopped")
     return Exit.DONE

@@ -157,6 +157,35 @@ def _again(request: Request, backend: str, given: RunOptions, start: str, shift:
     return statistics.median(times[1:])  # the first one imports what it needs
 
 
+def gif() -> list[Usage]:
+    """A moving picture of 120 frames, 480 pixels wide, from warm caches."""
+    pace = ("--from", "0", "--to", "4.76", "--fps", "25", "--width", "480")
+
+    def command() -> list[str]:
+        start = f"revA.phi.start={next(_starts)!r}"
+        return ["animate", str(MODEL), "--set", start, *pace, "-o", "a.gif"]
+
+    return warm(command=command)
+
+
+def moved() -> float:
+    """CPU seconds of an answer to the live page after a slider was moved, as text."""
+    import json
+
+    from planarc.core.options import Backend
+    from planarc.live.session import Order, Session
+    from planarc.request import Request
+
+    session = Session(Request(MODEL), Backend.NATIVE)
+    known = session.answer(Order())["key"]
+    times = []
+    for _ in range(REPEATS + 1):
+        begin = process_time()
+        json.dumps(session.answer(Order(known=known, starts={"revA.phi": next(_starts)})))
+        times.append(process_time() - begin)
+    return statistics.median(times[1:])
+
+
 def from_python() -> float:
     """CPU seconds of one more `model.simulate` from Python."""
     import planarc as package
@@ -203,6 +232,8 @@ BARS = (
     Bar("four-bar again in one process, native", "ms", 10.0, lambda: 1e3 * again("native")),
     Bar("four-bar again in one process, numpy", "ms", None, lambda: 1e3 * again("numpy")),
     Bar("four-bar again, model.simulate", "ms", 8.0, lambda: 1e3 * from_python()),
+    Bar("four-bar as a gif of 120 frames", "s", 6.0, lambda: seconds(gif())),
+    Bar("four-bar moved on the live page, answer", "ms", 50.0, lambda: 1e3 * moved()),
     Bar("cam follower, warm caches", "s", 1.0, lambda: seconds(warm(command=cam_follower))),
     Bar("cam follower again in one process, native", "ms", 15.0, lambda: 1e3 * cam_again("native")),
     Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),

@@ -1,0 +1,68 @@
+"""`planarc animate` and `planarc plot`: files, and what is said about them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from planarc.cli.app import run
+
+PENDULUM = Path(__file__).parents[2] / "examples" / "pendulum.pmo"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum.pmo").write_text(PENDULUM.read_text("utf-8"), "utf-8")
+    return tmp_path
+
+
+def test_a_model_is_drawn(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["animate", "pendulum.pmo", "-o", "a.svg", "--to", "3", "--speed", "0.5"]) == 0
+    said = capsys.readouterr().out
+    assert "a.svg" in said
+    assert "6 s in 301 frames, 2 times slower" in said
+    assert "animateTransform" in Path("a.svg").read_text("utf-8")
+
+
+def test_a_result_is_drawn_with_the_model_beside_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["simulate", "pendulum.pmo", "--no-report", "--stop", "2"]) == 0
+    assert run(["animate", "Pendulum.csv", "-o", "a.svg"]) == 0
+    assert run(["animate", "pendulum.pmo", "--stop", "2", "-o", "b.svg"]) == 0
+    assert Path("a.svg").read_text("utf-8") == Path("b.svg").read_text("utf-8")
+    Path("Pendulum.csv").rename("run.csv")
+    assert run(["animate", "run.csv", "--model", "pendulum.pmo", "-o", "c.svg"]) == 0
+    assert Path("a.svg").read_text("utf-8") == Path("c.svg").read_text("utf-8")
+
+
+def test_a_mode_of_the_linear_model_is_drawn(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--mode", "1", "--around", "equilibrium", "--json"]
+    assert run(["animate", "pendulum.pmo", "-o", "a.svg", *arguments]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["ok"]
+    assert told["output"] == "a.svg"
+    assert told["frames"] > 50
+
+
+def test_settings_hold_for_the_picture() -> None:
+    for name, more in (("a.svg", []), ("b.svg", ["--set", "hinge.phi.start=1"])):
+        assert run(["animate", "pendulum.pmo", "--at", "0", "-o", name, *more]) == 0
+    assert Path("a.svg").read_text("utf-8") != Path("b.svg").read_text("utf-8")
+
+
+def test_quiet_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["animate", "pendulum.pmo", "-q", "--at", "0", "-o", "a.svg"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_curves_of_a_model_and_of_a_result(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    assert run(["plot", "pendulum.pmo", "hinge.phi", "hinge.w", "-o", "a.svg"]) == 0
+    text = Path("a.svg").read_text("utf-8")
+    assert "hinge.phi [rad]" in text
+    assert "hinge.w [rad/s]" in text
+    assert run(["simulate", "pendulum.pmo", "--no-report", "--units"]) == 0
+    assert run(["plot", "Pendulum.csv", "hinge.w", "--x", "hinge.phi", "-o", "b.svg"]) == 0
+    assert "hinge.phi [rad]" in Path("b.svg").read_text("utf-8")
