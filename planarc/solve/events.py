@@ -63,6 +63,7 @@ class Events:
         self._largest = [0.0] * len(program.relations)
         self._ahead = 1e-7 * (span or 1.0)
         self._at_start = _initial_conditions(program)
+        self._read = Reader(program, kernel, 0.0)
 
     # Stored truth
 
@@ -168,6 +169,7 @@ class Events:
     def finish_start(self, t: float, y: Sequence[float]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         done = Processed(list(y))
+        done.ended = self._assign(t, self._edges(initial=True))
         self._act(t, self._edges(initial=True), done, {})
         self._keep_pre()
         self.set_flag(INITIAL, False)
@@ -259,7 +261,10 @@ class Events:
         if self.kernel.outputs(t, done.y) != 0 or self.kernel.discrete() < 0:
             self._failed(t, done)
             return False
-        self._assign(t, self._edges())
+        problem = self._assign(t, self._edges())
+        if problem is not None:
+            done.ended = problem
+            return False
         if self._roots(t, done.y) != 0:
             self._failed(t, done)
             return False
@@ -363,12 +368,21 @@ class Events:
                     break
         return actions
 
-    def _assign(self, t: float, edges: list[tuple[object, ...]]) -> None:
-        read = Reader(self.program, self.kernel, t)
+    def _assign(self, t: float, edges: list[tuple[object, ...]]) -> Diagnostic | None:
+        """Sets the discrete variables; tells the first value that does not exist."""
+        read, w, slots = self._reader(t), self.kernel.w, self.program.slots
         for actions in edges:
             for action in actions:
                 if isinstance(action, SetDiscrete):
-                    self.kernel.w[self.program.slots[action.name]] = float(read(action.value))
+                    try:
+                        w[slots[action.name]] = float(read(action.value))
+                    except (ArithmeticError, ValueError):
+                        return _no_value(t, action.name, action)
+        return None
+
+    def _reader(self, t: float) -> Reader:
+        self._read.t = t
+        return self._read
 
     def _act(
         self,
@@ -378,14 +392,18 @@ class Events:
         states: Mapping[int, int],
     ) -> bool:
         """Everything but assignments; true if a state was set anew."""
-        read = Reader(self.program, self.kernel, t)
+        read = self._reader(t)
         moved = []
         for actions in edges:
             for action in actions:
                 if isinstance(action, Reinit):
                     index = states.get(self.program.slots[repr(action.symbol)])
-                    if index is not None:
+                    if index is None:
+                        continue
+                    try:
                         moved.append((index, float(read(action.value))))
+                    except (ArithmeticError, ValueError):
+                        done.ended = done.ended or _no_value(t, repr(action.symbol), action)
                 elif isinstance(action, Assertion) and not read(action.condition):
                     self._assertion(t, action, read, done)
                 elif isinstance(action, Terminate) and done.ended is None:
@@ -451,7 +469,7 @@ class Events:
         return done
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
-        program, read = self.program, Reader(self.program, self.kernel, 0.0)
+        program, read = self.program, self._reader(0.0)
         texts = [program.relations[i].text for i in crossing]
         texts += [
             f"sample({read(program.samplers[i][1]):g}, {read(program.samplers[i][2]):g})"
@@ -461,6 +479,15 @@ class Events:
 
     def finish(self) -> None:
         self.set_flag(TERMINAL, True)
+
+
+def _no_value(t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:
+    return Diagnostic(
+        "R421",
+        f"at t = {t:.6g} s the value that the event gives `{name}` is no finite number",
+        action.span,
+        hint="look for a division by zero, or the root of a negative number",
+    )
 
 
 def assertion_diagnostic(t: float, assertion: Assertion, message: str) -> Diagnostic:

@@ -1,7 +1,7 @@
 """Values of expressions at the workspace's present values, and texts with values in them.
 
-For what happens rarely: actions of when-clauses, messages, instants. Python's speed is
-enough there.
+For what happens at events: actions of when-clauses, messages, instants. Expressions are
+prepared when they are read often (`ir.tape`), so a reader should be kept.
 """
 
 from __future__ import annotations
@@ -11,20 +11,39 @@ from typing import Any
 from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op, evaluate
 from planarc.ir.program import Kernel, Program
+from planarc.ir.tape import Prepared, prepare
+
+
+#: Preparing an expression takes as long as reading it so many times.
+OFTEN = 20
 
 
 class Reader:
-    """`read(expression)` gives a number or a truth value."""
+    """`read(expression)` gives a number or a truth value, at the time `t`.
+
+    Raises ArithmeticError or ValueError where it has none.
+    """
 
     def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
-        self._slots, self._w, self._t = program.slots, kernel.w, t
+        self.t = t
+        self._slots, self._w = program.slots, kernel.w
+        self._prepared: dict[Expr, Prepared] = {}
+        self._times: dict[Expr, int] = {}  # how often an expression was read
 
     def __call__(self, e: Expr) -> Any:
-        return evaluate(e, self.leaf)
+        prepared = self._prepared.get(e)
+        if prepared is None:
+            times = self._times[e] = self._times.get(e, 0) + 1
+            if times < OFTEN:
+                return evaluate(e, self.leaf)
+            prepared = self._prepared[e] = prepare(e, self._slot)
+        return prepared(self._w, self.t)
 
     def leaf(self, e: Expr) -> float:
-        if e.op is Op.TIME:
-            return self._t
+        """The value of a leaf."""
+        return self.t if e.op is Op.TIME else float(self._w[self._slot(e)])
+
+    def _slot(self, e: Expr) -> int:
         if e.op is Op.PAST:
             raise AssertionError(f"`{e}` has a variable of its own")
         slot = self._slots.get(repr(e))
@@ -33,7 +52,7 @@ class Reader:
             slot = self._slots.get(e.data)
         if slot is None:
             raise KeyError(repr(e))
-        return self._w[slot]
+        return slot
 
 
 def text_of(message: Message, read: Reader) -> str:

@@ -1,0 +1,147 @@
+"""What an event sets: the same values as formulas give elsewhere, or a reason why not."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+
+from planarc import compiler
+from planarc.core.options import Backend, RunOptions
+from planarc.ir.expr import Expr, Exprs, evaluate
+from planarc.ir.tape import prepare
+from planarc.request import Request
+
+
+@pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])
+def backend(request: pytest.FixtureRequest) -> Any:
+    return request.param
+
+
+def run(text: str, backend: Backend) -> Any:
+    options = RunOptions(stop=2.0, intervals=20, backend=backend)
+    return compiler.run(compiler.compile_model(Request(text=text), backend), options)
+
+
+def test_a_division_by_zero_at_an_event_is_told_with_its_line(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  Real x(start = 1, fixed = true);
+  discrete Real mean(start = 0, fixed = true);
+  Integer n(start = 2, fixed = true);
+equation
+  der(x) = -1;
+  when sample(0.5, 0.5) then
+    n = pre(n) - 1;
+    mean = 3/n;
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert result.ended is not None
+    assert result.ended.code == "R421"
+    assert "`mean`" in result.ended.message
+    assert "1 s" in result.ended.message
+    assert result.ended.span.line == 10
+    assert result["mean"][-1] == 3.0
+
+
+def test_a_reinit_without_value_is_told(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  Real x(start = 1, fixed = true);
+equation
+  der(x) = -1;
+  when x < 0.5 then
+    reinit(x, sqrt(x - 1));
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert result.ended is not None
+    assert result.ended.code == "R421"
+    assert "`x`" in result.ended.message
+
+
+def test_a_branch_that_is_not_chosen_may_have_no_value(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  discrete Real mean(start = 7, fixed = true);
+  Integer n(start = -1, fixed = true);
+equation
+  when sample(0.5, 0.5) then
+    n = pre(n) + 1;
+    mean = if n > 0 then 6/n else -1;
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert result.ended is None
+    at = {t: result["mean"][result.time >= t + 0.01][0] for t in (0.5, 1.0, 1.5)}
+    assert at == {0.5: -1.0, 1.0: 6.0, 1.5: 3.0}
+
+
+# Prepared expressions ------------------------------------------------------------------------------
+
+
+def _grown(table: Exprs, leaves: list[Expr], seed: int) -> Expr:
+    """A random expression with shared parts, choices and operations without a value."""
+    r = random.Random(seed)
+    numbers, truths = list(leaves), [table.true]
+    for _ in range(40):
+        a, b = r.choice(numbers), r.choice(numbers)
+        numbers.append(
+            r.choice(
+                [
+                    lambda: table.add(a, b),
+                    lambda: table.mul(a, b),
+                    lambda: table.div(a, b),
+                    lambda: table.neg(a),
+                    lambda: table.call("sqrt", a),
+                    lambda: table.call("atan2", a, b),
+                    lambda: table.if_(r.choice(truths), a, b),
+                ]
+            )()
+        )
+        truths.append(
+            r.choice(
+                [
+                    lambda: table.less(a, b),
+                    lambda: table.equal(a, b),
+                    lambda: table.not_(r.choice(truths)),
+                    lambda: table.and_(r.choice(truths), r.choice(truths)),
+                    lambda: table.or_(r.choice(truths), r.choice(truths)),
+                ]
+            )()
+        )
+    return numbers[-1]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_prepared_expression_gives_what_the_expression_gives(seed: int) -> None:
+    table = Exprs()
+    names = ["a", "b", "c"]
+    leaves = [*(table.symbol(n) for n in names), table.time, table.zero, table.const(2.0)]
+    root = _grown(table, leaves, seed)
+    w = [0.0, 1.5, -0.7]
+    prepared = prepare(root, lambda e: names.index(e.name))
+
+    def leaf(e: Expr) -> float:
+        return 0.25 if e is table.time else w[names.index(e.name)]
+
+    def outcome(value: Any) -> Any:
+        try:
+            found = value()
+        except (ArithmeticError, ValueError):
+            return None
+        return None if math.isnan(found) else pytest.approx(found, rel=1e-12)
+
+    assert outcome(lambda: prepared(w, 0.25)) == outcome(lambda: evaluate(root, leaf))
