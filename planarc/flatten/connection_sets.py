@@ -21,15 +21,14 @@ from dataclasses import dataclass, field
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import NOWHERE, Span
+from planarc.flatten.conform import expect
 from planarc.flatten.connect import Connection, Member, Side, is_public_input, match_leaves
 from planarc.flatten.disjoint import DisjointSets
 from planarc.flatten.environment import Env
 from planarc.flatten.expand import outside_signals, unused_members
-from planarc.flatten.functions import function_of
-from planarc.flatten.lookup import member, static_instance
-from planarc.flatten.redeclare import class_of
+from planarc.flatten.redundancy import equality_of
 from planarc.flatten.references import node_value
-from planarc.flatten.rooting import EQUALITY, Pair, Rooting
+from planarc.flatten.rooting import Pair, Rooting
 from planarc.flatten.select import array, integer
 from planarc.flatten.tree import Instance, Leaf, Session
 from planarc.ir import flat, syntax
@@ -98,14 +97,12 @@ def connect_all(
 def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     """`zeros(n) = equalityConstraint(a, b)`, in place of a connection's equality."""
     span = pair.connection.span
-    left = pair.left
-    cls = left.cls if isinstance(left, Instance) else left.layout.parts[0].cls
-    element = member(static_instance(cls), EQUALITY)
-    assert element is not None
-    info = function_of(class_of(element, span), session, span)
+    info = equality_of(pair.left, session)
     assert session.root_scope is not None
     env = Env(session.root_scope)
     arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
+    for variable, argument in zip(info.signature.inputs, arguments, strict=True):
+        expect(variable.type, argument, f"the input `{variable.name}` of `{info.name}`")
     type_ = info.signature.result_type(0, arguments, span)
     residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
     return flat.Equality(span, "", _zero(type_, span), residual, generated=True)

@@ -10,7 +10,9 @@ of the model that it will be used in (4.7 and 9.4 of the specification, 3.6).
 
 from __future__ import annotations
 
+from planarc.core.diagnostic import error
 from planarc.flatten.equations import scalar_count
+from planarc.flatten.function_signature import FunctionInfo
 from planarc.flatten.functions import function_of
 from planarc.flatten.lookup import member, static_instance
 from planarc.flatten.redeclare import class_of
@@ -57,8 +59,21 @@ def _size(part: Instance | Leaf, leaves: list[Leaf]) -> int:
 
 def _degrees(part: Instance | Leaf, session: Session) -> int:
     """The size of what `equalityConstraint` gives."""
+    return scalar_count(equality_of(part, session).signature.outputs[0].type)
+
+
+def equality_of(part: Instance | Leaf, session: Session) -> FunctionInfo:
+    """The function `equalityConstraint` of a part's class. Raises F317."""
     cls = part.cls if isinstance(part, Instance) else part.layout.parts[0].cls
     element = member(static_instance(cls), EQUALITY)
     assert element is not None
     info = function_of(class_of(element, cls.span), session, cls.span)
-    return scalar_count(info.signature.outputs[0].type)
+    inputs, outputs = info.signature.inputs, info.signature.outputs
+    if len(inputs) != 2 or len(outputs) != 1 or len(outputs[0].type.dims) != 1:
+        raise error(
+            "F317",
+            f"`{info.name}` must have two inputs and a vector as its only output"
+            " (Modelica specification, section 9.4)",
+            element.definition.span,
+        )
+    return info

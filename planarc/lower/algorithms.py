@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from planarc.core.diagnostic import error
+from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.flatwalk import variables_of_target
 from planarc.lower import equations
@@ -32,7 +33,7 @@ def lower_algorithm(
     runner.origin = algorithm
     plain = assigned_names(algorithm.statements)
     for name in plain:
-        runner.values[name] = _before(model, name, starts)
+        runner.values[name] = _before(model, name, starts, algorithm.span)
     runner.run_body(algorithm.statements)
     for name in plain:
         before = elements(model.values[name])
@@ -48,7 +49,7 @@ def lower_initial_algorithm(
     runner = Runner(scope, "this initial algorithm", algorithm.span)
     names = assigned_names(algorithm.statements)
     for name in names:
-        runner.values[name] = _before(model, name, starts)
+        runner.values[name] = _before(model, name, starts, algorithm.span)
     runner.run_body(algorithm.statements)
     for name in names:
         symbols, values = elements(model.values[name]), elements(runner.values[name])
@@ -76,9 +77,11 @@ def assigned_names(statements: Sequence[flat.Statement]) -> list[str]:
     return list(found)
 
 
-def _before(model: Model, name: str, starts: Mapping[str, Value]) -> Value:
+def _before(model: Model, name: str, starts: Mapping[str, Value], span: Span) -> Value:
     value = model.values[name]
     table = model.table
+    if isinstance(value, Text):
+        raise error("L343", f"strings cannot be unknowns: `{name}`", span)
 
     def one(e: Value) -> Value:
         symbol = expr(e)

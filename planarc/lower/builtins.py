@@ -205,13 +205,18 @@ def _matrix(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
 
 def _cat(_scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     dimension = _integer(expr(a[0]), span)
-    return concatenate(dimension, a[1:])
+    try:
+        return concatenate(dimension, a[1:])
+    except ValueError:
+        raise error("L314", "the arrays joined here do not fit together", span) from None
 
 
 def concatenate(dimension: int, values: tuple[Value, ...]) -> Value:
-    """Arrays joined along a dimension, counted from 1 (10.4.2)."""
+    """Arrays joined along a dimension, counted from 1 (10.4.2). ValueError: of other sizes."""
     tensors = [v if isinstance(v, Tensor) else Tensor((1,), (v,)) for v in values]
     if dimension == 1:
+        if len({v.shape[1:] for v in tensors}) > 1:
+            raise ValueError
         rows = [r for v in tensors for r in v.rows()]
         return stack(rows, tensors[0].shape[1:])
     parts = [v.rows() for v in tensors]
