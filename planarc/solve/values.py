@@ -13,7 +13,6 @@ from planarc.ir.expr import Expr, Op, evaluate
 from planarc.ir.program import Kernel, Program
 from planarc.ir.tape import Prepared, prepare
 
-
 #: Preparing an expression takes as long as reading it so many times.
 OFTEN = 20
 

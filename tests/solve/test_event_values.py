@@ -89,7 +89,7 @@ end M;
     assert at == {0.5: -1.0, 1.0: 6.0, 1.5: 3.0}
 
 
-# Prepared expressions ------------------------------------------------------------------------------
+# Prepared expressions ---------------------------------------------------------------------------
 
 
 def _grown(table: Exprs, leaves: list[Expr], seed: int) -> Expr:
@@ -98,30 +98,22 @@ def _grown(table: Exprs, leaves: list[Expr], seed: int) -> Expr:
     numbers, truths = list(leaves), [table.true]
     for _ in range(40):
         a, b = r.choice(numbers), r.choice(numbers)
+        c, d = r.choice(truths), r.choice(truths)
         numbers.append(
             r.choice(
                 [
-                    lambda: table.add(a, b),
-                    lambda: table.mul(a, b),
-                    lambda: table.div(a, b),
-                    lambda: table.neg(a),
-                    lambda: table.call("sqrt", a),
-                    lambda: table.call("atan2", a, b),
-                    lambda: table.if_(r.choice(truths), a, b),
+                    table.add(a, b),
+                    table.mul(a, b),
+                    table.div(a, b),
+                    table.neg(a),
+                    table.call("sqrt", a),
+                    table.call("atan2", a, b),
+                    table.if_(c, a, b),
                 ]
-            )()
+            )
         )
-        truths.append(
-            r.choice(
-                [
-                    lambda: table.less(a, b),
-                    lambda: table.equal(a, b),
-                    lambda: table.not_(r.choice(truths)),
-                    lambda: table.and_(r.choice(truths), r.choice(truths)),
-                    lambda: table.or_(r.choice(truths), r.choice(truths)),
-                ]
-            )()
-        )
+        made = [table.less(a, b), table.equal(a, b), table.not_(c), table.and_(c, d)]
+        truths.append(r.choice([*made, table.or_(c, d)]))
     return numbers[-1]
 
 
