@@ -129,6 +129,10 @@ class AssertWatch:
             found.append(end[1])
         return found, end[0] if end else last
 
+    def forget(self, count: int) -> None:
+        """The rows from `count` on were taken back."""
+        self._checked = min(self._checked, count)
+
     def warnings(self) -> list[Diagnostic]:
         """Assertions of the level warning that did not hold: since when, and how long in all."""
         return [self._warned[i].told() for i in sorted(self._warned)]
@@ -201,15 +205,15 @@ class _Columns:
                     values[e] = e.data
                 elif not e.args:
                     values[e] = self._leaf(e)
-                else:
-                    values[e] = _operation(e)(*(values[a] for a in e.args))
-        return values[root]
-
                 elif e.op is Op.APPLY:
                     function, output, _ = e.data
                     columns = [np.atleast_1d(values[a]) for a in e.args]
                     rows = zip(*np.broadcast_arrays(*columns), strict=True)
                     values[e] = np.array([external.number(function, output, r) for r in rows])
+                else:
+                    values[e] = _operation(e)(*(values[a] for a in e.args))
+        return values[root]
+
     def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
         if e.op is Op.TIME:
             return self.time
