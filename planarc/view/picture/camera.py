@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: Pixels around what is drawn, as a share of the width.
-_MARGIN = 0.05
+#: Pixels around what is drawn, as a share of the width, and as many as a label needs.
+_MARGIN, _LABEL = 0.05, 20
 #: No picture is higher or lower than these shares of its width.
 _HIGHEST, _LOWEST = 1.0, 0.4
 
@@ -42,11 +42,11 @@ def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Cam
     # A point, or a line, has no size of its own: it gets one that shows it in the middle.
     least = 1e-9 * max(abs(left), abs(right), abs(bottom), abs(top)) or 1.0
     wide, high = max(wide, least, high / 1e3), max(high, least, wide / 1e3)
-    inner = 1.0 - 2 * _MARGIN
-    shape = inner * high / wide + 2 * _MARGIN
     width -= width % 2
+    share = max(_MARGIN, min(_LABEL / width, 2 * _MARGIN))
+    shape = (1.0 - 2 * share) * high / wide + 2 * share
     height = 2 * round(width * min(_HIGHEST, max(_LOWEST, shape)) / 2)
-    margin = _MARGIN * width
+    margin = share * width
     scale = min((width - 2 * margin) / wide, (height - 2 * margin) / high)
     return Camera(
         width,
