@@ -43,7 +43,7 @@ def plot(
     """Draw curves of a result.
 
     Variables of one unit share a panel. Needs matplotlib: pip install "planarc[plot]".
-    A .csv tells units when it was written with --units; a .mat does always.
+    Units are those of the file, or of its model: <Class>.csv beside the file that declares Class.
     """
     from planarc.core.extras import need
     from planarc.view.picture import chart
@@ -65,8 +65,24 @@ def _table(
     if Path(target).suffix.lower() in TABLES:
         from planarc.view.table import read_table
 
-        return read_table(Path(target)), ""
+        return _with_units(read_table(Path(target)), Path(target), library), ""
     from planarc.view.picture.chart import table_of
 
     result = run_of(open_model(target, None, library), settings, stop)
     return table_of(result.rows), result.name
+
+
+def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
+    """A .csv mostly tells no units; then those of the model, where it is found."""
+    from dataclasses import replace
+
+    from planarc.restore import compile_guess, find_request
+
+    if table.units:
+        return table
+    name = table.model or path.stem
+    request = find_request(name, (path.parent, Path()), tuple(library or ()))
+    compiled = None if request is None else compile_guess(request, table)
+    if compiled is None:
+        return table
+    return replace(table, units={c.name: c.unit for c in compiled.program.columns})

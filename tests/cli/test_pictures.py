@@ -63,6 +63,13 @@ def test_curves_of_a_model_and_of_a_result(capsys: pytest.CaptureFixture[str]) -
     text = Path("a.svg").read_text("utf-8")
     assert "hinge.phi [rad]" in text
     assert "hinge.w [rad/s]" in text
-    assert run(["simulate", "pendulum.pmo", "--no-report", "--units"]) == 0
-    assert run(["plot", "Pendulum.csv", "hinge.w", "--x", "hinge.phi", "-o", "b.svg"]) == 0
+    assert run(["simulate", "pendulum.pmo", "--no-report", "--units", "--output", "a.csv"]) == 0
+    assert run(["plot", "a.csv", "hinge.w", "--x", "hinge.phi", "-o", "b.svg"]) == 0
     assert "hinge.phi [rad]" in Path("b.svg").read_text("utf-8")
+    # Without units in the file those of its model, where that is found.
+    assert run(["simulate", "pendulum.pmo", "--no-report"]) == 0
+    assert run(["plot", "Pendulum.csv", "hinge.w", "--x", "hinge.phi", "-o", "c.svg"]) == 0
+    assert Path("c.svg").read_text("utf-8") == Path("b.svg").read_text("utf-8")
+    Path("Pendulum.csv").rename("other.csv")
+    assert run(["plot", "other.csv", "hinge.w", "-o", "d.svg"]) == 0
+    assert "hinge.w [rad/s]" not in Path("d.svg").read_text("utf-8")
