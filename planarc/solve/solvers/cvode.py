@@ -151,7 +151,10 @@ class Cvode:
             import numpy as np
 
             pointer = self._lib.N_VGetArrayPointer(y)
-            found = known(t, list((C.c_double * size).from_address(pointer)))
+            states = list((C.c_double * size).from_address(pointer))
+            found = known(t, states)
+            if found is None:  # a function without derivative, a singular mode
+                found = _differences(kernel, t, states, self._absolute)
             if found is None:
                 return 1
             columns = (C.c_double * (size * size)).from_address(data(matrix))
@@ -351,3 +354,22 @@ class Cvode:
         self._vectors = []
         if self._context.value is not None:
             lib.SUNContext_Free(C.byref(self._context))
+
+
+def _differences(
+    kernel: Kernel, t: float, y: list[float], absolute: Sequence[float]
+) -> list[list[float]] | None:
+    """The Jacobian by forward differences, a row for each derivative; None where there is none."""
+    n = len(y)
+    here, there = [0.0] * n, [0.0] * n
+    if kernel.rhs(t, y, here) != 0:
+        return None
+    columns = []
+    for j in range(n):
+        step = 1.5e-8 * max(abs(y[j]), 1e3 * absolute[j])
+        moved = list(y)
+        moved[j] += step
+        if kernel.rhs(t, moved, there) != 0:
+            return None
+        columns.append([(b - a) / step for a, b in zip(here, there, strict=True)])
+    return [list(row) for row in zip(*columns, strict=True)]
