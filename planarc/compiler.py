@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from planarc.ir.dae import Dae
     from planarc.ir.flat import FlatModel
     from planarc.ir.insight import Insight
-    from planarc.ir.mechanism import Mechanism
+    from planarc.ir.mechanism import Mechanism, Mobility
     from planarc.ir.program import Kernel, Program
     from planarc.ir.result import Result
     from planarc.ir.sorted import SortedDae
@@ -108,12 +108,23 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
     try:
         with (clock or Clock()).phase("structure"):
             return structure(dae)
-    except PlanarcError:
+    except PlanarcError as problem:
         # Without a connection that was left out, equations cannot fit: that is the one message.
         left_out = [replace(w, severity=Severity.ERROR) for w in dae.warnings if w.code == "F311"]
         if left_out:
             raise PlanarcError(left_out) from None
-        raise
+        raise PlanarcError(_held_too_often(dae, problem.diagnostics)) from None
+
+
+def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Says of equations that do not fit that there are too many joints, where that is so."""
+    mechanism = find_mechanism(dae)
+    if mechanism is None or mechanism.mobility >= 0:
+        return tuple(found)
+    from planarc.insight.facts import count_text
+
+    hint = f"there are too many joints or bars, leave some out: {count_text(mechanism)}"
+    return (replace(found[0], hint=hint), *found[1:])
 
 
 def to_program(model: SortedDae, clock: Clock | None = None) -> Program:
@@ -147,23 +158,56 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def check_model(request: Request, clock: Clock | None = None) -> Checked:
-    """All stages up to `structure`, or what an earlier check remembered of them."""
+#: A check puts mechanisms of at most so many equations together, which takes about 0.1 s.
+QUICK = 300
+
+
+def check_model(request: Request, clock: Clock | None = None, start: bool = False) -> Checked:
+    """All stages up to `structure`, or what an earlier check remembered of them.
+
+    The mobility at the start is found where that is quick, where by count nothing can move, and
+    with `start`; only then a start that cannot be found is an error.
+    """
     from planarc.memory import Checked, recall_check, remember_check
 
     clock = clock or Clock()
     with clock.phase("recall"):
         known = recall_check(request)
-    if known is not None:
-        return known
+    if known is not None and not (start and known.mechanism and known.mobility is None):
+        # What another check was asked for is not told by this one.
+        return known if start or _has_quick_start(known) else replace(known, mobility=None)
     with _no_collection():
         target = open_target(request)
         flat = flatten(target, clock)
-        model = to_sorted(to_dae(flat, clock), clock)
-    sizes = model.equations_before, model.equations_after, model.state_count
-    checked = Checked(flat.name, *sizes, flat.warnings)
+        dae = to_dae(flat, clock)
+        model = to_sorted(dae, clock)
+        sizes = model.equations_before, model.equations_after, model.state_count
+        checked = Checked(flat.name, *sizes, flat.warnings, find_mechanism(dae))
+        if start or _has_quick_start(checked):
+            try:
+                checked = replace(checked, mobility=_find_mobility(model, checked.mechanism, clock))
+            except PlanarcError:
+                if start:
+                    raise
     remember_check(request, target.reader, checked)
     return checked
+
+
+def _has_quick_start(checked: Checked) -> bool:
+    mechanism = checked.mechanism
+    if mechanism is None or not mechanism.loops:
+        return False  # the rank is what the count says
+    return checked.equations_after <= QUICK or mechanism.mobility < 1
+
+
+def _find_mobility(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:
+    """With NumPy's back end, which is there at once."""
+    from planarc.analysis.mobility import mobility_at_start
+
+    program = replace(to_program(model, clock), mechanism=mechanism)
+    code = to_code(program, Backend.NUMPY, clock)
+    with clock.phase("start"):
+        return mobility_at_start(Compiled(program, Backend.NUMPY, code))
 
 
 def compile_model(

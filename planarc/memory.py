@@ -17,6 +17,7 @@ from planarc.request import Reader, Request, roots_of
 
 if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic
+    from planarc.ir.mechanism import Mechanism, Mobility
     from planarc.ir.program import Program
 
 _MODELS, _CHECKS = "models", "checks"
@@ -40,6 +41,8 @@ class Checked:
     equations_after: int
     states: int
     warnings: tuple[Diagnostic, ...]
+    mechanism: Mechanism | None = None
+    mobility: Mobility | None = None  # where it was asked for
 
 
 def recall_check(request: Request) -> Checked | None:

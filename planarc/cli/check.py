@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,9 @@ from planarc.cli.exits import Exit
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Units
+
+if TYPE_CHECKING:
+    from planarc.ir.mechanism import Mechanism, Mobility
 
 All = Annotated[
     bool,
@@ -27,17 +30,27 @@ UnitOption = Annotated[
 ]
 
 
+Start = Annotated[
+    bool,
+    typer.Option(
+        "--start", help="Put the mechanism together, too: its mobility by rank, redundant joints."
+    ),
+]
+
+
 def check(
     target: Target,
     class_name: ClassName = None,
     library: Libraries = None,
     every: All = False,
+    start: Start = False,
     units: UnitOption = Units.WARN,
     as_json: AsJson = False,
 ) -> int:
     """Check a model without running it.
 
-    Names, types, connections, and the count of equations and unknowns.
+    Names, types, connections, and the count of equations and unknowns; of a mechanism its bodies,
+    joints, loops and mobility.
     """
     if every:
         return _check_all(target, class_name, library, units, as_json)
@@ -45,19 +58,56 @@ def check(
 
     clock = Clock()
     request = replace(make_request(target, class_name, library), units=units)
-    found = check_model(request, clock)
+    found = check_model(request, clock, start)
+    warnings = found.warnings
+    if found.mobility is not None and found.mobility.redundant is not None:
+        warnings += (found.mobility.redundant,)
     if as_json:
         seconds = {**clock.seconds, "total": sum(clock.seconds.values())}
         sizes = (found.equations_before, found.equations_after)
-        outcome = Outcome(True, found.name, sizes, seconds=seconds, diagnostics=found.warnings)
+        outcome = Outcome(
+            True,
+            found.name,
+            sizes,
+            seconds=seconds,
+            mechanism=_counts(found.mechanism, found.mobility),
+            diagnostics=warnings,
+        )
         console.say(outcome.as_json())
         return 0
-    console.complain(found.warnings)
+    console.complain(warnings)
     console.say(
         f"{found.name} is complete: {found.equations_before} equations for as many unknowns, "
         f"{found.equations_after} after reduction, {found.states} states"
     )
+    if found.mechanism is not None and found.mechanism.bodies:
+        console.say(_told(found.mechanism, found.mobility))
     return 0
+
+
+def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
+    from planarc.insight.facts import count_text
+
+    text = count_text(mechanism)
+    if mobility is None:
+        return text
+    told = "all conditions are independent"
+    if mobility.dependent:
+        verb = "condition follows" if mobility.dependent == 1 else "conditions follow"
+        told = f"{mobility.dependent} {verb} from the others"
+    return f"{text}, {mobility.rank} by rank at the start ({told})"
+
+
+def _counts(mechanism: Mechanism | None, mobility: Mobility | None) -> dict[str, int | None] | None:
+    if mechanism is None:
+        return None
+    return {
+        "bodies": mechanism.bodies,
+        "joints": mechanism.pairs,
+        "loops": mechanism.loops,
+        "mobility": mechanism.mobility,
+        "mobility_by_rank": None if mobility is None else mobility.rank,
+    }
 
 
 def _check_all(

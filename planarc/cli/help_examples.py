@@ -19,6 +19,7 @@ _EXAMPLES = {
     ),
     "check": (
         "planarc check four_bar.pmo",
+        "planarc check four_bar.pmo --start",
         "planarc check PlanarMultiBody.Joints --all",
     ),
     "flatten": ("planarc flatten four_bar.pmo > flat.mo",),

@@ -26,6 +26,7 @@ class Outcome:
     rows: int | None = None
     output: str | None = None
     report: str | None = None
+    mechanism: Mapping[str, int | None] | None = None  # what `check` counts
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_json(self) -> str:
@@ -45,6 +46,7 @@ class Outcome:
                 "rows": self.rows,
                 "output": self.output,
                 "report": self.report,
+                "mechanism": None if self.mechanism is None else dict(self.mechanism),
                 "diagnostics": [to_json(d) for d in in_order(self.diagnostics)],
             },
         )

@@ -44,7 +44,8 @@ class Closeness:
 
 
 def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
-    """None where no loop is closed. Changes the kernel's workspace."""
+    """None where no loop is closed. The kernel may be any of the program; its workspace is
+    changed."""
     import numpy as np
 
     program = result.program
@@ -52,6 +53,10 @@ def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
     if not blocks or not len(result.time):
         return None
     rows = np.unique(np.linspace(0, len(result.time) - 1, ROWS).astype(int))
+    for parameter in program.parameter_slots:
+        if parameter.slot in result.constants:
+            kernel.w[parameter.slot] = result.constants[parameter.slot]
+    kernel.parameters()
     table = _candidates(result, rows)
     first = set(result.states[0].states) if result.states else set()
     states: list[str] = []

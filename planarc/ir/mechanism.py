@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planarc.core.diagnostic import Diagnostic
+
 #: The number of the link that does not move.
 GROUND = 0
 
@@ -78,3 +80,18 @@ class Mechanism:
                 merged += root != first
                 parent[root] = first
         return self.pairs - merged
+
+
+@dataclass(frozen=True, slots=True)
+class Mobility:
+    """`dependent` conditions follow from others at the start; `redundant` names their joints
+    where they do so in every position."""
+
+    count: int
+    dependent: int
+    redundant: Diagnostic | None = None
+
+    @property
+    def rank(self) -> int:
+        """Degrees of freedom by the rank of the Jacobian."""
+        return self.count + self.dependent

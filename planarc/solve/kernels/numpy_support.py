@@ -7,7 +7,8 @@ only where LAPACK solves a system of three or more unknowns.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -73,6 +74,8 @@ def solve_linear(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None
         return (right[0] / pivot,) if pivot != 0.0 and pivot - pivot == 0.0 else None
     if n == 2:
         return solve_pair(*matrix[0], *matrix[1], *right)
+    if _few_points:
+        return _eliminate(matrix, right)
     factors, _, x, info = _lapack()(matrix, right)
     if info == 0:
         pivots = [abs(p) for p in factors.diagonal().tolist()]
@@ -102,6 +105,20 @@ def solve_pair(
         return None
     y = (q - factor * p) / d
     return (p - b * y) / a, y
+
+
+_few_points = False
+
+
+@contextmanager
+def without_lapack() -> Iterator[None]:
+    """For a few points only, where importing LAPACK would take longer than all solutions."""
+    global _few_points
+    before, _few_points = _few_points, True
+    try:
+        yield
+    finally:
+        _few_points = before
 
 
 @cache
