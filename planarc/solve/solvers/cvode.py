@@ -154,7 +154,7 @@ class Cvode:
             states = list((C.c_double * size).from_address(pointer))
             found = known(t, states)
             if found is None:  # a function without derivative, a singular mode
-                found = _differences(kernel, t, states, self._absolute)
+                found = _differences(kernel, t, states, list(self._absolute))
             if found is None:
                 return 1
             columns = (C.c_double * (size * size)).from_address(data(matrix))
