@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
 from planarc.flatten import evaluate, expressions, functions, lookup
 from planarc.flatten.environment import Env
 from planarc.flatten.tree import Class, Instance, Layout, Scope, Session
@@ -51,6 +52,17 @@ def binding_of(argument: syntax.ElementModification | None) -> syntax.Expression
     if argument is None or argument.modification is None:
         return None
     return argument.modification.binding
+
+
+def warn_obsolete(cls: Class, span: Span, session: Session) -> None:
+    """`annotation(obsolete = "use B")`: whoever uses the class is told (18.7)."""
+    arguments = arguments_of(cls.definition.annotation, "obsolete", session)
+    argument = find_argument(arguments, "obsolete")
+    if argument is not None:
+        value = binding_of(argument)
+        advice = value.value if isinstance(value, syntax.String) else None
+        kind = cls.definition.kind.value
+        session.warn("F266", f"the {kind} `{cls.name}` is obsolete", span, advice)
 
 
 def visual_kind(cls: Class, session: Session) -> str | None:

@@ -48,6 +48,7 @@ def function_of(cls: Class, session: Session, span: Span) -> function_signature.
             )
         else:
             cls.function = _make(cls, session, span)
+        annotation.warn_obsolete(cls, span, session)
     elif not cls.function.signature.done:
         cls.function.signature.called_early = True
     return cls.function

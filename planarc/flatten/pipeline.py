@@ -33,6 +33,7 @@ from planarc.flatten.lookup import member, static_instance
 from planarc.flatten.naming import suggestion
 from planarc.flatten.occurrences import names_in
 from planarc.flatten.parameters import check_parameters
+from planarc.flatten.ranges import check_ranges
 from planarc.flatten.reachable import with_functions
 from planarc.flatten.redeclare import class_of
 from planarc.flatten.redundancy import redundant_unknowns
@@ -154,6 +155,18 @@ def _check_kind(cls: Class) -> None:
         )
 
 
+def _warn_obsolete(instances: list[Instance], session: Session) -> None:
+    """Of all classes that components and bases have, each where it is first used."""
+    seen: set[int] = set()
+    for instance in instances:
+        if id(instance.layout) in seen:
+            continue
+        seen.add(id(instance.layout))
+        place = instance.cls.span if instance.element is None else instance.element.definition.span
+        for part in instance.layout.parts:
+            annotation.warn_obsolete(part.cls, place, session)
+
+
 def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     cls = find_model(session, class_name)
     _check_kind(cls)
@@ -172,6 +185,8 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     equations = [*found.equations, *connected.equations]
     if not session.errors:
         check_parameters(pairs, session)
+        check_ranges(pairs, session)
+        _warn_obsolete(found.instances, session)
         problem = check_balance(
             found.instances,
             variables,
