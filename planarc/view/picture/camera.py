@@ -40,7 +40,8 @@ def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Cam
     left, bottom, right, top = box or (-1.0, -1.0, 1.0, 1.0)
     wide, high = right - left, top - bottom
     # A point, or a line, has no size of its own: it gets one that shows it in the middle.
-    least = 1e-9 * max(abs(left), abs(right), abs(bottom), abs(top)) or 1.0
+    far = max(abs(left), abs(right), abs(bottom), abs(top))
+    least = 1e-9 * far if far > 1e-100 else 1.0
     wide, high = max(wide, least, high / 1e3), max(high, least, wide / 1e3)
     width -= width % 2
     share = max(_MARGIN, min(_LABEL / width, 2 * _MARGIN))
