@@ -89,6 +89,10 @@ class Recorder:
         """Forget the rows from `count` on."""
         self.count = min(count, self.count)
 
+    def back(self, count: int, following: int) -> None:
+        """As it was with so many rows, and row `following` of the grid to come."""
+        self.count, self.next = count, following
+
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.time[: self.count].copy(), self.data[: self.count].copy()
 

@@ -33,6 +33,7 @@ from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
 from planarc.solve.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder
+from planarc.solve.refuge import Refuge
 from planarc.solve.request import Request, resolve
 from planarc.solve.solvers.choice import make_integrator
 from planarc.solve.solvers.integrator import Integrator, March, Outcome, Settings
@@ -50,6 +51,8 @@ PATIENCE = 0.1
 CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
 #: So many switches in a row smaller than the tolerance resolves are called chattering too.
 TINY_COUNT = 8
+#: So often the run goes back to one place for a better choice of states.
+MOST_VISITS = 6
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
 
@@ -141,6 +144,7 @@ class Run:
             request.solver, kernel, program.state_count, settings
         )
         self.selection: list[int] = []
+        self._refuge: Refuge | None = None
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
         self.states: list[StateChoice] = []
@@ -228,6 +232,7 @@ class Run:
         self.kernel.accept(t)
         self._judge_open(t, y)
         self.delays.resume(t)
+        self._refuge = Refuge(self.kernel, self.program, self.recorder)
         directions = self.events.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
 
@@ -413,8 +418,26 @@ class Run:
         changed, lost = self.selector.check()
         if lost is not None:
             self.ended = lost_diagnostic(self.program, t, lost)
+        elif changed and self.selector.overdue and self._go_back():
+            return
         elif changed and self.kernel.outputs(t, y) == 0:
             self._exchange(t, self.integrator.last_step())
+        elif not changed:
+            self._refuge = Refuge(self.kernel, self.program, self.recorder)
+
+    def _go_back(self) -> bool:
+        """To the last place where the choice of states was good, and on in shorter looks."""
+        refuge = self._refuge
+        if refuge is None or refuge.visits >= MOST_VISITS or self.delays.present:
+            return False
+        refuge.visits += 1
+        refuge.enter(self.kernel, self.recorder)
+        self.asserts.forget(self.recorder.count)
+        self.selector.restore(self.selection)
+        self.selector.outlook.hurry(self.selector.paces())
+        self._restart(refuge.t, self._state_values())
+        self._refuge = refuge
+        return True
 
     def _exchange(self, t: float, step: float | None) -> None:
         """Other states from here on; the workspace holds consistent values at `t`."""
@@ -431,6 +454,8 @@ class Run:
         usable = self.kernel.outputs(t, y) == 0
         if usable and self.selector.open:
             changed, lost = self.selector.check(urgent=True)
+            if changed and self.selector.overdue and self._go_back():
+                return
             if changed:
                 self._exchange(t, None)
                 return

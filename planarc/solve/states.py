@@ -16,9 +16,10 @@ number serves for both: exchange when |x| > WORST, at which point the opposite e
 is WORST^2 away (hysteresis), and keep the choice where all are equally bad (a point
 at which the mechanism itself is singular).
 
-A look at X costs as much as ten steps of the integrator. So the next look is put off
-until a coordinate has moved far enough: the margin 1/(1 + x) of the largest x changes
-with the angles of the mechanism, at most about as fast as they do.
+A look at X is put off until a coordinate has moved far enough (`outlook`). Where one
+came too late all the same, the run goes back to the last place with a good choice
+(`Selector.overdue`): with a state that hardly moves any more, nothing says how fast the
+others do.
 
 Example: a crank-slider with the slider's s as its state. Towards a dead centre
 d(crank.phi)/ds grows without bound; when it passes WORST, crank.phi takes over.
@@ -32,25 +33,25 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from operator import mul, sub
+from operator import mul
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.program import BlockCode, Kernel, Program
+from planarc.solve.outlook import GROWN, Outlook
 from planarc.solve.pivoting import choose_columns, largest, sensitivities
-from planarc.solve.solvers.integrator import Watch
 
 #: The greatest sensitivity of a determined candidate to a state that is accepted.
 WORST = 5.0
+#: A look that finds this came too late.
+OVERDUE = 10.0
 #: With a state that must stay one, the run goes on until this.
 LOST = 25.0
-#: So much more of it is accepted before a state gives way to a lower class of StateSelect.
+#: So much more of it is accepted before a state gives way to a lower class of StateSelect,
+#: where it does not grow without bound: a preferred state is kept past a place where the
+#: others move fast, but leaves before a dead centre, where its errors are multiplied.
 PREFERENCE = 1.45
-#: The rate at which the margin is taken to change with the coordinates, at least.
-RATE = 0.35
-#: Part of the margin to use up before the next look.
-CAUTION = 0.75
 #: The class of candidates that must be states.
 MUST_STAY = 4 * StateSelect.ALWAYS
 
@@ -78,10 +79,14 @@ class Selector:
         self._class = classes_of(program, ())
         self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
-        self.watch = Watch([c for i in self.open for c in self._slots(i)])
-        self._watched = self.watch.slots.tolist()
-        self._seen = [0.0] * len(self._watched)
-        self._margin, self._rate = 1.0, RATE
+        slots = [c for i in self.open for c in self._slots(i)]
+        #: Of these the velocities are compared: those of accelerations would say nothing.
+        self._paced = [i for i in self.open if program.blocks[i].height > 1]
+        paced = sum(len(program.blocks[i].tears) for i in self._paced)
+        self.outlook = Outlook(program, kernel, slots, paced, self._sensitivities)
+        self.watch = self.outlook.watch
+        #: The last look found the choice so bad that what followed from it may be wrong.
+        self.overdue = False
 
     def choose(self, held: Collection[int]) -> list[int]:
         """At the workspace's values, without regard to an earlier choice. Raises R423.
@@ -93,6 +98,17 @@ class Selector:
             if block.height > 0 and i not in self._leader:
                 self._determined[i] = self._pivot(i, block) if block.residuals else []
         return self.selection()
+
+    def restore(self, selection: Collection[int]) -> None:
+        """Back to an earlier choice."""
+        states = set(selection)
+        for i in self._determined:
+            block = self._program.blocks[i]
+            self._determined[i] = (
+                [j for j in range(len(block.tears)) if block.first + j not in states]
+                if block.residuals
+                else []
+            )
 
     def _slots(self, i: int) -> list[int]:
         block, candidates = self._program.blocks[i], self._program.candidates
@@ -120,31 +136,40 @@ class Selector:
         somewhat better is taken.
         """
         changed, lost, worst = False, None, 0.0
+        self.overdue = False
         for i in self.open:
             exchanged, trouble, size = self._exchange(i, 2.0 if urgent else WORST)
             changed |= exchanged
             lost = lost or trouble
             worst = max(worst, size)
-        self._plan(worst)
+        bound = WORST if worst <= WORST else GROWN * worst
+        self.outlook.plan(worst, bound, changed, self.paces())
         return changed, lost
 
-    def _plan(self, worst: float) -> None:
-        """When to look again, from the margin and how fast it was seen to change."""
-        w = self._kernel.w
-        values = [float(w[slot]) for slot in self._watched]
-        way = max(map(abs, map(sub, values, self._seen)), default=0.0)
-        self._seen = values
-        margin = 1 / (1 + worst)
-        if way > 1e-3:
-            self._rate = max(RATE, 0.8 * self._rate, 1.5 * abs(self._margin - margin) / way)
-        self._margin = margin
-        limit = WORST if worst <= WORST else PREFERENCE * WORST
-        room = max(margin - 1 / (1 + limit), 0.02)
-        self.watch.begin(values, CAUTION * room / self._rate)
+    def paces(self) -> list[tuple[int, float]]:
+        """Velocities in the measure of the sensitivities, the states' first, of each block."""
+        found = []
+        for i in self._paced:
+            first, scale = self._program.blocks[i].first, self._scale[i]
+            out = self._determined[i]
+            for j in sorted(range(len(scale)), key=lambda j: j in out):
+                weight = scale[j] if scale[j] > 0 else 1.0
+                slot = self._program.candidates[first + j].derivative
+                found.append((slot, weight if j in out else -weight))
+        return found
+
+    def _sensitivities(self) -> list[list[list[float]]]:
+        found = []
+        for i in self.open:
+            n = len(self._program.blocks[i].tears)
+            out = self._determined[i]
+            free = [j for j in range(n) if j not in out]
+            found.append(sensitivities(self._jacobian(i, keep=False), out, free) or [])
+        return found
 
     # One block
 
-    def _jacobian(self, i: int) -> list[list[float]]:
+    def _jacobian(self, i: int, keep: bool = True) -> list[list[float]]:
         """Scaled so that a unit of every candidate moves the constraints alike.
 
         The measure is the largest seen, lest a column that vanishes be blown up.
@@ -157,7 +182,8 @@ class Selector:
         known = self._scale.get(i)
         if known is not None:
             sizes = list(map(max, known, sizes))
-        self._scale[i] = sizes
+        if keep:
+            self._scale[i] = sizes
         parts = [1 / s if s > 0 else 1.0 for s in sizes]
         return [list(map(mul, row, parts)) for row in g]
 
@@ -195,9 +221,11 @@ class Selector:
         out, changed, size = list(self._determined[i]), False, 0.0
         free: list[int] = []
         x: list[list[float]] | None = []
-        for _ in range(n):
+        for round_ in range(n):
             free = [j for j in range(n) if j not in out]
             x = sensitivities(g, out, free)
+            if round_ == 0:
+                self.overdue |= x is None or largest(x, range(len(free)))[0] > OVERDUE
             if x is None:  # exactly singular: begin anew
                 again = self._pivot(i, block)
                 changed, out = changed or again != out, again
@@ -207,7 +235,9 @@ class Selector:
                 break
             movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
             weighed, r, c = largest(self._weighed(block, x, out, free), movable)
-            if weighed <= worst:
+            if weighed <= worst and not (
+                largest(x, movable)[0] > worst and self.outlook.heads_for_dead_centre()
+            ):
                 break
             out[r] = free[c]
             changed = True

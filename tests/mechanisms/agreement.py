@@ -41,16 +41,18 @@ def usable(m: Mechanism) -> bool:
         return False
     q, v, least = reference.move(STOP)
     quiet = float(np.max(np.abs(reference.solve(STOP, q, v)[0]))) < WILD
-    return quiet and least > REGULAR and _spread(m, reference, q) < SPREAD
+    return quiet and least > REGULAR and _spread(m, reference, (q, v)) < SPREAD
 
 
-def _spread(m: Mechanism, reference: Reference, end: np.ndarray) -> float:
+def _spread(m: Mechanism, reference: Reference, end: tuple[np.ndarray, np.ndarray]) -> float:
     """How far a small change of the speeds at the start goes until the end."""
     start, change = reference.start(), 1e-5
     drift = tuple(d + change * float(np.cos(1 + 3 * i)) for i, d in enumerate(m.drift))
     other = Reference(replace(m, drift=drift))
     moved = np.max(np.abs(other.drift(start) - reference.drift(start)))
-    return float(np.max(np.abs(other.move(STOP)[0] - end)) / max(moved, 1e-3 * change))
+    q, v, _ = other.move(STOP)
+    far = np.max(np.abs(q - end[0])) + np.max(np.abs(v - end[1]))
+    return float(far / max(moved, 1e-3 * change))
 
 
 def disagreement(m: Mechanism, backend: str) -> str:
@@ -64,7 +66,7 @@ def disagreement(m: Mechanism, backend: str) -> str:
     except planarc.PlanarcError as problem:
         return f"it does not run: {problem}"
     end = reference.move(STOP)
-    for row, known, allowed in ((0, (q, v), 1e-9), (-1, end[:2], 1e-6 / end[2] ** 2)):
+    for row, known, allowed in ((0, (q, v), 1e-9), (-1, end[:2], 1e-5 / end[2] ** 2)):
         here, speed = _motion(m, run, row)
         far = np.max(np.abs(here - known[0])) + np.max(np.abs(speed - known[1]))
         if not far < allowed * (1 + np.max(np.abs(known[1]))):

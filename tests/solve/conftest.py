@@ -166,7 +166,7 @@ class Interpreter:
 
     def _guarded(self, *parts: str, t: float) -> int:
         self.failed_block = -1
-        self._t = t
+        self._t = self.w[0] = t
         try:
             for part in parts:
                 self._run[part](t)

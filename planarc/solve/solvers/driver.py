@@ -18,7 +18,7 @@ from typing import Any
 from planarc.core import cache as store
 from planarc.ir.program import Addresses
 from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.integrator import Watch
+from planarc.solve.solvers.integrator import AT_REST, Watch
 from planarc.solve.solvers.sundials import Sundials
 
 _P, _D, _L = C.c_void_p, C.c_double, C.c_int64
@@ -57,6 +57,10 @@ class Arguments(C.Structure):
         ("reference", _P),
         ("watch_count", _L),
         ("watch_limit", _D),
+        ("paced", _P),  # int32: slots of velocities
+        ("pace_weights", _P),
+        ("pace_count", _L),
+        ("pace_bound", _D),
         ("edition", _L),  # of the recorder that `rows` and `times` belong to
     )
 
@@ -64,7 +68,7 @@ class Arguments(C.Structure):
 #: `next`, `count` and `failed` are written back through %next_at, %count_at, %failed_at.
 _IR = """
 step:
-  %done = phi i64 [ 0, %entry ], [ %done_now, %watch ]
+  %done = phi i64 [ 0, %entry ], [ %done_now, %pace ]
   %flag = call i32 %cvode(ptr %memory, double %limit, ptr %y, ptr %time, i32 2)
   %bad = icmp slt i32 %flag, 0
   br i1 %bad, label %finish, label %reached
@@ -152,7 +156,7 @@ after_step:
 watch:
   %index = phi i64 [ 0, %after_step ], [ %index_next, %watch_one ]
   %watching = icmp slt i64 %index, %watch_count
-  br i1 %watching, label %watch_one, label %step
+  br i1 %watching, label %watch_one, label %pace
 
 watch_one:
   %watched_at_one = getelementptr i32, ptr %watched, i64 %index
@@ -167,6 +171,44 @@ watch_one:
   %far = fcmp ogt double %length, %watch_limit
   %index_next = add i64 %index, 1
   br i1 %far, label %finish, label %watch
+
+pace:
+  %k = phi i64 [ 0, %watch ], [ %k_next, %pace_next ]
+  %slowest = phi double [ 0.0, %watch ], [ %slowest_next, %pace_next ]
+  %was_solved = phi i1 [ true, %watch ], [ %solved, %pace_next ]
+  %pacing = icmp slt i64 %k, %pace_count
+  br i1 %pacing, label %pace_one, label %step
+
+pace_one:
+  %paced_at_one = getelementptr i32, ptr %paced, i64 %k
+  %paced32 = load i32, ptr %paced_at_one
+  %paced_slot = sext i32 %paced32 to i64
+  %velocity_at = getelementptr double, ptr %workspace, i64 %paced_slot
+  %velocity = load double, ptr %velocity_at
+  %weight_at = getelementptr double, ptr %pace_weights, i64 %k
+  %weight = load double, ptr %weight_at
+  %solved = fcmp ogt double %weight, 0.0
+  %weighed = fmul double %velocity, %weight
+  %pace_here = call double @llvm.fabs.f64(double %weighed)
+  br i1 %solved, label %pace_solved, label %pace_free
+
+pace_free:
+  %before_this = select i1 %was_solved, double 0.0, double %slowest
+  %faster = fcmp ogt double %pace_here, %before_this
+  %slowest_now = select i1 %faster, double %pace_here, double %before_this
+  br label %pace_next
+
+pace_solved:
+  %allowed = fmul double %pace_bound, %slowest
+  %over = fcmp ogt double %pace_here, %allowed
+  %moving = fcmp ogt double %pace_here, AT_REST
+  %too_fast = and i1 %over, %moving
+  br i1 %too_fast, label %finish, label %pace_next
+
+pace_next:
+  %slowest_next = phi double [ %slowest_now, %pace_free ], [ %slowest, %pace_solved ]
+  %k_next = add i64 %k, 1
+  br label %pace
 
 fail:
   store i64 1, ptr %failed_at
@@ -192,7 +234,8 @@ def _module_text() -> str:
     for i, (name, kind) in enumerate(fields):
         lines.append(f"  %{name}_at = getelementptr %arguments, ptr %a, i32 0, i32 {i}")
         lines.append(f"  %{name} = load {kind}, ptr %{name}_at")
-    return "\n".join([*lines, "  br label %step", _IR])
+    body = _IR.replace("AT_REST", f"{AT_REST:e}")
+    return "\n".join([*lines, "  br label %step", body])
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +285,9 @@ class Driver:
             watched=watch.slots.ctypes.data,
             reference=watch.reference.ctypes.data,
             watch_count=len(watch.slots),
+            paced=watch.speeds.ctypes.data,
+            pace_weights=watch.weights.ctypes.data,
+            pace_count=len(watch.speeds),
             edition=-1,
         )
 
@@ -254,7 +300,7 @@ class Driver:
             a.rows = recorder.data.ctypes.data
             a.times = recorder.time.ctypes.data
             a.edition = recorder.edition
-        a.limit, a.steps, a.watch_limit = limit, steps, watch.limit
+        a.limit, a.steps, a.watch_limit, a.pace_bound = limit, steps, watch.limit, watch.bound
         a.next, a.count, a.failed = recorder.next, recorder.count, 0
         flag: int = self._call(C.byref(a))
         recorder.next, recorder.count = a.next, a.count

@@ -80,15 +80,27 @@ class Settings:
     fixed_step: float | None = None  # seconds
 
 
-class Watch:
-    """Lets a march end when a watched slot has moved by more than `limit`."""
+#: A velocity that small says nothing about ratios.
+AT_REST = 1e-9
 
-    def __init__(self, slots: Sequence[int]) -> None:
+
+class Watch:
+    """Lets a march end when a watched slot has moved by more than `limit`, or when what is
+    determined moves more than `bound` times as fast as what determines it.
+
+    `speeds` are slots of velocities with their `weights`, group by group: first those of
+    the states, with negative weights, then those of what follows from them.
+    """
+
+    def __init__(self, slots: Sequence[int], speeds: int = 0) -> None:
         import numpy as np
 
         self.slots = np.array(slots, dtype=np.int32)
         self.reference = np.zeros(len(slots))
         self.limit = 0.0
+        self.speeds = np.zeros(speeds, dtype=np.int32)
+        self.weights = np.ones(speeds)
+        self.bound = 0.0
 
     def begin(self, values: Sequence[float], limit: float) -> None:
         self.reference[:] = values
@@ -96,7 +108,21 @@ class Watch:
 
     def moved(self, w: Sequence[float]) -> bool:
         pairs = zip(self.slots.tolist(), self.reference.tolist(), strict=True)
-        return any(abs(w[slot] - value) > self.limit for slot, value in pairs)
+        if any(abs(w[slot] - value) > self.limit for slot, value in pairs):
+            return True
+        return self.ratio(w) > self.bound
+
+    def ratio(self, w: Sequence[float]) -> float:
+        """The greatest ratio of velocities; 0 where nothing moves."""
+        greatest, slowest, solved = 0.0, 0.0, True
+        for slot, weight in zip(self.speeds.tolist(), self.weights.tolist(), strict=True):
+            speed = abs(w[slot] * weight)
+            if weight < 0:
+                slowest = max(speed, 0.0 if solved else slowest)
+            elif speed > AT_REST:
+                greatest = max(greatest, speed / slowest if slowest else math.inf)
+            solved = weight > 0
+        return greatest
 
 
 class Integrator(Protocol):

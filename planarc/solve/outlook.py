@@ -1,0 +1,125 @@
+"""When the choice of states is to be looked at again.
+
+In:   the sensitivities at a look, the coordinates and their velocities
+Out:  Watch    how far a coordinate, and how much faster than the states, may move before
+
+A look at the sensitivities X costs as much as ten steps of the integrator, so it is put
+off. Two things bring it about. The ratio of velocities, compared after every step: as the
+velocities of what is determined are -X times those of the states, it is the sensitivity
+itself where a mechanism has one degree of freedom, and a bound for it where it has more.
+And the way of the coordinates: what X is in other directions than that of the motion
+changes with the angle psi = atan(x), x the largest entry of X. It turns evenly while x
+goes to infinity (psi = pi/2), as fast as paths are curved, which is taken from X here and
+a little farther along the motion, and not below what was seen on the way here.
+
+Example: a slider s on a crank: psi is the crank's own angle, and s'/phi' = tan(psi).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from operator import sub
+
+from planarc.ir.program import Kernel, Program
+from planarc.solve.solvers.integrator import Watch
+
+#: Turning of psi with the coordinates (per radian or metre) that is reckoned with at least.
+RATE = 0.5
+#: Of what was seen of it on the way, and of what is seen at a look.
+SEEN, PRESENT = 1.5, 1.25
+#: Part of the turn that is left to use up before the next look.
+CAUTION = 0.75
+#: The least turn taken to be left.
+LEAST = 0.04
+#: How far along the motion the second place lies.
+BESIDE = 1e-4
+#: A dead centre so much way ahead (radians or metres), as psi turns now, is near.
+SOON = 0.5
+#: A ratio of velocities that was looked at must grow by this factor to be looked at again.
+GROWN = 1.3
+
+Rows = Sequence[Sequence[float]]
+#: A velocity's slot with its weight, negative for a state: groups of a block after another.
+Paces = list[tuple[int, float]]
+
+
+class Outlook:
+    """`sensitivities` gives |X| of all open blocks at the workspace's values."""
+
+    def __init__(
+        self,
+        program: Program,
+        kernel: Kernel,
+        slots: Sequence[int],
+        paced: int,
+        sensitivities: Callable[[], Sequence[Rows]],
+    ) -> None:
+        self.watch = Watch(slots, paced)
+        self._program, self._kernel = program, kernel
+        self._slots = self.watch.slots.tolist()
+        rates = {c.slot: c.derivative for c in program.candidates}
+        self._velocities = [rates[s] for s in self._slots]
+        self._sensitivities = sensitivities
+        self._seen = [0.0] * len(slots)
+        self._psi, self._rate = 0.0, RATE
+
+    def plan(self, worst: float, bound: float, changed: bool, paces: Paces) -> None:
+        """After a look that found `worst`; the next one must come before `bound`. Where the
+        choice `changed`, psi is another angle than before."""
+        values = [float(self._kernel.w[s]) for s in self._slots]
+        way = max(map(abs, map(sub, values, self._seen)), default=0.0)
+        psi = math.atan(worst)
+        if way > 1e-3 and not changed:
+            self._rate = max(0.8 * self._rate, SEEN * abs(self._psi - psi) / way)
+        self._seen, self._psi = values, psi
+        self._rate = max(RATE, self._rate, PRESENT * self._turning())
+        self._begin(max(math.atan(bound) - psi, LEAST))
+        self._pace(paces, bound)
+
+    def hurry(self, paces: Paces) -> None:
+        """The last look ahead was too far: look much sooner from here."""
+        self._rate *= 4
+        self._seen = [float(self._kernel.w[s]) for s in self._slots]
+        self._begin(LEAST)
+        self._pace(paces, 0.0)
+
+    def _begin(self, left: float) -> None:
+        self.watch.begin(self._seen, CAUTION * left / self._rate)
+
+    def _pace(self, paces: Paces, bound: float) -> None:
+        watch = self.watch
+        watch.speeds[:] = [slot for slot, _ in paces]
+        watch.weights[:] = [weight for _, weight in paces]
+        watch.bound = max(bound, GROWN * watch.ratio(self._kernel.w))
+
+    def heads_for_dead_centre(self) -> bool:
+        """Whether the largest psi grows so fast that it is a right angle before long."""
+        pairs = self._along()
+        psi, slope = max(pairs, default=(0.0, 0.0))
+        return (math.pi / 2 - psi) < SOON * slope
+
+    def _turning(self) -> float:
+        """How fast psi turns along the motion here, of any entry of X."""
+        return max((abs(slope) for _, slope in self._along()), default=0.0)
+
+    def _along(self) -> list[tuple[float, float]]:
+        """psi of every entry of X, and its slope along the motion; nothing at rest."""
+        w, candidates = self._kernel.w, self._program.candidates
+        speed = max((abs(float(w[s])) for s in self._velocities), default=0.0)
+        if not 0.0 < speed < math.inf:
+            return []
+        kept = [float(w[c.slot]) for c in candidates]
+        here = self._sensitivities()
+        rates = [float(w[c.derivative]) for c in candidates]
+        for c, value, rate in zip(candidates, kept, rates, strict=True):
+            w[c.slot] = value + BESIDE / speed * rate
+        beside = self._sensitivities()
+        for c, value in zip(candidates, kept, strict=True):
+            w[c.slot] = value
+        return [
+            (math.atan(a), (math.atan(b) - math.atan(a)) / BESIDE)
+            for x, y in zip(here, beside, strict=True)
+            for row, other in zip(x, y, strict=True)
+            for a, b in zip(row, other, strict=True)
+        ]
