@@ -30,7 +30,7 @@ from planarc.flatten import (
 from planarc.flatten.conform import conforms, counted, expect_scalar, mismatch, type_text
 from planarc.flatten.environment import Env
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree import Leaf
+from planarc.flatten.tree import Instance, Leaf
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import children
 
@@ -108,7 +108,17 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
         if leaf is not None and _is_fixed(leaf):
             kind = leaf.variability.name.lower()
             raise error("F301", f"the {kind} `{target.name}` cannot be assigned", ref.span)
+        if leaf is not None and _is_own_input(leaf, env):
+            raise error("F301", f"the input `{target.name}` cannot be assigned", ref.span)
     return target
+
+
+def _is_own_input(leaf: Leaf, env: Env) -> bool:
+    """An input of the component that the algorithm belongs to, maybe inside a connector."""
+    owner: Instance | None = leaf.parent
+    while owner is not None and owner.is_connector:
+        owner = owner.parent
+    return leaf.causality is syntax.Causality.INPUT and owner is env.scope.instance
 
 
 def _is_fixed(leaf: Leaf) -> bool:
