@@ -232,7 +232,8 @@ class Run:
         self.kernel.accept(t)
         self._judge_open(t, y)
         self.delays.resume(t)
-        self._refuge = Refuge(self.kernel, self.program, self.recorder)
+        if self.selector.open:
+            self._refuge = Refuge(self.kernel, self.program, self.recorder)
         directions = self.events.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
 
