@@ -13,6 +13,7 @@ Example: the rod of a pendulum, 1.2 m long, at the origin
     -> Item(shape="beam", x=0.0, y=0.0, angle=array([0, -0.02, ...]), length=1.2, width=0.06)
 
 Needs:     a result whose columns hold the variables that the attributes name.
+           Where nothing of the mechanism draws itself, its frames and joints are drawn.
 Promises:  items in drawing order (`height`, then declaration); angles without jumps of
            whole turns; what cannot be evaluated is left out and named in `notes`.
 """
@@ -89,6 +90,7 @@ def make_scene(result: Result) -> Scene:
     evaluator = Evaluator(result)
     items: list[Item] = []
     notes: list[str] = []
+    worlds = {part.name for part in result.program.parts if _is_world(result, part.name)}
     with np.errstate(all="ignore"):
         for visual in result.program.visuals:
             try:
@@ -96,11 +98,24 @@ def make_scene(result: Result) -> Scene:
                 items.append(_item(visual, attributes))
             except NotDrawable as reason:
                 notes.append(f"`{visual.component}` is not drawn: {reason}")
+        if not any(_is_of_mechanism(item, worlds) for item in items):
+            from planarc.view.skeleton import skeleton
+
+            items += skeleton(result, axes=not items)
         items.sort(key=lambda item: item.height)
         size = _size(items)
         items = [_shortened(item, size, notes) for item in items]
         box = _bounds(items)
     return Scene(result.time, tuple(items), box, tuple(notes))
+
+
+def _is_world(result: Result, part: str) -> bool:
+    return f"{part}.g_0[1]" in result or f"{part}.nominalLength" in result
+
+
+def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
+    """Whether it shows more than axes and gravity."""
+    return item.component.rpartition(".")[0] not in worlds
 
 
 def _item(visual: Visual, a: dict[str, Any]) -> Item:

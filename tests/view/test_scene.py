@@ -119,3 +119,22 @@ def test_every_operator_has_the_values_of_the_scalar_tree(
         (item,) = make_scene(result_of(table, TIME[:3], {"x": values}, (shape,))).items
         expected = [evaluate(expression, lambda leaf, v=v: v) for v in values.tolist()]
         np.testing.assert_allclose(item.length, expected, err_msg=repr(expression))
+
+
+def test_an_arrow_much_longer_than_the_mechanism_is_drawn_shorter_and_says_so(
+    table: Exprs,
+    result_of: Callable[..., Any],
+    shape_of: Callable[..., Any],
+    visual_of: Callable[..., Any],
+) -> None:
+    rod = shape_of(table, "rod", length=2.0, width=0.0)
+    force = visual_of(
+        table, "force", "arrow", r=(0.0, 0.0), phi=0.0, r_tail=(0.0, 0.0),
+        r_head=(table.symbol("f"), 0.0), width=0.0, heightShift=0.0, color=(0, 0, 0),
+    )  # fmt: skip
+    scene = make_scene(result_of(table, TIME, {"f": 500 * ANGLE}, (rod, force)))
+    arrow = next(item for item in scene.items if item.component == "force")
+    assert 0.5 < np.max(arrow.length) / 2.0 < 0.7
+    np.testing.assert_allclose(arrow.length / np.max(arrow.length), ANGLE / 4.0)
+    assert "`force` is drawn 0.0006 times as long" in scene.notes[0]
+    assert scene.box is not None and scene.box[2] == pytest.approx(2.0)

@@ -1,0 +1,121 @@
+"""What is drawn of a mechanism that draws nothing itself: its frames and joints.
+
+In:   Result with its mechanism
+Out:  items: a bar between the frames of a link, a circle at each joint, axes at the origin
+
+Used only where no component has a visual of its own, as in a library without pictures or with
+`enableAnimation=false`. Sizes follow from how far the frames are spread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from planarc.ir.mechanism import GROUND
+from planarc.view.scene import Item, Kind
+
+if TYPE_CHECKING:
+    from planarc.ir.mechanism import Mechanism
+    from planarc.ir.result import Result
+    from planarc.view.scene import Track
+
+_LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0, 105.0)
+
+
+def skeleton(result: Result, axes: bool = True) -> list[Item]:
+    """Empty where the model has no frames, or the result does not hold their positions."""
+    mechanism = result.program.mechanism
+    if mechanism is None or not len(result.time):
+        return []
+    points = {
+        frame: (_track(result, f"{frame}.r[1]"), _track(result, f"{frame}.r[2]"))
+        for link in mechanism.links
+        for frame in link.frames
+        if f"{frame}.r[1]" in result and f"{frame}.r[2]" in result
+    }
+    if not points:
+        return []
+    size = _spread(points)
+    found = [*_bars(mechanism, points, size), *_joints(mechanism, points, size)]
+    return [_axes(size), *found] if axes else found
+
+
+def _axes(size: float) -> Item:
+    return Item(
+        "world", Kind.FRAME, 0.0, 0.0, 0.0, size / 6, size / 200, _GROUND, -size,
+        labels=("x", "y"),
+    )  # fmt: skip
+
+
+def _bars(
+    mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
+) -> Iterator[Item]:
+    """From the first frame of a link to its others, each place once."""
+    import numpy as np
+
+    for i, link in enumerate(mechanism.links):
+        frames = [f for f in link.frames if f in points]
+        if i == GROUND or not frames:
+            continue
+        x, y = points[frames[0]]
+        seen = set()
+        for frame in frames[1:]:
+            dx, dy = points[frame][0] - x, points[frame][1] - y
+            length = np.hypot(dx, dy)
+            key = np.round(np.asarray(length) / size, 9).tobytes()
+            if not np.any(length > 1e-9 * size) or key in seen:
+                continue
+            seen.add(key)
+            angle = _plain(np.unwrap(np.atleast_1d(np.arctan2(dy, dx))))
+            yield Item(
+                link.name,
+                Kind.SHAPE,
+                x,
+                y,
+                angle,
+                _plain(length),
+                size / 50,
+                _LINK,
+                0.0,
+                shape="beam",
+            )
+        if not seen:
+            yield Item(
+                link.name, Kind.SHAPE, x, y, 0.0, size / 25, size / 25, _LINK, 0.0,
+                shape="box", upright=True,
+            )  # fmt: skip
+
+
+def _joints(
+    mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
+) -> Iterator[Item]:
+    for joint in mechanism.joints:
+        for frame in joint.frames:
+            if frame in points:
+                x, y = points[frame]
+                yield Item(
+                    joint.name, Kind.SHAPE, x, y, 0.0, size / 30, size / 30, _JOINT, size,
+                    shape="cylinder", upright=True,
+                )  # fmt: skip
+
+
+def _spread(points: dict[str, tuple[Track, Track]]) -> float:
+    import numpy as np
+
+    spans = [
+        np.ptp(np.concatenate([np.atleast_1d(p[axis]) for p in points.values()])) for axis in (0, 1)
+    ]
+    largest = float(max(spans))
+    return largest if largest > 0 and np.isfinite(largest) else 1.0
+
+
+def _track(result: Result, name: str) -> Track:
+    column = result.columns[name]
+    if column.slot in result.stored:
+        return result[name]
+    return float(column.sign * result.constants[column.slot])
+
+
+def _plain(value: Any) -> Track:
+    return float(value.item()) if value.size == 1 else value
