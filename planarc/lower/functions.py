@@ -20,6 +20,7 @@ Promises:  no call is left; what cannot be run so is refused with the function's
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
@@ -81,7 +82,7 @@ def _number(scope: Scope, value: Value) -> Value:
 
 
 def _deeper(scope: Scope) -> Scope:
-    return Scope(scope.model, scope.locals, scope.events, scope.at_event, scope.depth + 1)
+    return replace(scope, depth=scope.depth + 1)
 
 
 def _next_or_default(scope: Scope, given: Iterator[Value], variable: flat.Variable) -> Value:

@@ -14,12 +14,14 @@ while running become stored truth values (`operators.relation`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import flat
+from planarc.ir.expr import Expr
 from planarc.lower import builtins, functions
 from planarc.lower.operators import binary
 from planarc.lower.scope import Scope, unsupported
@@ -76,13 +78,23 @@ def _if(scope: Scope, e: flat.If) -> Value:
             return lower_expression(scope, branch)
     else:
         return lower_expression(scope, e.otherwise)
-    result = lower_expression(scope, e.otherwise)
-    for condition, (_, branch) in zip(reversed(conditions), reversed(e.branches), strict=True):
+    result = lower_expression(scope.where(_none_of(scope, conditions)), e.otherwise)
+    for k in reversed(range(len(conditions))):
+        condition, (_, branch) = conditions[k], e.branches[k]
         if condition.is_const and not condition.data:
             continue
-        value = lower_expression(scope, branch)
+        own = scope.where(_none_of(scope, conditions[:k])).where(condition)
+        value = lower_expression(own, branch)
         result = choose(scope, condition, value, result, e.span)
     return result
+
+
+def _none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
+    """That no earlier branch is taken."""
+    holds = scope.table.true
+    for condition in conditions:
+        holds = scope.table.and_(holds, scope.table.not_(condition))
+    return holds
 
 
 def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Span) -> Value:
@@ -189,8 +201,28 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
             return lower_expression(scope.without_events(), e.arguments[0])
         case "smooth":
             return lower_expression(scope.without_events(), e.arguments[1])
+        case "pre":
+            before = _unassigned(scope, e.arguments[0])
+            return builtins.call(scope, "pre", (before,), e.span)
+        case "edge" | "change":
+            pair = lower_expression(scope, e.arguments[0]), _unassigned(scope, e.arguments[0])
+            return builtins.call(scope, e.function, pair, e.span)
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
     return builtins.call(scope, e.function, arguments, e.span)
+
+
+def _unassigned(scope: Scope, e: flat.Expression) -> Value:
+    """A variable of the model itself, not what an algorithm assigned to it so far."""
+    match e:
+        case flat.Reference() if e.name in scope.model.values:
+            value = scope.model.values[e.name]
+            return index(scope, value, e.subscripts, e.span) if e.subscripts else value
+        case flat.Array():
+            inner = tuple(n or 0 for n in e.type.dims[1:])
+            return stack([_unassigned(scope, item) for item in e.items], inner)
+        case flat.Index():
+            return index(scope, _unassigned(scope, e.base), e.subscripts, e.span)
+    return lower_expression(scope, e)
 
 
 def _call(scope: Scope, e: flat.Call) -> Value:
@@ -211,7 +243,7 @@ def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:
         entries = elements(lower_expression(at, domain))
         inner = [
             rows(
-                Scope(at.model, {**(at.locals or {}), name: x}, at.events, at.at_event, at.depth),
+                replace(at, locals={**(at.locals or {}), name: x}),
                 tuple(others),
             )
             for x in entries

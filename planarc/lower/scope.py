@@ -107,13 +107,21 @@ class Scope:
     events: bool = True
     at_event: bool = False
     depth: int = 0  # of function calls
+    path: Expr | None = None  # what must hold for it to be evaluated; None: nothing
 
     @property
     def table(self) -> Exprs:
         return self.model.table
 
     def without_events(self) -> Scope:
-        return Scope(self.model, self.locals, False, self.at_event, self.depth)
+        return Scope(self.model, self.locals, False, self.at_event, self.depth, self.path)
+
+    def where(self, condition: Expr) -> Scope:
+        """The same, evaluated only where a condition holds as well."""
+        if condition is self.table.true:
+            return self
+        path = condition if self.path is None else self.table.and_(self.path, condition)
+        return Scope(self.model, self.locals, self.events, self.at_event, self.depth, path)
 
     def value(self, name: str, span: Span) -> Value:
         if self.locals is not None and name in self.locals:

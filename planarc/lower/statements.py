@@ -161,7 +161,14 @@ class Runner:
 
     def here(self) -> Scope:
         outer = self.scope
-        return Scope(outer.model, self.values, self.events, outer.at_event, outer.depth)
+        return Scope(
+            outer.model, self.values, self.events, outer.at_event, outer.depth, self.whole_path()
+        )
+
+    def whole_path(self) -> Expr | None:
+        """What must hold for the present statement to be run, from the outermost call on."""
+        outer = self.scope.path
+        return outer if self.path is None else self.scope.where(self.path).path
 
     def value(self, e: flat.Expression) -> Value:
         return scalar.lower_expression(self.here(), e)
@@ -266,9 +273,10 @@ class Runner:
 
     def check(self, s: flat.Assert) -> None:
         condition = expr(self.value(s.condition))
-        if self.path is not None:
+        path = self.whole_path()
+        if path is not None:
             table = self.scope.table
-            condition = table.or_(table.not_(self.path), condition)
+            condition = table.or_(table.not_(path), condition)
         if condition is self.scope.table.true:
             return
         text = self.value(s.message)
