@@ -36,6 +36,8 @@ def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
             return flat.Builtin(flat.INTEGER.with_dims((len(dims),)), span, "size", (value,))
         return array([integer(d or 0, span) for d in dims], flat.INTEGER, span)
     dimension = which[0]
+    if dimension.type.base is not flat.Base.INTEGER or dimension.type.dims:
+        raise _wrong("size", dimension)
     known = evaluate.try_value(dimension, env, mark=True)
     if known is None:
         return flat.Builtin(flat.INTEGER, span, "size", (value, dimension))

@@ -52,8 +52,7 @@ class Connection:
 
 def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> list[Connection]:
     """The pairs of single connectors of one connect equation."""
-    left = _sides(node.left, env)
-    right = _sides(node.right, env)
+    left, right = _both(node, env)
     if left is None or right is None:
         if left is not None or right is not None:
             _warn_absent(node.left if left is None else node.right, env)
@@ -77,6 +76,20 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
         else:
             raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
     return found
+
+
+def _both(node: syntax.Connect, env: Env) -> tuple[object | None, object | None]:
+    """Both sides; what is wrong with either is told."""
+    found: list[object | None] = []
+    wrong: list[PlanarcError] = []
+    for ref in (node.left, node.right):
+        try:
+            found.append(_sides(ref, env))
+        except PlanarcError as problem:
+            wrong.append(problem)
+    if wrong:
+        raise PlanarcError(d for problem in wrong for d in problem.diagnostics)
+    return found[0], found[1]
 
 
 def _warn_absent(ref: syntax.Ref, env: Env) -> None:

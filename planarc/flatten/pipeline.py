@@ -183,8 +183,8 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
+    check_parameters(pairs, session)
     if not session.errors:
-        check_parameters(pairs, session)
         check_ranges(pairs, session)
         _warn_obsolete(found.instances, session)
         problem = check_balance(

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import (
     bindings,
@@ -40,10 +40,21 @@ Statements = tuple[flat.Statement, ...]
 def type_statements(
     statements: tuple[syntax.Statement, ...], env: Env, component: str
 ) -> Statements:
-    """The statements of an algorithm section or of a branch."""
+    """The statements of an algorithm section or of a branch; all wrong ones are reported."""
     typed: list[flat.Statement] = []
+    wrong: list[Diagnostic] = []
+    broken = False
     for statement in statements:
-        typed += _TYPERS[type(statement)](statement, env, component)
+        try:
+            typed += _TYPERS[type(statement)](statement, env, component)
+        except PlanarcError as problem:
+            if any(d.code == "F281" for d in problem.diagnostics):
+                raise  # a loop around it may be written out instead
+            broken = True
+            wrong.extend(problem.diagnostics)
+    if broken and env.function is not None:
+        raise PlanarcError(wrong)  # a function that lacks statements cannot be called
+    env.session.errors.extend(wrong)
     return tuple(typed)
 
 
