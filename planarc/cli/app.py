@@ -14,7 +14,6 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from importlib import import_module
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -23,6 +22,7 @@ from planarc.cli import console, help_examples
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.mistake import mistake
 
 #: Of each command, in the order of the help: its file here, and the function in it. They are
 #: imported when they are asked for: together they would take half of a check's time.
@@ -126,7 +126,7 @@ def run(arguments: Sequence[str]) -> int:
     except Exception as error:
         if os.environ.get("PLANARC_DEBUG"):
             raise
-        return _fail((_bug(error),), Exit.BUG, as_json)
+        return _fail((mistake(error),), Exit.BUG, as_json)
 
 
 _VOLUMES = {
@@ -171,18 +171,3 @@ def _usage(error: Exception) -> Diagnostic:
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
     hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
     return Diagnostic("C100", message, hint=hint)
-
-
-def _bug(error: Exception) -> Diagnostic:
-    """Where planarc broke, in one line that a user can pass on."""
-    place = ""
-    trace = error.__traceback__
-    while trace is not None:
-        file = Path(trace.tb_frame.f_code.co_filename)
-        place = f"{file.parent.name}/{file.name}:{trace.tb_lineno}"
-        trace = trace.tb_next
-    return Diagnostic(
-        "X001",
-        f"sorry, planarc made a mistake: {type(error).__name__} in {place}",
-        hint="report this line together with the model; PLANARC_DEBUG=1 shows the traceback",
-    )

@@ -89,7 +89,7 @@ class LiveServer:
 
     def stop(self) -> None:
         self._watch.stop()
-        for page in self._pages:
+        for page in tuple(self._pages):
             page.put("end")
         if self._thread is not None:
             self._server.shutdown()
@@ -98,7 +98,7 @@ class LiveServer:
 
     def _edited(self) -> None:
         self.session.reload()
-        for page in self._pages:
+        for page in tuple(self._pages):
             page.put("edited")
 
     # Requests

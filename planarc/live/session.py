@@ -10,6 +10,7 @@ kept, so that going back costs nothing.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -19,6 +20,7 @@ from time import perf_counter
 from typing import Any
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.mistake import mistake
 from planarc.core.options import Backend
 from planarc.core.render import render_all
 from planarc.live.choices import choices_of, numbers_of
@@ -109,6 +111,8 @@ class Session:
                 self._trouble = None
             except PlanarcError as problem:
                 self._trouble = problem
+            except Exception as error:
+                self._trouble = PlanarcError(mistake(error))
 
     def leave(self, page: str) -> None:
         """The page is gone; nobody waits for its run."""
@@ -132,6 +136,12 @@ class Session:
             except PlanarcError as problem:
                 variant = self._variants.get(self._wanted(order), variant)
                 found["problems"] = self._told(problem.diagnostics, variant, order)
+            except Overtaken:
+                raise
+            except Exception as error:
+                if os.environ.get("PLANARC_DEBUG"):
+                    raise
+                found["problems"] = self._told((mistake(error),), variant, order)
             found["seconds"] = perf_counter() - begin
             found["key"] = variant.key
             if variant.key != order.known:

@@ -78,6 +78,21 @@ def test_a_broken_file_is_told_and_a_mended_one_goes_on(session: Session, swing:
     assert fields(answer)["L"]["value"] == 3.0
 
 
+def test_a_mistake_of_planarc_is_told_in_a_line(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: Any) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.delenv("PLANARC_DEBUG", raising=False)
+    monkeypatch.setattr("planarc.view.scene.make_scene", broken)
+    (found,) = session.answer(Order())["problems"]
+    assert found["code"] == "X001"
+    assert "sorry, planarc made a mistake: ZeroDivisionError in " in found["message"]
+    monkeypatch.undo()
+    assert session.answer(Order())["problems"] == []
+
+
 def test_values_of_what_is_not_there_do_no_harm(session: Session) -> None:
     """A page may still know fields of a model that was edited since."""
     answer = session.answer(Order(values={"gone": 1.0}, starts={"gone.x": 2.0}))
