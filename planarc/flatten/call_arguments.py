@@ -111,6 +111,8 @@ def vectorised(
 ) -> flat.Expression:
     """The call; with arrays in place of scalars, one call for each entry (12.4.6)."""
     inputs = info.signature.inputs
+    if not info.signature.outputs and not results:
+        raise error("F290", f"`{info.name}` has no result", span)
     extra = 0
     for variable, argument in zip(inputs, arguments, strict=True):
         more = len(argument.type.dims) - len(variable.type.dims)
@@ -178,8 +180,6 @@ def _single(
             raise mismatch(variable.type, argument.type, what, argument.span)
         if not dims_conform(variable.type.dims, argument.type.dims):
             raise mismatch(variable.type, argument.type, what, argument.span)
-    if not info.signature.outputs and not results:
-        raise error("F290", f"`{info.name}` has no result", span)
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
         type_ = _result_type(info, arguments, span)
