@@ -96,11 +96,10 @@ def _bound(source: flat.FlatModel) -> flat.FlatModel:
     while True:
         before = len(values)
         for i, equation in enumerate(source.initial_equations):
-            given = None if i in used else _given(equation, free - values.keys(), known)
-            if given is not None:
-                name, value = given
-                values[name] = value
-                known.add(name)
+            given = {} if i in used else _given(equation, free - values.keys(), known)
+            if given:
+                values |= given
+                known |= given.keys()
                 used.add(i)
         if len(values) == before:
             break
@@ -111,19 +110,36 @@ def _bound(source: flat.FlatModel) -> flat.FlatModel:
     return replace(source, variables=tuple(variables), initial_equations=tuple(rest))
 
 
-def _given(
-    equation: flat.Equation, free: set[str], known: set[str]
-) -> tuple[str, flat.Expression] | None:
-    """A free parameter and the expression of known ones that an equation says it is."""
-    if not isinstance(equation, flat.Equality) or isinstance(equation.left, flat.Targets):
-        return None
-    for one, other in ((equation.left, equation.right), (equation.right, equation.left)):
-        if isinstance(one, flat.Reference) and not one.subscripts and one.name in free:
-            names = {e.name for e in nodes_of((other,)) if isinstance(e, flat.Reference)}
-            iterators = {n for e in nodes_of((other,)) for n in _iterators(e)}
-            if names - iterators <= known and not _reads_time(other):
-                return one.name, other
-    return None
+def _given(equation: flat.Equation, free: set[str], known: set[str]) -> dict[str, flat.Expression]:
+    """Free parameters and the expressions of known ones that an equation says they are."""
+    if not isinstance(equation, flat.Equality):
+        return {}
+    left, right = equation.left, equation.right
+    if isinstance(left, flat.Targets):
+        wanted = [(k, e) for k, e in enumerate(left.items) if e is not None]
+        whole = all(isinstance(e, flat.Reference) and _is_whole(e, free) for _, e in wanted)
+        if not whole or not isinstance(right, flat.Call) or not _is_known(right, known):
+            return {}
+        return {
+            e.name: replace(right, type=e.type, output=k)
+            for k, e in wanted
+            if isinstance(e, flat.Reference)
+        }
+    for one, other in ((left, right), (right, left)):
+        if isinstance(one, flat.Reference) and _is_whole(one, free) and _is_known(other, known):
+            return {one.name: other}
+    return {}
+
+
+def _is_whole(e: flat.Reference, free: set[str]) -> bool:
+    return not e.subscripts and e.name in free
+
+
+def _is_known(e: flat.Expression, known: set[str]) -> bool:
+    """Whether an expression is one of known parameters."""
+    names = {n.name for n in nodes_of((e,)) if isinstance(n, flat.Reference)}
+    iterators = {name for n in nodes_of((e,)) for name in _iterators(n)}
+    return names - iterators <= known and not _reads_time(e)
 
 
 def _iterators(e: flat.Expression) -> tuple[str, ...]:

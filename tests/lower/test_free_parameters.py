@@ -131,3 +131,31 @@ end M;
 """,
             backend,
         )
+
+
+def test_several_results_at_the_start_are_parameters_that_follow(backend: Backend) -> None:
+    """(w, d) of an oscillator from its mass and spring; then the step response."""
+    result = run(
+        """
+model M
+  function coefficients input Real c; input Real m; output Real w; output Real d[2];
+  algorithm w := sqrt(c/m); d := {0.1*w, 1/w}; end coefficients;
+  parameter Real c = 8, m = 2;
+  parameter Real w(fixed = false), d[2](each fixed = false);
+  Real x(start = 1, fixed = true), v(start = 0, fixed = true);
+initial equation
+  (w, d) = coefficients(c, m);
+equation
+  v = der(x);
+  der(v) = -w^2*x - 2*d[1]*w*v;
+end M;
+""",
+        backend,
+        stop=3.0,
+    )
+    assert result["w"] == pytest.approx(2.0)
+    assert result["d[2]"] == pytest.approx(0.5)
+    w = 2 * math.sqrt(1 - 0.2**2)
+    t = result.time
+    expected = np.exp(-0.4 * t) * (np.cos(w * t) + 0.4 / w * np.sin(w * t))
+    assert result["x"] == pytest.approx(expected, abs=1e-7)
