@@ -17,7 +17,7 @@ import pytest
 from planarc.cli.app import run
 
 ROOT = Path(__file__).parents[2]
-COMMAND = re.compile(r"The picture at the top is made by\s+`planarc ([^`]*)`")
+COMMAND = re.compile(r"The picture at the top\s+is made by\s+`planarc ([^`]*)`")
 #: Equal up to this many pixels or degrees, at any time.
 CLOSE = 1.0
 

@@ -7,7 +7,9 @@ would make the file large and drawings have few of them.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError
@@ -51,11 +53,15 @@ def _palette(samples: Sequence[Image]) -> Image:
 
 
 def write_mp4(path: Path, images: Iterable[Image], size: tuple[int, int], rate: float) -> None:
-    """H.264, as every player and browser shows it. Raises UsageError V704 where it fails."""
+    """H.264, as every player and browser shows it. Raises UsageError V704 where it fails.
+
+    The film stands at `path` when it is whole: a broken one leaves what was there.
+    """
     import imageio_ffmpeg
 
+    new = path.with_name(f".{path.stem}.{os.getpid()}.new.mp4")
     film = imageio_ffmpeg.write_frames(
-        str(path), size, fps=rate, codec="libx264", quality=8, macro_block_size=2,
+        str(new), size, fps=rate, codec="libx264", quality=8, macro_block_size=2,
         output_params=["-movflags", "+faststart", "-threads", "1"],
     )  # fmt: skip
     try:
@@ -63,6 +69,15 @@ def write_mp4(path: Path, images: Iterable[Image], size: tuple[int, int], rate: 
         for image in images:
             film.send(image.tobytes())
         film.close()
+        new.replace(path)
     except OSError as problem:
-        reason = str(problem).strip().splitlines()[-1:] or ["it stopped"]
-        raise UsageError(Diagnostic("V704", f"ffmpeg cannot make the film: {reason[0]}")) from None
+        reason = (problem.strerror or str(problem)).strip().splitlines()
+        raise UsageError(
+            Diagnostic(
+                "V704", f"ffmpeg cannot make the film: {reason[-1] if reason else 'it stopped'}"
+            )
+        ) from None
+    finally:
+        film.close()
+        with suppress(OSError):
+            new.unlink()

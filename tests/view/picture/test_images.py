@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from math import cos, sin
 from pathlib import Path
 from typing import Any
@@ -66,6 +67,26 @@ def test_a_film_holds_all_frames(swing: Any, tmp_path: Path) -> None:
     frames, seconds = ffmpeg.count_frames_and_secs(str(path))
     assert frames == made.frames == 81
     assert seconds == pytest.approx(81 / 20, abs=0.06)
+
+
+def test_a_broken_film_leaves_what_was_there(
+    swing: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "a.mp4"
+    path.write_bytes(b"old")
+
+    def breaks(name: str, *_: Any, **__: Any) -> Iterator[None]:
+        Path(name).write_bytes(b"half a film")
+        yield
+        raise OSError("the pipe is broken")
+
+    monkeypatch.setattr(ffmpeg, "write_frames", breaks)
+    with pytest.raises(UsageError) as caught:
+        write_picture(path, swing, PictureOptions(When(rate=20), width=200))
+    assert caught.value.diagnostics[0].code == "V704"
+    assert path.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
 
 
 def test_a_missing_package_is_named(
