@@ -158,15 +158,11 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-#: A check puts mechanisms of at most so many equations together, which takes about 0.1 s.
-QUICK = 300
-
-
 def check_model(request: Request, clock: Clock | None = None, start: bool = False) -> Checked:
     """All stages up to `structure`, or what an earlier check remembered of them.
 
-    The mobility at the start is found where that is quick, where by count nothing can move, and
-    with `start`; only then a start that cannot be found is an error.
+    The mobility at the start is found with `start`, and where by count nothing can move; a start
+    that cannot be found is an error only in the first case.
     """
     from planarc.memory import Checked, recall_check, remember_check
 
@@ -175,7 +171,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         known = recall_check(request)
     if known is not None and not (start and known.mechanism and known.mobility is None):
         # What another check was asked for is not told by this one.
-        return known if start or _has_quick_start(known) else replace(known, mobility=None)
+        return known if start or _is_held_by_count(known) else replace(known, mobility=None)
     with _no_collection():
         target = open_target(request)
         flat = flatten(target, clock)
@@ -183,7 +179,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         model = to_sorted(dae, clock)
         sizes = model.equations_before, model.equations_after, model.state_count
         checked = Checked(flat.name, *sizes, flat.warnings, find_mechanism(dae))
-        if start or _has_quick_start(checked):
+        if start or _is_held_by_count(checked):
             try:
                 checked = replace(checked, mobility=_find_mobility(model, checked.mechanism, clock))
             except PlanarcError:
@@ -193,11 +189,10 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
     return checked
 
 
-def _has_quick_start(checked: Checked) -> bool:
+def _is_held_by_count(checked: Checked) -> bool:
+    """Whether only the rank can tell if the mechanism moves."""
     mechanism = checked.mechanism
-    if mechanism is None or not mechanism.loops:
-        return False  # the rank is what the count says
-    return checked.equations_after <= QUICK or mechanism.mobility < 1
+    return mechanism is not None and mechanism.loops > 0 and mechanism.mobility < 1
 
 
 def _find_mobility(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:
