@@ -7,11 +7,12 @@ Where nothing switches, the sensitivity equations are integrated beside the moti
 
     dS/dt = A*S + df/dp,   S(0) = d(start)/dp,   dz/dp = dz/dy*S + dz/dp|y,
 
-with error control of both, where A = df/dy and the other derivatives are central
-differences of the compiled equations at one point, which are solved to rounding. They
-are no differences of runs: the integrator's error does not enter. Each changed parameter
-has a kernel of its own, so that closed loops stay on their branch. States are chosen as in
-a run, and S is carried over.
+with error control of both. A = df/dy comes from formulas where the kernel has them (the
+NumPy back end: `codegen.slopes`). All else, and A of machine code, whose right-hand side
+costs less than the formulas' system, are central differences of the compiled equations at
+one point, which are solved to rounding. They are no differences of runs: the integrator's
+error does not enter. Each changed parameter has a kernel of its own, so that closed loops
+stay on their branch. States are chosen as in a run, and S is carried over.
 
 A model with events gets differences of runs at a tight tolerance instead; `method` says so.
 
@@ -173,7 +174,7 @@ class _Equations:
             point.t = t
         try:
             f = self.base.rhs(y)
-            by_state = _differences(self.base.rhs, y)
+            by_state = self._by_state(t, y)
             by_parameter = [
                 (a.rhs(y) - b.rhs(y)) / (2 * h)
                 for (a, b), h in zip(self.sides, self.steps, strict=True)
@@ -182,6 +183,12 @@ class _Equations:
             return np.full(len(z), np.nan)
         ds = by_state @ s + np.array(by_parameter).T.reshape(n, k)
         return np.concatenate([f, ds.ravel()])
+
+    def _by_state(self, t: float, y: Vector) -> Vector:
+        """A, a row for each derivative."""
+        formulas = getattr(self.base.kernel, "state_jacobian", None)
+        found: Vector | None = None if formulas is None else formulas(t, y.tolist())
+        return _differences(self.base.rhs, y) if found is None else found
 
     def _derivatives(self, t: float, y: Vector, s: Vector) -> tuple[Vector, Vector]:
         """The whole workspace, and its derivatives by the parameters."""

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from planarc import Model, UsageError, load
+from planarc.analysis import sensitivity
+from planarc.core.options import Backend
 
 
 def test_of_a_filter(lag: Model) -> None:
@@ -59,6 +61,27 @@ def test_of_a_loop_that_changes_its_states(crank_slider: Model) -> None:
     for name in ("slide.s", "main.w"):
         size = np.max(np.abs(same[name, "crank.m"]))
         assert np.max(np.abs(found[name, "crank.m"] - same[name, "crank.m"])) < 1e-6 * size
+
+
+def test_of_a_loop_take_the_jacobian_from_formulas(
+    four_bar: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = Model(four_bar.request, Backend.NUMPY)
+    asked = ["crankBody.m", "crank.r[1]"]
+    same = four_bar.sensitivities(asked, stop_time=0.5, intervals=10)
+
+    def differences(f: Any, y: Any) -> Any:
+        # Bound methods are made anew at each look: their function tells which one it is.
+        assert f.__name__ != "rhs", "the right-hand side has formulas"
+        return central(f, y)
+
+    central = sensitivity._differences
+    monkeypatch.setattr(sensitivity, "_differences", differences)
+    found = model.sensitivities(asked, stop_time=0.5, intervals=10)
+    for parameter in asked:
+        for name in ("revA.phi", "revD.w", "revC.frame_a.f[1]"):
+            size = max(1.0, np.max(np.abs(same[name, parameter])))
+            assert np.max(np.abs(found[name, parameter] - same[name, parameter])) < 1e-6 * size
 
 
 def test_of_a_model_with_events_come_from_runs() -> None:

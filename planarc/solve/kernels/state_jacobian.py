@@ -5,7 +5,8 @@ Out:  d(derivative of state i)/d(state j)
 
 The motions of all values are the unknowns; their equations are known but for those of
 the states, which depend on the choice of states and are put in here: state j moves by
-one, and all others stand. Small systems are solved as full matrices, others by SuperLU.
+one, and all others stand. Small systems are solved as full matrices, others by SuperLU:
+from some size on, full ones would wake the threads of BLAS, which costs more than the work.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     Matrix = NDArray[np.float64]
 
 #: Up to so many unknowns a full matrix is quicker.
-LARGEST_FULL = 150
+LARGEST_FULL = 40
 
 
 class StateJacobian:
@@ -49,6 +50,9 @@ class StateJacobian:
         own = self._equations + np.arange(len(selection))
         self._all_rows = np.concatenate([self._rows, own])
         self._all_columns = np.concatenate([self._columns, self._states])
+        self._order = np.lexsort((self._all_rows, self._all_columns))
+        ends = np.searchsorted(self._all_columns[self._order], np.arange(self._size + 1))
+        self._pattern = self._all_rows[self._order].astype(np.int32), ends.astype(np.int32)
         self._right = np.zeros((self._size, len(selection)))
         self._right[own, np.arange(len(selection))] = 1.0
 
@@ -79,8 +83,8 @@ class StateJacobian:
         from scipy.sparse import csc_matrix
         from scipy.sparse.linalg import splu
 
-        places = (self._all_rows, self._all_columns)
-        sparse = csc_matrix((filled, places), shape=(self._size, self._size))
+        shape = (self._size, self._size)
+        sparse = csc_matrix((filled[self._order], *self._pattern), shape=shape)
         try:
             solved: Matrix = splu(sparse).solve(self._right)
         except RuntimeError:  # exactly singular
