@@ -19,7 +19,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.expr import Expr
+from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flat import Base, Variability
 from planarc.ir.flatwalk import variables_of_target
 from planarc.lower.scalar import lower_expression
@@ -28,6 +28,7 @@ from planarc.lower.values import (
     Tensor,
     Text,
     Value,
+    each,
     elements,
     fixed_dims,
     scalar_names,
@@ -147,11 +148,22 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
             value: Value = Text(("",)) if v.type.base is Base.STRING else _default(model, v)
         else:
             value = lower_expression(scope, given)
+            if v.attributes.fixed is not None:  # maybe found at the start
+                value = _at_start(model, value)
         if v.type.base is Base.STRING:
             model.values[v.name] = value
             continue
         result.extend(_enter(model, v, _spread(value, v)))
     return result
+
+
+def _at_start(model: Model, value: Value) -> Value:
+    """The value where time is that of the start."""
+    table = model.table
+    if isinstance(value, Text):
+        return value
+    put_in = Substitution(table, {table.time: table.symbol(dae.START_TIME)})
+    return each(lambda e: put_in(e) if isinstance(e, Expr) else e, value)
 
 
 def _default(model: Model, v: flat.Variable) -> Value:

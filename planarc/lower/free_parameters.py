@@ -4,7 +4,7 @@ In:   flat.FlatModel
 Out:  flat.FlatModel   without parameters that have `fixed = false`
 
 One that an initial equation gives as an expression of other parameters is bound to
-it, and stays a parameter. Others become unknowns, and so does what is computed from
+it, and stays a parameter; `time` in it is the time of the start. Others become unknowns, and so does what is computed from
 them, its binding an equation. A Boolean, Integer or enumeration is set at the start.
 
 Example:
@@ -136,20 +136,14 @@ def _is_whole(e: flat.Reference, free: set[str]) -> bool:
 
 
 def _is_known(e: flat.Expression, known: set[str]) -> bool:
-    """Whether an expression is one of known parameters."""
+    """Whether an expression is one of known parameters, and perhaps of the start time."""
     names = {n.name for n in nodes_of((e,)) if isinstance(n, flat.Reference)}
     iterators = {name for n in nodes_of((e,)) for name in _iterators(n)}
-    return names - iterators <= known and not _reads_time(e)
+    return names - iterators <= known
 
 
 def _iterators(e: flat.Expression) -> tuple[str, ...]:
     return tuple(n for n, _ in e.iterators) if isinstance(e, flat.Comprehension) else ()
-
-
-def _reads_time(expression: flat.Expression) -> bool:
-    return any(
-        isinstance(e, flat.Builtin) and e.function == "time" for e in nodes_of((expression,))
-    )
 
 
 def _is_free(v: flat.Variable) -> bool:

@@ -52,7 +52,8 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
     initial, discretes = _start_discretes(model, initial, classified.discretes)
-    start_time = _start_time(model, source.experiment.start, discretes)
+    values = [v.start for v in discretes] + [p.value for p in classified.parameters]
+    start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
     return dae.Dae(
         name=source.name,
@@ -152,11 +153,11 @@ def _freeze(model: Model, parameters: Sequence[dae.Parameter]) -> Iterator[dae.P
 
 
 def _start_time(
-    model: Model, default: float, discretes: Sequence[dae.Variable]
+    model: Model, default: float, values: Sequence[Expr | None]
 ) -> tuple[dae.Parameter, ...]:
-    """The parameter `$start`, where a start value depends on it."""
+    """The parameter `$start`, where a start value or another parameter depends on it."""
     symbol = model.table.symbol(dae.START_TIME)
-    if not any(v.start is not None and symbol in symbols(v.start) for v in discretes):
+    if symbol not in symbols(*(v for v in values if v is not None)):
         return ()
     value = model.table.const(default)
     return (dae.Parameter(dae.START_TIME, dae.Kind.REAL, value, settable=True, protected=True),)

@@ -159,3 +159,27 @@ end M;
     t = result.time
     expected = np.exp(-0.4 * t) * (np.cos(w * t) + 0.4 / w * np.sin(w * t))
     assert result["x"] == pytest.approx(expected, abs=1e-7)
+
+
+@pytest.mark.parametrize("begin", [0.0, 1.25])
+def test_a_parameter_that_is_the_start_time_can_rule_a_sampler(
+    begin: float, backend: Backend
+) -> None:
+    text = """
+model M
+  parameter Real f = 4, t0(fixed = false);
+  final parameter Real first = t0 + 1/f;
+  Integer n(start = 0, fixed = true);
+initial equation
+  t0 = time;
+equation
+  when sample(first, 1/f) then
+    n = pre(n) + 1;
+  end when;
+end M;
+"""
+    options = RunOptions(start=begin, stop=begin + 1.1, backend=backend)
+    result = compiler.run(compiler.compile_model(Request(text=text), backend), options)
+    assert result["t0"] == pytest.approx(begin)
+    assert [e.time for e in result.events] == pytest.approx([begin + k / 4 for k in range(1, 5)])
+    assert result["n"][-1] == 4
