@@ -21,7 +21,7 @@ IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
 
 LARGEST = 2**63 - 1  # Integer
 MAX_TEXT = 1_000_000  # letters
-MAX_ENTRIES = 10_000_000  # of one array
+MAX_ENTRIES = 4_000_000  # of one array
 MAX_PRODUCTS = 10_000_000  # of one product of matrices
 
 

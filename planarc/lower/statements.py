@@ -28,7 +28,7 @@ from planarc.lower.assignment import store, zero_of
 from planarc.lower.scope import Scope
 from planarc.lower.values import Text, Value, elements, expr, fixed_dims, shape_of
 
-MAX_TURNS = 100_000  # of all loops of one call whose conditions are known
+MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
 MAX_WAYS = 1_000  # ways through one call
 MAX_ENTRIES = 1_000_000  # of one array
 
