@@ -98,6 +98,7 @@ class _Section(Runner):
 
     into: Lowered = field(default_factory=Lowered)
     origin: flat.EquationNode | None = None
+    asserted: list[dae.Assertion] = field(default_factory=list)  # by the present when-branch
 
     def when(self, s: flat.WhenStatement) -> None:
         if self.path is not None:
@@ -112,6 +113,9 @@ class _Section(Runner):
         scope = replace(self.scope, at_event=True)
         inner = _Section(scope, self.label, self.span, values=dict(self.values))
         plain = assigned_names(body)
+        for name in plain:  # what is not assigned on every way keeps its value
+            if name not in inner.values:
+                inner.values[name] = _before(self.scope.model, name, {}, self.span)
         for s in body:
             match s:
                 case flat.Reinit():
@@ -120,11 +124,25 @@ class _Section(Runner):
                     yield inner.message_action(s)
                 case _:
                     inner.run_body([s])
+        yield from inner.asserted
         model = self.scope.model
         for name in plain:
             symbols, values = elements(model.values[name]), elements(inner.values[name])
-            for symbol, value in zip(symbols, values, strict=True):
-                yield equations.set_discrete(expr(symbol), expr(value), self.span)
+            for symbol, value in zip(map(expr, symbols), map(expr, values), strict=True):
+                if value is not model.table.pre(symbol.name):
+                    yield equations.set_discrete(symbol, value, self.span)
+
+    def check(self, s: flat.Assert) -> None:
+        if not self.scope.at_event:
+            super().check(s)
+            return
+        action = self.message_action(s)
+        assert isinstance(action, dae.Assertion)
+        if self.path is not None:
+            table = self.scope.table
+            unless = table.or_(table.not_(self.path), action.condition)
+            action = replace(action, condition=unless)
+        self.asserted.append(action)
 
     def message_action(self, s: flat.Terminate | flat.Assert) -> dae.Action:
         text = self.value(s.message)
@@ -135,4 +153,8 @@ class _Section(Runner):
         return dae.Assertion(condition, message, s.warning, s.component, s.span)
 
 
-_Section.handlers = {**Runner.handlers, flat.WhenStatement: _Section.when}
+_Section.handlers = {
+    **Runner.handlers,
+    flat.WhenStatement: _Section.when,
+    flat.Assert: _Section.check,
+}

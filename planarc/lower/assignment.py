@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import flat
-from planarc.ir.expr import Exprs
+from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import Struct, Tensor, Value, elements, expr, fixed_dims, stack
@@ -107,8 +107,10 @@ def assigned(
         at = scalar.lower_expression(scope, first)
         many = isinstance(at, Tensor)
         numbers = [expr(p) for p in elements(at)]
+        if not many and not numbers[0].is_const:
+            return _assigned_somewhere(scope, old, numbers[0], rest, value, span)
         if not all(n.is_const for n in numbers):
-            raise unsupported("an assignment to an entry that is chosen while running", span)
+            raise unsupported("an assignment to entries that are chosen while running", span)
         positions = [int(n.data) - 1 for n in numbers]
     values = value.rows() if many and isinstance(value, Tensor) else (value,) * len(positions)
     items = list(old.items)
@@ -119,3 +121,20 @@ def assigned(
         new = assigned(scope, row if row.shape else row.items[0], rest, entry, span)
         items[position * size : (position + 1) * size] = elements(new)
     return Tensor(old.shape, tuple(items))
+
+
+def _assigned_somewhere(
+    scope: Scope,
+    old: Tensor,
+    place: Expr,
+    rest: tuple[flat.Expression, ...],
+    value: Value,
+    span: Span,
+) -> Value:
+    """Each row is the new one where the place, known only while running, is its number."""
+    rows = []
+    for number, row in enumerate(old.rows(), start=1):
+        here = scope.table.equal(place, scope.table.const(number))
+        new = assigned(scope, row, rest, value, span)
+        rows.append(scalar.choose(scope, here, new, row, span))
+    return stack(rows, old.shape[1:])

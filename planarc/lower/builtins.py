@@ -74,13 +74,14 @@ def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 
 
 def _edge(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    """The present value and the variable itself are given."""
     t = scope.table
-    return each(lambda e: t.and_(e, t.not_(expr(_pre(scope, (e,), span)))), a[0])
+    return each(lambda e, v: t.and_(e, t.not_(expr(_pre(scope, (v,), span)))), *a)
 
 
 def _change(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     t = scope.table
-    return each(lambda e: t.not_(t.equal(e, expr(_pre(scope, (e,), span)))), a[0])
+    return each(lambda e, v: t.not_(t.equal(e, expr(_pre(scope, (v,), span)))), *a)
 
 
 def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
