@@ -28,6 +28,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import INITIAL, TERMINAL, Assertion, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Kernel, Let, Program
+from planarc.solve import failure
 from planarc.solve.instants import time_functions
 from planarc.solve.values import Reader, text_of
 
@@ -49,6 +50,7 @@ class Processed:
     y: list[float]
     ended: Diagnostic | None = None
     warnings: list[Diagnostic] = field(default_factory=list)
+    reset: list[str] = field(default_factory=list)  # the states that `reinit` set
 
 
 class Events:
@@ -413,8 +415,10 @@ class Events:
                         action.span,
                         Severity.NOTE,
                     )
+        names = {k: slot for slot, k in states.items()}
         for index, value in moved:
             done.y[index] = value
+            done.reset += [c.display for c in self.program.candidates if c.slot == names[index]]
         return bool(moved)
 
     def _assertion(self, t: float, action: Assertion, read: Reader, done: Processed) -> None:
@@ -455,17 +459,7 @@ class Events:
         )
 
     def _failed(self, t: float, done: Processed) -> Processed:
-        block = self.kernel.failed_block
-        where = f" of block {block + 1}" if block >= 0 else ""
-        info = None
-        if 0 <= block < len(self.program.blocks) and self.program.blocks[block].equations:
-            info = self.program.equations[self.program.blocks[block].equations[0]]
-            where = f" (`{info.text}`)"
-        done.ended = Diagnostic(
-            "R422",
-            f"the equations{where} could not be solved at the event at t = {t:.6g} s",
-            info.span if info else None,
-        )
+        done.ended = failure.at_event(self.program, self.kernel, t, done.reset)
         return done
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:

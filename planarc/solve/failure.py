@@ -49,9 +49,10 @@ def stopped(
             "number, beyond this time",
             related=_related(program, kernel, t, block),
         )
-    stretched = _stretched(program, kernel) if block < 0 or _on_top(program, block) else -1
-    if stretched >= 0 and (flag != 0 or cause is Cause.BLOCK):
-        return _block(program, kernel, t, stretched)
+    if flag != 0 or cause in _STRETCHING:
+        stretched = _stretched(program, kernel, run.selection)
+        if stretched >= 0 and (block < 0 or _on_top(program, block) or flag == 0):
+            return _block(program, kernel, t, stretched)
     if 0 <= block < len(program.blocks) and (flag != 0 or cause is Cause.BLOCK):
         return _block(program, kernel, t, block)
     names = [program.candidates[i].display for i in run.selection]
@@ -68,8 +69,12 @@ def _on_top(program: Program, block: int) -> bool:
     return block < len(program.blocks) and program.blocks[block].height == 0
 
 
-def _stretched(program: Program, kernel: Kernel) -> int:
-    """A block of constraints that hardly depend on each other's unknowns, or -1.
+#: What becomes of an integrator where unknowns are hardly determined any more.
+_STRETCHING = (Cause.BLOCK, Cause.CONVERGENCE, Cause.ERROR_TEST)
+
+
+def _stretched(program: Program, kernel: Kernel, selection: Sequence[int]) -> int:
+    """A block of constraints that hardly determine their unknowns, or -1.
 
     In such a position accelerations and forces have no value, and the block of these is
     the one that fails; what the user can do something about is the mechanism.
@@ -80,8 +85,9 @@ def _stretched(program: Program, kernel: Kernel) -> int:
         if block.height > 0 and block.residuals:
             g = np.array(kernel.jacobian(i), dtype=float)
             if np.all(np.isfinite(g)):
-                sizes = np.linalg.svd(g, compute_uv=False)
-                if sizes[-1] < 1e-2 * sizes[0]:
+                solved = [j for j in range(len(block.tears)) if block.first + j not in selection]
+                least = np.linalg.svd(g[:, solved], compute_uv=False)[-1]
+                if least < 1e-2 * np.linalg.svd(g, compute_uv=False)[0]:
                     return i
     return -1
 
@@ -123,6 +129,36 @@ def _told(value: float, info: EquationInfo) -> str:
     if math.isfinite(value):
         return f"`{info.text}` is off by {value:.3g}"
     return f"`{info.text}` is one of them"
+
+
+def at_event(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
+    """The equations have no solution with what an event changed; `reset` are the variables
+    that a `reinit` set there."""
+    block = kernel.failed_block
+    if block < 0:
+        bad = trouble.first_not_finite(program, kernel)
+        if bad is not None:
+            return _not_finite(bad, t)
+        return Diagnostic(
+            "R421",
+            f"at t = {t:.6g} s {trouble.without_value(program, kernel)} has no finite value",
+            hint="look for a division by something that vanishes",
+        )
+    infos = [program.equations[e] for e in program.blocks[block].equations]
+    names = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
+    message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
+    message += "be solved"
+    hint = "the mechanism may be stretched or jammed here: look at its position at this time"
+    if reset:
+        message += f" with what `reinit` gives to {trouble.names(reset)}"
+        hint = "reinit to a value that the closed loops allow, near to the one before"
+    return Diagnostic(
+        "R422",
+        message,
+        infos[0].span if infos else None,
+        hint=hint,
+        related=tuple(Related(f"`{i.text}` is one of them", i.span) for i in infos[:3]),
+    )
 
 
 def chattering(program: Program, t: float, often: Sequence[tuple[str, int]]) -> Diagnostic:

@@ -85,6 +85,8 @@ class Selector:
         paced = sum(len(program.blocks[i].tears) for i in self._paced)
         self.outlook = Outlook(program, kernel, slots, paced, self._sensitivities)
         self.watch = self.outlook.watch
+        #: Blocks whose motion is given, with the velocities seen at the last look.
+        self._driven: dict[int, list[float]] = {i: [] for i in self.open if self._is_driven(i)}
         #: The last look found the choice so bad that what followed from it may be wrong.
         self.overdue = False
 
@@ -144,7 +146,37 @@ class Selector:
             worst = max(worst, size)
         bound = WORST if worst <= WORST else GROWN * worst
         self.outlook.plan(worst, bound, changed, self.paces())
+        for i in self._driven:
+            self._driven[i] = self._speeds(i)
         return changed, lost
+
+    def _is_driven(self, i: int) -> bool:
+        """Whether the velocities of a block are determined: it moves as it is driven."""
+        program = self._program
+        homes = {c.slot: c.block for c in program.candidates}
+        block = program.blocks[i]
+        rates = [c.derivative for c in program.candidates[block.first :][: len(block.tears)]]
+        return block.height > 1 and all(
+            program.blocks[homes[r]].free == 0 for r in rates if r in homes
+        )
+
+    def _speeds(self, i: int) -> list[float]:
+        block, w = self._program.blocks[i], self._kernel.w
+        own = self._program.candidates[block.first :][: len(block.tears)]
+        return [abs(float(w[c.derivative])) for c in own]
+
+    def _jams(self, i: int, taker: int, state: int) -> bool:
+        """Whether a driven mechanism is about to jam.
+
+        Towards a dead centre of its state that one slows down; where a drive comes to the
+        end of a mechanism's reach the others become ever faster. No choice of states helps
+        there, and one of those would even come back from beyond.
+        """
+        before = self._driven.get(i)
+        if not before:
+            return False
+        now = self._speeds(i)
+        return now[taker] * now[state] > before[taker] * before[state]
 
     def paces(self) -> list[tuple[int, float]]:
         """Velocities in the measure of the sensitivities, the states' first, of each block."""
@@ -238,6 +270,8 @@ class Selector:
             if weighed <= worst and not (
                 largest(x, movable)[0] > worst and self.outlook.heads_for_dead_centre()
             ):
+                break
+            if self._jams(i, out[r], free[c]):
                 break
             out[r] = free[c]
             changed = True
