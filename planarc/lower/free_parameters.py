@@ -4,8 +4,9 @@ In:   flat.FlatModel
 Out:  flat.FlatModel   without parameters that have `fixed = false`
 
 One that an initial equation gives as an expression of other parameters is bound to
-it, and stays a parameter; `time` in it is the time of the start. Others become unknowns, and so does what is computed from
-them, its binding an equation. A Boolean, Integer or enumeration is set at the start.
+it, and stays a parameter; `time` in it is the time of the start. Others become unknowns,
+and so does what is computed from them, its binding an equation. A Boolean, Integer or
+enumeration is set at the start.
 
 Example:
 
