@@ -228,7 +228,7 @@ BARS = (
     Bar("check of the four-bar, edited", "s", 0.4, lambda: seconds(checks(True))),
     Bar("four-bar, empty caches", "s", 2.5, lambda: seconds(fresh("--no-report"))),
     Bar("four-bar, warm caches", "s", 0.6, lambda: seconds(warm("--no-report"))),
-    Bar("four-bar, warm caches, with page", "s", None, lambda: seconds(warm())),
+    Bar("four-bar, warm caches, with page", "s", 1.0, lambda: seconds(warm())),
     Bar("four-bar again in one process, native", "ms", 10.0, lambda: 1e3 * again("native")),
     Bar("four-bar again in one process, numpy", "ms", None, lambda: 1e3 * again("numpy")),
     Bar("four-bar again, model.simulate", "ms", 8.0, lambda: 1e3 * from_python()),
