@@ -14,6 +14,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.constant import NotConstant, Value
 from planarc.ir import flat
+from planarc.ir.expr import FUNCTIONS as ELEMENTARY
 
 #: operators that give their (first) argument when nothing changes in time
 IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
@@ -212,10 +213,6 @@ def _rem(a: Any, b: Any) -> Value:
     return a - math.trunc(a / b) * b  # type: ignore[no-any-return]
 
 
-def _sign(x: Any) -> Value:
-    return int(x > 0) - int(x < 0)
-
-
 def _min(*values: Any) -> Value:
     return min(flat_values(list(values)))  # type: ignore[no-any-return]
 
@@ -275,23 +272,10 @@ def _outer(a: Any, b: Any) -> Value:
     return [[x * y for y in b] for x in a]
 
 
+#: Functions of scalars, entry by entry over arrays: those of the expression tree, but whole
+#: numbers stay Integers, and `min` and `max` look at all entries.
 SCALAR: dict[str, Callable[..., Any]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "exp": math.exp,
-    "log": math.log,
-    "log10": math.log10,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "sign": _sign,
+    **{name: f for name, f in ELEMENTARY.items() if name not in ("min", "max")},
     "div": _div,
     "mod": _mod,
     "rem": _rem,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten import (
     evaluator,
@@ -35,6 +36,8 @@ class Signature:
 
     def result_type(self, output: int, arguments: list[flat.Expression], span: Span) -> flat.Type:
         """The type of a result; sizes that depend on the arguments are computed."""
+        if output >= len(self.outputs):
+            raise error("F290", f"`{self.name}` has no result", span)
         variable = self.outputs[output]
         if None not in variable.type.dims:
             return variable.type
