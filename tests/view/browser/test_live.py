@@ -237,6 +237,8 @@ def test_an_edited_file_is_followed(
     four_bar.file.write_text(text.replace("connect(revA", "conect(revA", 1), "utf-8")
     page.wait_for_selector("#notes pre")
     assert "four_bar.pmo" in page.locator("#notes pre").first.inner_text()
+    # However long its lines are, the message does not widen the page.
+    assert page.evaluate("document.documentElement.scrollWidth") <= DESKTOP[0]
     screenshot(page, "live-broken-file")
     four_bar.file.write_text(text, "utf-8")
     until(page, "!document.querySelector('#notes pre')")
