@@ -31,6 +31,7 @@ KEYS = [
     "rows",
     "output",
     "report",
+    "mechanism",
     "diagnostics",
 ]
 DECAY = """model Decay "Falls to nothing"
