@@ -11,6 +11,7 @@ Reference: Modelica Language Specification 3.6, sections 6.4 and 6.5.
 
 from __future__ import annotations
 
+from planarc.core.diagnostic import PlanarcError
 from planarc.flatten import inherit, lookup
 from planarc.flatten.conform import base_conforms, type_text
 from planarc.flatten.tree import Class, Layout
@@ -34,7 +35,7 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
         if definition.prefixes.protected or wanted.parts[index].protected:
             continue
         if name in own.members:
-            reason = _member_obstacle(name, own, wanted)
+            reason = _member_obstacle(name, own, wanted) or _type_obstacle(name, cls, constraint)
             if reason is not None:
                 return reason
         elif lookup.member(lookup.static_instance(cls), name) is None:
@@ -61,3 +62,25 @@ def _member_obstacle(name: str, own: Layout, wanted: Layout) -> str | None:
         kinds = "a class" if isinstance(first, syntax.ClassDef) else "a component"
         return f"its `{name}` is {kinds}"
     return None
+
+
+def _type_obstacle(name: str, cls: Class, constraint: Class) -> str | None:
+    """Variables of built-in types have the same type; an Integer may stand for a Real."""
+    own, wanted = _builtin_of(name, cls), _builtin_of(name, constraint)
+    if own is None or wanted is None or base_conforms(wanted, own):
+        return None
+    return f"its `{name}` is {type_text(own)}, not {type_text(wanted)}"
+
+
+def _builtin_of(name: str, cls: Class) -> flat.Type | None:
+    """The built-in type of a member; None when it has none, or that is not clear yet."""
+    element = lookup.member(lookup.static_instance(cls), name)
+    if element is None or not isinstance(element.definition, syntax.Component):
+        return None
+    if element.mod.redeclaration is not None:
+        return None
+    try:
+        found = lookup.find_class(element.scope, element.definition.type)
+    except PlanarcError:
+        return None
+    return inherit.layout_of(found).builtin
