@@ -32,7 +32,11 @@ Builtin = Callable[[Scope, tuple[Value, ...], Span], Value]
 def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) -> Value:
     """The value of a built-in function of already lowered arguments."""
     if function in _BUILTINS:
-        return _BUILTINS[function](scope, arguments, span)
+        try:
+            return _BUILTINS[function](scope, arguments, span)
+        except (IndexError, ValueError):  # sizes that are known only now
+            what = f"`{function}` cannot take arguments of these sizes"
+            raise error("L314", what, span) from None
     if function in FUNCTIONS:
         table = scope.table
         return each(lambda *a: table.call(function, *a), *arguments)
@@ -206,10 +210,7 @@ def _matrix(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
 
 def _cat(_scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     dimension = _integer(expr(a[0]), span)
-    try:
-        return concatenate(dimension, a[1:])
-    except ValueError:
-        raise error("L314", "the arrays joined here do not fit together", span) from None
+    return concatenate(dimension, a[1:])
 
 
 def concatenate(dimension: int, values: tuple[Value, ...]) -> Value:
