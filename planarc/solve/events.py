@@ -38,6 +38,9 @@ MOST_ITERATIONS = 100
 MOST_SEARCHED = 10
 #: A zero function below this part of its largest value has no sign.
 NOISE = 1e-14
+#: Instants of crossings are found so exactly that a function is this part of its largest
+#: value there, at most.
+NEAR = 1e-9
 #: One that was never above this is zero by its equations; what is seen of it are rounding
 #: errors (the torque limit of an open clutch).
 SILENCE = 1e-12
@@ -281,11 +284,15 @@ class Events:
         restless: Sequence[int],
         before: tuple[float, ...],
     ) -> bool:
-        """Try all truths of the restless relations until one agrees with its own equations."""
+        """Try all truths of the restless relations until one agrees with its own equations.
+
+        Where none does to rounding, one counts that does as exactly as instants are found.
+        """
         w, relations = self.kernel.w, self.program.relations
         slots = [relations[i].slot for i in restless[:MOST_SEARCHED]]
         present = [w[s] for s in slots]
-        for flips in sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n)):
+        choices = sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n))
+        for flips, near in ((f, near) for near in (0.0, NEAR) for f in choices):
             for k, (slot, value) in enumerate(zip(slots, present, strict=True)):
                 w[slot] = 1.0 - value if flips >> k & 1 else value
             for _ in range(MOST_ITERATIONS):  # discrete equations follow the truths
@@ -294,11 +301,20 @@ class Events:
                     done.ended = None  # no solution here; another choice may have one
                     break
                 if self._snapshot() == discrete:
+                    self._hold_near(held, bound, near)
                     if not self._take_signs(held, bound, False):
                         return True
                     break
         done.ended = self._endless(t, before)
         return False
+
+    def _hold_near(self, held: dict[int, bool], bound: dict[int, float], near: float) -> None:
+        """Relations that are as good as zero keep their truth."""
+        for i, relation in enumerate(self.program.relations):
+            size = abs(self._g[i])
+            if size <= near * max(1.0, self._largest[i]) and not relation.time_only:
+                held[i] = self.kernel.w[relation.slot] != 0
+                bound[i] = 2 * size
 
     def _take_signs(
         self, held: dict[int, bool], bound: dict[int, float], careful: bool
