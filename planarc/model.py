@@ -228,8 +228,9 @@ class Model:
         if not inputs:
             return kernel
         from planarc.signals import ForcedKernel, read_signal
+        from planarc.values import by_name
 
-        program = self.program
+        program, inputs = self.program, by_name(inputs)
         for name in inputs:
             if name not in program.inputs:
                 raise unknown_name("input", name, program.inputs)

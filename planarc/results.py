@@ -201,6 +201,10 @@ class Result:
         if variables is not None:
             names = "|".join(re.escape(n) for n in self.select(variables))
             only = re.compile(rf"\A(?:{names})\Z")
+        if path.is_dir():
+            raise UsageError(
+                Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
+            )
         if path.suffix.lower() != suffix:
             path = path.with_name(path.name + suffix)
         write_table(path, self.rows, only, units)
@@ -208,7 +212,7 @@ class Result:
 
     # Pictures
 
-    def plot(self, *names: str, x: str = "time", axes: Any = None) -> Any:
+    def plot(self, *names: str | Sequence[str], x: str = "time", axes: Any = None) -> Any:
         """Curves against time or another variable, by matplotlib; gives the axes.
 
         Variables of one unit share a panel; of several units come several axes, one below
@@ -217,13 +221,18 @@ class Result:
         """
         from planarc.view.picture import chart
 
-        if not names:
+        asked = tuple(
+            name
+            for given in names
+            for name in (given if isinstance(given, list | tuple) else (given,))
+        )
+        if not asked:
             from planarc.view.report.figures import shown_names
 
-            names = shown_names(self.rows)
+            asked = shown_names(self.rows)
         table = chart.table_of(self.rows)
-        chart.check_names(table, (*names, x))
-        panels = chart.panels_of(table, names) if axes is None else [names]
+        chart.check_names(table, (*asked, x))
+        panels = chart.panels_of(table, asked) if axes is None else [asked]
         if axes is None:
             pyplot = need("matplotlib.pyplot", chart.EXTRA)
             size = (6.4, 1.2 + 3.0 * len(panels))

@@ -24,7 +24,7 @@ from planarc.core.options import RunOptions
 from planarc.design import Point, grid
 from planarc.metric import Metric, read_metric
 from planarc.table import Failure, Study
-from planarc.values import Value, parameter_values, start_values
+from planarc.values import Value, finite, parameter_values, start_values
 from planarc.workers import Outcome, Payload, Task, outcomes_of
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def sweep(
     in a process of its own (with `workers=1` there is none).
     Raises UsageError for names that are not there and for structural parameters.
     """
+    limit = _asked(model, client, limit)
     table = _points(points)
     options = RunOptions(
         stop=stop_time,
@@ -100,6 +101,32 @@ def sweep(
         if book:
             book.close()
     return _study(table, done, payload)
+
+
+def _asked(model: Model, client: Any, limit: Any) -> float:
+    """The limit in seconds. What is of a wrong kind is told before anything runs."""
+    from planarc.model import Model
+
+    if not isinstance(model, Model):
+        raise UsageError(
+            Diagnostic(
+                "C230",
+                f"a study needs a model, not {type(model).__name__}",
+                hint="load it: planarc.load(...)",
+            )
+        )
+    if client is not None and not (hasattr(client, "submit") and hasattr(client, "scatter")):
+        raise UsageError(
+            Diagnostic(
+                "C230",
+                f"`client` is a client of Dask, not {type(client).__name__}",
+                hint="write client=distributed.Client(...)",
+            )
+        )
+    seconds = finite("limit", limit)
+    if seconds <= 0:
+        raise UsageError(Diagnostic("C230", f"the limit is above 0 s, not {seconds:g} s"))
+    return seconds
 
 
 def _points(points: Any) -> list[dict[str, Any]]:

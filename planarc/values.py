@@ -38,7 +38,7 @@ def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[st
     known |= {c.name: c for c in program.candidates if c.name not in known}  # type: ignore[misc]
     plain = {
         n.removesuffix(_START) if isinstance(n, str) and n not in known else n: v
-        for n, v in _mapping(given).items()
+        for n, v in by_name(given).items()
     }
     return {n: _number(n, v, ()) for n, v in _scalars(plain, known, "variable", program)}
 
@@ -48,7 +48,8 @@ def finite(name: str, value: Any) -> float:
     return _number(name, value, ())
 
 
-def _mapping(given: Any) -> Mapping[str, Any]:
+def by_name(given: Any) -> Mapping[str, Any]:
+    """What is given as a mapping, or UsageError."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
@@ -65,7 +66,7 @@ def _mapping(given: Any) -> Mapping[str, Any]:
 def _scalars(
     given: Mapping[str, Value] | None, known: Mapping[str, Any], kind: str, program: Program
 ) -> Iterable[tuple[str, Any]]:
-    for name, value in _mapping(given).items():
+    for name, value in by_name(given).items():
         if name in known:
             if _is_sequence(value) and getattr(value, "shape", None) != ():
                 raise _shape(name, "one number", value)

@@ -129,11 +129,24 @@ class Linearization:
         motion = self.motion(mode, amplitude)
         return motion.animate() if path is None else motion.animate(path, **picture)
 
+    def _mode(self, number: int) -> Mode:
+        modes = self.modes
+        if isinstance(number, int) and -len(modes) <= number < len(modes):
+            return modes[number]
+        raise UsageError(
+            Diagnostic(
+                "C245",
+                f"there is no mode {number!r}: the linear model has {len(modes)}",
+                hint="give one of `modes`, or its number, beginning at 0",
+            )
+        )
+
     def motion(self, mode: Mode | int, amplitude: float = 0.2, rows: int = 60) -> Result:
         """Three periods of a mode, undamped, as a result: small deviations, drawn large."""
         import numpy as np
 
-        mode = self.modes[mode] if isinstance(mode, int) else mode
+        mode = mode if isinstance(mode, Mode) else self._mode(mode)
+        amplitude = finite("amplitude", amplitude)
         shape = np.array([mode.shape[n] for n in self.states])
         angles = np.linspace(0, 6 * math.pi, 3 * rows + 1)
         return _frames(self.point, mode.natural_frequency or 1.0, angles, amplitude * shape)

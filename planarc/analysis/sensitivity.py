@@ -88,7 +88,7 @@ class Sensitivities:
 
 def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) -> Sensitivities:
     """See `Model.sensitivities`."""
-    names = (parameters,) if isinstance(parameters, str) else tuple(parameters)
+    names = (parameters,) if isinstance(parameters, str) else tuple(parameters or ())
     if not names:
         raise UsageError(Diagnostic("C244", "no parameter is named"))
     values = _present(model, names, options)

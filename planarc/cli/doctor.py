@@ -24,6 +24,8 @@ CHOSEN = {
     "imageio-ffmpeg": "films: install planarc[pictures]",
     "ipython": "notebooks: install planarc[notebook]",
     "pandas": "data frames: install planarc[tables]",
+    "xarray": "labelled arrays: install planarc[tables]",
+    "distributed": "studies on a cluster: install dask[distributed]",
 }
 
 #: A swing of small amplitude, and its closed form: phi = phi0*cos(sqrt(g/L)*t).

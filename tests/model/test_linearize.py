@@ -108,6 +108,16 @@ def test_the_shape_of_a_mode_moves(pendulum: Model, tmp_path: Path) -> None:
     assert "animateTransform" in picture.read_text("utf-8")
 
 
+def test_a_mode_that_is_not_there_is_refused(pendulum: Model) -> None:
+    linear = pendulum.linearize("equilibrium")
+    for mode in (1, -2, "first"):
+        with pytest.raises(UsageError, match="has 1"):
+            linear.motion(mode)  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="finite"):
+        linear.motion(0, amplitude=math.nan)
+    assert np.array_equal(linear.motion(-1)["hinge.phi"], linear.motion(0)["hinge.phi"])
+
+
 WRONG: list[tuple[Any, str]] = [
     ("rest", "equilibrium"),
     (-1.0, "before the start"),

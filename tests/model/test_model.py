@@ -123,6 +123,8 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("backwards", lambda m: m.simulate(-1), "before the start"),
     ("solver", lambda m: m.simulate(solver="cvode-bfd"), "did you mean `cvode-bdf`"),
     ("input", lambda m: m.simulate(inputs={"u": 1}), "no input `u`"),
+    ("inputs", lambda m: m.simulate(inputs=3), "given by name"),  # type: ignore[arg-type]
+    ("folder", lambda m: m.simulate(0).to_csv("."), "it is a folder"),
     ("result", lambda m: m.simulate(0)["hinge.fi"], "did you mean `hinge"),
     ("nothing", lambda m: planarc.load(3), "not int"),  # type: ignore[arg-type]
     ("file", lambda m: planarc.load("nowhere.pmo"), "no file `nowhere.pmo`"),

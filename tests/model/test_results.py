@@ -73,6 +73,8 @@ def test_curves_are_those_asked_for(result: Result) -> None:
     assert np.array_equal(axes.lines[0].get_ydata(), result["revD.phi"])
     assert axes.get_xlabel() == "revA.phi [rad]"
     assert len(result.plot().lines) == 4
+    listed = result.plot(["revA.phi", "revD.phi"])
+    assert len(listed.lines) == 2
     with pytest.raises(UsageError, match="no variable"):
         result.plot("revD.fi")
 

@@ -107,6 +107,7 @@ def test_tables_of_pandas(lag: Model) -> None:
 WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("name", lambda m: m.sensitivities(["TT"]), "no parameter"),
     ("none", lambda m: m.sensitivities([]), "no parameter is named"),
+    ("None", lambda m: m.sensitivities(None), "no parameter is named"),  # type: ignore[arg-type]
     ("array", lambda m: m.sensitivities(["c"]), "takes 2 numbers"),
     ("integer", lambda m: m.sensitivities(["n"]), "no derivative"),
     ("result", lambda m: m.sensitivities(["T"], stop_time=1)["z", "T"], "no variable"),

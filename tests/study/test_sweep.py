@@ -142,6 +142,10 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("no list", lambda m: planarc.sweep(m, {"k": 3}), "sequence"),  # type: ignore[dict-item]
     ("nothing", lambda m: planarc.sweep(m, 3), "not int"),  # type: ignore[arg-type]
     ("workers", lambda m: planarc.sweep(m, {"k": KS}, workers=0), "above 0"),
+    ("model", lambda m: planarc.sweep("m.pmo", {"k": [1.0]}), "not str"),  # type: ignore[arg-type]
+    ("client", lambda m: planarc.sweep(m, {"k": [1.0]}, client="tcp://a"), "not str"),
+    ("limit", lambda m: planarc.sweep(m, {"k": [1.0]}, limit="1 h"), "takes a number"),  # type: ignore[arg-type]
+    ("no limit", lambda m: planarc.sweep(m, {"k": [1.0]}, limit=0), "above 0"),
     ("range", lambda m: planarc.random({"k": (2, 1)}, 3), "low and high"),
     ("count", lambda m: planarc.latin_hypercube({"k": (1, 2)}, 0), "above 0"),
 ]

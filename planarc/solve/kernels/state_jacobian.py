@@ -76,10 +76,10 @@ class StateJacobian:
             matrix = np.zeros((self._size, self._size))
             matrix[self._all_rows, self._all_columns] = filled
             try:
-                full: Matrix = np.linalg.solve(matrix, self._right)
+                full: Any = np.linalg.solve(matrix, self._right)
             except np.linalg.LinAlgError:
                 return None
-            return full
+            return np.asarray(full, float)
         from scipy.sparse import csc_matrix
         from scipy.sparse.linalg import splu
 
