@@ -190,8 +190,8 @@ def test_bouncing_to_a_pile_of_events_keeps_the_rows(backend: str) -> None:
     first = np.sqrt(2 / 9.81)
     assert diagnostic.code == "R432"
     assert "`h <= 0`" in diagnostic.message
-    assert result.time[-1] == pytest.approx(first * (1 + 2 * 0.7 / 0.3), abs=1e-3)
-    assert result.events[0].time == pytest.approx(first, abs=1e-7)
+    assert result.time[-1] == pytest.approx(first * (1 + 2 * 0.7 / 0.3), abs=0.01)
+    assert result.events[0].time == pytest.approx(first, abs=1e-6)
     assert len(result.events) > 10
 
 
