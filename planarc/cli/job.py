@@ -16,7 +16,7 @@ from planarc.cli.files import Destinations, destinations
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting
-from planarc.cli.summary import details, summary
+from planarc.cli.summary import details, state_reasons, summary
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import RunOptions
 
@@ -159,7 +159,13 @@ def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None
     from planarc.view.report import write_report
     from planarc.view.scene import make_scene
 
-    rows = tuple(r for r in summary(result, {"total": 0.0}, False, ()) if r[0] != "time")
+    rows = []
+    for label, text in summary(result, {"total": 0.0}, False, ()):
+        if label != "time":
+            rows.append((label, text))
+        if label == "states" and (why := state_reasons(result)):
+            rows.append(("why these", why))
+    rows += [row for row in details(result) if row[0] == "calls"]
     insight = compiler.study(result, kernel)
     write_report(path, result, make_scene(result), rows, insight=insight)
 

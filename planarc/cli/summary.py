@@ -60,6 +60,21 @@ def states(choices: Sequence[StateChoice]) -> str:
     return "\n".join([f"chosen {len(choices)} times", *lines])
 
 
+def state_reasons(result: Result) -> str:
+    """Why these are the states: what the model says of them, among how many candidates."""
+    if not result.states:
+        return ""
+    select = {c.display: c.select for c in result.program.candidates}
+    chosen = [name for name in result.states[-1].states if name in select]
+    kinds = sorted({select[name] for name in chosen}, reverse=True)
+    said = [
+        f"StateSelect.{kind.name.lower()}: {_names([n for n in chosen if select[n] is kind])}"
+        for kind in kinds
+    ]
+    rule = "the best conditioned choice" if len(chosen) < len(select) else "all"
+    return "\n".join([*said, f"{rule} of {len(select)} candidates"])
+
+
 def start_values(held: Sequence[Held]) -> str:
     """What was held at the start, and how far guesses moved (farthest first)."""
     lines = []

@@ -36,3 +36,15 @@ def test_times_stand_in_their_order_with_the_total_first() -> None:
     seconds = {"recall": 0.001, "parse": 0.0125, "total": 0.0251}
     assert summary.times(seconds, False) == "25 ms in all: recall 1.0 ms, parse 12 ms"
     assert summary.times(seconds, True).startswith("25 ms in all (compiled before): ")
+
+
+def test_the_states_are_told_with_their_reason() -> None:
+    import planarc
+    from planarc.cli.summary import state_reasons
+
+    result = planarc.load("PlanarMultiBody.Examples.Loops.FourBar").simulate(0.1).rows
+    lines = state_reasons(result).splitlines()
+    assert lines[0] == "StateSelect.prefer: revA.phi, revA.w"
+    assert (
+        lines[-1] == f"the best conditioned choice of {len(result.program.candidates)} candidates"
+    )
