@@ -18,6 +18,7 @@ class Solver(StrEnum):
     CVODE_ADAMS = "cvode-adams"
     LSODA = "lsoda"
     SCIPY_BDF = "scipy-bdf"
+    IDA = "ida"
     EULER = "euler"
     RK4 = "rk4"
 

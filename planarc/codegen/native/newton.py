@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
-from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Number, Record
+from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
 from planarc.ir.newton import (
     AGREES,
     DEPENDENT,
@@ -80,6 +80,8 @@ def _start() -> str:
     top, below, moved = c.label(), c.label(), c.label()
     c.branch(b.below, below, top)
     c.begin(top)
+    with c.when(_is_open(b), leaves=True):
+        c.give()
     with c.loop(b.n) as i:
         b.x(i).store(b.accepted.load(REAL, b.first + i))
     c.give()
@@ -103,11 +105,16 @@ def _start() -> str:
     return c.text()
 
 
+def _is_open(b: _Block) -> Value:
+    """Whether nothing is to be solved, not even in the top level."""
+    return b.numbers.load(INT, Number.MODE).equals(Mode.RESIDUALS)
+
+
 def _step() -> str:
     c = Code("pc_step", FLAG, [(POINTER, "frame"), (POINTER, "record")])
     frame, record = c.arguments
     b = _Block(frame, record)
-    with c.when(b.below & (b.numbers.load(INT, Number.MODE) > 0), leaves=True):
+    with c.when((b.below & (b.numbers.load(INT, Number.MODE) > 0)) | _is_open(b), leaves=True):
         c.give(DONE)
 
     def position(k: Value) -> Value:
@@ -155,7 +162,7 @@ def _linear() -> str:
     b = _Block(frame, record)
     right = b.matrix.at(b.m * b.m)
     given = c.variable(0, INT)
-    with c.when(b.below):
+    with c.when(b.below | _is_open(b)):
         given.set(b.numbers.load(INT, Number.MODE))
         with c.when(given.get().equals(0)), c.loop(b.m) as k:
             b.x(b.solved.load(INT, k)).store(0.0)

@@ -18,6 +18,7 @@ from planarc.ir.history import History
 from planarc.ir.program import Addresses, Program
 from planarc.solve.kernels.engine import Engine
 from planarc.solve.kernels.failures import first_not_finite
+from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,6 +170,7 @@ class NativeKernel:
     def select(self, selection: Sequence[int]) -> None:
         program, numbers = self._program, self._numbers
         n = program.state_count
+        self._selection = tuple(selection)
         chosen = [program.candidates[i] for i in selection]
         first = Number.FIRST_STATE
         numbers[first : first + n] = [c.slot for c in chosen]
@@ -223,6 +225,28 @@ class NativeKernel:
 
     def discrete(self) -> int:
         return self._call_discrete(float(self.w[0]))
+
+    def unknowns(self) -> Unknowns:
+        """What `residual_form` takes as given besides the states."""
+        return find_unknowns(self._program, self._selection)
+
+    def residual_form(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> tuple[int, Any, Any]:
+        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
+        if unknowns.places is None:
+            unknowns.places = [
+                self._place.residuals(block) + i
+                for block, count in unknowns.residuals
+                for i in range(count)
+            ]
+        n, numbers = len(y), self._numbers
+        first = Number.FIRST_STATE
+        self.w[0] = t
+        self.w[numbers[first : first + n]] = y
+        self.w[unknowns.slots] = u
+        flag = self._evaluate(Mode.RESIDUALS)
+        return flag, self.w[numbers[first + n : first + 2 * n]], self._area[unknowns.places]
 
     # Below the protocol
 

@@ -91,7 +91,7 @@ class Block:
     def start(self, t: float) -> Sequence[float]:
         self.done = False
         self._count = 0
-        if not self._below:
+        if not self._below and not self.evaluating:
             self._x = list(self._accepted)
             return self._x
         w = self._w
@@ -107,10 +107,13 @@ class Block:
     def take(self, tears: Sequence[float]) -> Sequence[float]:
         """A linear block's tears from an elimination in a fixed order, to be checked."""
         self.done = False
-        return tears
+        return [self._w[s] for s in self.slots] if self.evaluating else tears
 
     def fits(self, residuals: Sequence[float], sizes: Sequence[float]) -> bool:
         """Whether the taken tears count; not when the matrix itself is asked for."""
+        if self.evaluating:
+            self.residuals = residuals
+            return True
         if self.matrix_asked:
             return False
         return all(abs(r) <= FITS * s for r, s in zip(residuals, sizes, strict=True))
@@ -119,7 +122,7 @@ class Block:
         """The tears of a linear block, from its residuals at zero and its matrix."""
         self.matrix = matrix
         self.done = True
-        if not self._below:
+        if not self._below and not self.evaluating:
             change = solve_linear(matrix, residuals)
             if change is None and self._modal:
                 kept = [-a for a in self._accepted]
@@ -145,10 +148,10 @@ class Block:
         self.residuals = residuals
         self.matrix = matrix
         solved = self._solved
+        if self.evaluating:
+            self.done = True
+            return self._x
         if self._below:
-            if self.evaluating:
-                self.done = True
-                return self._x
             matrix = [[row[j] for j in solved] for row in matrix]
         if self._count and not _norm(residuals, self._sizes) <= self._size_of_residuals:
             return self._halve()

@@ -16,6 +16,7 @@ from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedErr
 from planarc.solve.kernels.numpy_pair import PairBlock
 from planarc.solve.kernels.numpy_support import NAMESPACE
 from planarc.solve.kernels.state_jacobian import StateJacobian
+from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
 
 _FILE = "<planarc numpy>"
 _EQUATION = re.compile(r"# e(\d+)")
@@ -144,6 +145,26 @@ class NumpyKernel:
 
     def discrete(self) -> int:
         return self._run("discrete")[0]
+
+    def unknowns(self) -> Unknowns:
+        """What `residual_form` takes as given besides the states."""
+        return find_unknowns(self._program, self._selection)
+
+    def residual_form(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> tuple[int, Any, Any]:
+        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
+        for slot, value in zip(unknowns.slots, _floats(u), strict=True):
+            self.w[slot] = value
+        blocks = [self._blocks[i] for i, _ in unknowns.residuals]
+        for block in blocks:
+            block.evaluating = True
+        flag = self._run_levels(t, y)
+        for block in blocks:
+            block.evaluating = False
+        w = self.w
+        residuals = () if flag else [r for block in blocks for r in block.residuals]
+        return flag, [w[slot] for slot in self._derivative_slots], residuals
 
     # Below the protocol
 

@@ -42,7 +42,7 @@ class PairBlock(Block):
         return x
 
     def step(self, residuals: Sequence[float], matrix: Rows) -> Sequence[float]:
-        if self.evaluating and self._below:
+        if self.evaluating:
             return super().step(residuals, matrix)
         first, second = matrix
         i, j = self._solved

@@ -28,6 +28,10 @@ def make_integrator(
         method = "LSODA" if wanted is Solver.LSODA else "BDF"
         return ScipyIntegrator(kernel, states, settings, method), "asked for"
     try:
+        if wanted is Solver.IDA:
+            from planarc.solve.solvers.ida import IdaIntegrator
+
+            return IdaIntegrator(kernel, states, settings), "asked for"
         from planarc.solve.solvers.cvode import Cvode
 
         adams = wanted is Solver.CVODE_ADAMS

@@ -20,6 +20,7 @@ from typing import Any
 
 MAJOR_VERSIONS = (7,)
 _PARTS = ("core", "cvode")
+_IDA_PARTS = ("core", "ida")
 _DISTRIBUTION = "scikit-sundae"
 
 _P, _I, _D, _L = C.c_void_p, C.c_int, C.c_double, C.c_int64
@@ -70,6 +71,31 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }
 
+#: As above, of the library `ida`.
+_IDA_FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "IDACreate": (_P, (_P,)),
+    "IDAFree": (None, (C.POINTER(_P),)),
+    "IDAInit": (_I, (_P, _P, _D, _P, _P)),
+    "IDASVtolerances": (_I, (_P, _D, _P)),
+    "IDASetId": (_I, (_P, _P)),
+    "IDASetSuppressAlg": (_I, (_P, _I)),
+    "IDASetLinearSolver": (_I, (_P, _P, _P)),
+    "IDASetInitStep": (_I, (_P, _D)),
+    "IDASetMaxStep": (_I, (_P, _D)),
+    "IDASetMaxNumSteps": (_I, (_P, C.c_long)),
+    "IDASetMaxErrTestFails": (_I, (_P, _I)),
+    "IDASetMaxConvFails": (_I, (_P, _I)),
+    "IDASetStopTime": (_I, (_P, _D)),
+    "IDASolve": (_I, (_P, _D, C.POINTER(_D), _P, _P, _I)),
+    "IDAGetDky": (_I, (_P, _D, _I, _P)),
+    "IDAGetLastStep": (_I, (_P, C.POINTER(_D))),
+    "IDAGetNumSteps": (_I, (_P, _LONGS)),
+    "IDAGetNumResEvals": (_I, (_P, _LONGS)),
+    "IDAGetNumLinResEvals": (_I, (_P, _LONGS)),
+    "IDAGetNumJacEvals": (_I, (_P, _LONGS)),
+    "IDAGetNumErrTestFails": (_I, (_P, _LONGS)),
+}
+
 
 class Unavailable(Exception):
     """A solver cannot be used here; the text says why."""
@@ -78,9 +104,13 @@ class Unavailable(Exception):
 class Sundials:
     """The opened libraries; functions are attributes under their C names."""
 
-    def __init__(self, libraries: list[C.CDLL]) -> None:
+    def __init__(
+        self,
+        libraries: list[C.CDLL],
+        functions: dict[str, tuple[Any, tuple[Any, ...]]] | None = None,
+    ) -> None:
         self.version = ""
-        for name, (result, arguments) in _FUNCTIONS.items():
+        for name, (result, arguments) in (functions or _FUNCTIONS).items():
             function = _find(libraries, name)
             function.restype, function.argtypes = result, list(arguments)
             setattr(self, name, function)
@@ -104,11 +134,7 @@ def _find(libraries: list[C.CDLL], name: str) -> Any:
 @cache
 def open_sundials() -> Sundials:
     """Raises `Unavailable` with the reason."""
-    try:
-        libraries = [C.CDLL(str(path)) for path in _library_files()]
-    except OSError as problem:
-        raise Unavailable(f"SUNDIALS cannot be opened: {problem}") from None
-    sundials = Sundials(libraries[::-1])
+    sundials = Sundials(_opened(_PARTS)[::-1])
     numbers = [_I(), _I(), _I()]
     label = C.create_string_buffer(32)
     sundials.SUNDIALSGetVersionNumber(*(C.byref(n) for n in numbers), label, 32)
@@ -118,7 +144,27 @@ def open_sundials() -> Sundials:
     return sundials
 
 
-def _library_files() -> list[Path]:
+@cache
+def open_ida() -> Sundials:
+    """The functions of IDA and what it shares with CVODE. Raises `Unavailable`."""
+    open_sundials()
+    return Sundials(_opened(_IDA_PARTS)[::-1], {**_shared(), **_IDA_FUNCTIONS})
+
+
+def _shared() -> dict[str, tuple[Any, tuple[Any, ...]]]:
+    parts = ("SUNContext", "N_V", "SUNDense", "SUNMat", "SUNLinSol")
+    skipped = "SUNLinSol_SPGMR"
+    return {n: f for n, f in _FUNCTIONS.items() if n.startswith(parts) and n != skipped}
+
+
+def _opened(parts: tuple[str, ...]) -> list[C.CDLL]:
+    try:
+        return [C.CDLL(str(path)) for path in _library_files(parts)]
+    except OSError as problem:
+        raise Unavailable(f"SUNDIALS cannot be opened: {problem}") from None
+
+
+def _library_files(parts: tuple[str, ...] = _PARTS) -> list[Path]:
     """The files of the parts needed, in the order of loading."""
     from importlib import metadata
 
@@ -131,7 +177,7 @@ def _library_files() -> list[Path]:
         match = re.match(r"(?:lib)?sundials_([a-z]+)[-_.].*", file.name)
         if match and re.search(r"\.(so|dll|dylib)\b", file.name):
             found.setdefault(match[1], Path(str(file.locate())))
-    missing = [part for part in _PARTS if part not in found]
+    missing = [part for part in parts if part not in found]
     if missing:
         raise Unavailable(f"{_DISTRIBUTION} brings no SUNDIALS library `{missing[0]}`")
-    return [found[part] for part in _PARTS]
+    return [found[part] for part in parts]

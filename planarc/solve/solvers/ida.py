@@ -1,0 +1,222 @@
+"""IDA: the equations in residual form, blocks and step solved by one Newton iteration.
+
+The unknowns are the states and, beside them, what the torn blocks are solved for: dependent
+coordinates and velocities, accelerations and forces that were torn.
+
+    F(t, z, z') = | y' - f |   derivatives as the explicit formulas give them
+                  |   r    |   residuals of all blocks, of index 1 after its reduction
+
+So no block is solved within a step: where Newton's method for a block alone does not
+converge, its unknowns are corrected together with the states, from a prediction of
+the order of the method. The error test is that of the states, as with the other solvers,
+which solve the blocks exactly. Rows and relations are evaluated with blocks solved from
+IDA's values, which only polishes them. Between two evaluations it comes back to Python,
+so it is slower than CVODE. Roots are located on IDA's interpolation.
+
+Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of
+           Initial-Value Problems in Differential-Algebraic Equations, SIAM 1996.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Sequence
+from typing import Any
+
+from planarc.ir.program import Kernel
+from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
+from planarc.solve.solvers.scipy import ScipyIntegrator
+from planarc.solve.solvers.sundials import Unavailable, open_ida
+
+_ONE_STEP = 2
+_CAUSES = {
+    -2: Cause.ACCURACY,
+    -3: Cause.ERROR_TEST,
+    -4: Cause.CONVERGENCE,
+    -6: Cause.CONVERGENCE,
+    -7: Cause.CONVERGENCE,
+    -8: Cause.BLOCK,
+    -9: Cause.BLOCK,
+    -12: Cause.BLOCK,
+}
+_RESIDUAL = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 4)
+
+
+class IdaIntegrator(ScipyIntegrator):
+    """Raises `Unavailable` where the library is missing."""
+
+    def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
+        if not hasattr(kernel, "residual_form"):
+            raise Unavailable("this kernel has no residual form")
+        super().__init__(kernel, states, settings, "BDF")
+        self._lib = open_ida()
+        self.name = "ida"
+        self._context = C.c_void_p()
+        self._lib.SUNContext_Create(0, C.byref(self._context))
+        self._lib.SUNContext_ClearErrHandlers(self._context)
+        self._memory = C.c_void_p()
+        self._vectors: list[int] = []
+        self._total = Counts()
+        self._raised: BaseException | None = None
+        self._flag = 0
+        self._reached = C.c_double()
+        self._unknowns: Any = None
+
+    # Setting up
+
+    def _make(self, limit: float) -> None:
+        """Begin anew at the present point, whose blocks are solved."""
+        lib, kernel = self._lib, self._kernel
+        self._free()
+        self._unknowns = unknowns = kernel.unknowns()  # type: ignore[attr-defined]
+        ydot = [0.0] * self._size
+        if kernel.rhs(self._t, self._y, ydot) != 0:
+            raise _UnsolvedError
+        size = self._size + len(unknowns.slots)
+        self._vectors = [lib.N_VNew_Serial(size, self._context) for _ in range(5)]
+        self._z, rates, absolute, kinds, self._dense = (
+            self._numbers(v, size) for v in self._vectors
+        )
+        w, tolerance = kernel.w, self._settings.tolerance
+        self._z[:] = [*self._y, *(w[s] for s in unknowns.slots)]
+        rates[:] = [*ydot, *(w[s] if s >= 0 else 0.0 for s in unknowns.rates)]
+        nominals = (abs(w[s]) if s >= 0 else 1.0 for s in unknowns.nominals)
+        absolute[:] = [*self._absolute, *(tolerance * (n or 1.0) for n in nominals)]
+        kinds[:] = [1.0] * self._size + [0.0] * len(unknowns.slots)
+        self._memory = C.c_void_p(lib.IDACreate(self._context))
+        self._residual = _RESIDUAL(self._residuals)
+        z, zdot, tolerances, differential, _ = self._vectors
+        flag = lib.IDAInit(self._memory, self._residual, self._t, z, zdot)
+        if flag < 0:
+            raise Unavailable(f"IDAInit of SUNDIALS refused with {flag}")
+        lib.IDASVtolerances(self._memory, self._settings.tolerance, tolerances)
+        lib.IDASetId(self._memory, differential)
+        lib.IDASetSuppressAlg(self._memory, 1)
+        self._matrix = lib.SUNDenseMatrix(size, size, self._context)
+        self._linear = lib.SUNLinSol_Dense(z, self._matrix, self._context)
+        lib.IDASetLinearSolver(self._memory, self._linear, self._matrix)
+        lib.IDASetMaxNumSteps(self._memory, -1)
+        lib.IDASetMaxErrTestFails(self._memory, 20)
+        lib.IDASetMaxConvFails(self._memory, 20)
+        if self._settings.span > 0:
+            lib.IDASetMaxStep(self._memory, self._longest_step)
+        if self._first:
+            lib.IDASetInitStep(self._memory, min(self._first, limit - self._t))
+        self._solver = self._memory
+        self._first = None
+
+    def _numbers(self, vector: int, size: int) -> Any:
+        address = self._lib.N_VGetArrayPointer(vector)
+        return (C.c_double * size).from_address(address)
+
+    def _residuals(self, t: float, z: int, zdot: int, result: int, _: object) -> int:
+        """F as IDA calls it. No exception passes through C."""
+        try:
+            n, size = self._size, self._size + len(self._unknowns.slots)
+            values = self._numbers(z, size)[:]
+            flag, rates, residuals = self._kernel.residual_form(  # type: ignore[attr-defined]
+                t, values[:n], values[n:], self._unknowns
+            )
+            self._calls += 1
+            if flag != 0:
+                self._flag = flag
+                return 1
+            out, given = self._numbers(result, size), self._numbers(zdot, size)[:n]
+            out[:n] = [a - b for a, b in zip(given, rates, strict=True)]
+            out[n:] = list(residuals)
+            total = sum(out)
+            return 0 if total - total == 0.0 else 1
+        except BaseException as problem:
+            self._raised = problem
+            return -1
+
+    # On the way
+
+    def step(self, limit: float) -> March:
+        lib = self._lib
+        self._flag = 0
+        if self._solver is None:
+            try:
+                self._make(limit)
+            except _UnsolvedError:
+                return March(Outcome.FAILED, cause=Cause.BLOCK)
+        lib.IDASetStopTime(self._memory, limit)
+        z, zdot = self._vectors[:2]
+        flag = lib.IDASolve(self._memory, limit, C.byref(self._reached), z, zdot, _ONE_STEP)
+        if self._raised is not None:
+            problem, self._raised = self._raised, None
+            raise problem
+        if flag < 0:
+            return March(Outcome.FAILED, cause=self._cause(flag))
+        self._steps += 1
+        self._take(self._reached.value, self._z)
+        import numpy as np
+
+        return self._rooted(self._reached.value, np.array(self._z[: self._size]), limit)
+
+    def _cause(self, flag: int) -> Cause:
+        if self._flag < 0 and flag in (-8, -9, -12, -4):
+            return Cause.NOT_FINITE
+        return _CAUSES.get(flag, Cause.STEP)
+
+    def _take(self, t: float, z: Any) -> None:
+        """What the blocks start from when they are solved here."""
+        values, n = z[:], self._size
+        flag, _, _ = self._kernel.residual_form(  # type: ignore[attr-defined]
+            t, values[:n], values[n:], self._unknowns
+        )
+        if flag == 0:
+            self._kernel.accept(t)
+
+    def interpolate(self, t: float) -> Sequence[float]:
+        self._lib.IDAGetDky(self._memory, t, 0, self._vectors[4])
+        self._take(t, self._dense)
+        return self._dense[: self._size]  # type: ignore[no-any-return]
+
+    def last_step(self) -> float:
+        if self._memory.value is None:
+            return 0.0
+        step = C.c_double()
+        self._lib.IDAGetLastStep(self._memory, C.byref(step))
+        return step.value
+
+    # What it did, and the end
+
+    def _present_jacobians(self) -> int:
+        return 0  # counted when the memory is given back
+
+    def counts(self) -> Counts:
+        return self._total + self._present()
+
+    def _present(self) -> Counts:
+        if self._memory.value is None:
+            return Counts()
+        names = ("NumSteps", "NumResEvals", "NumLinResEvals", "NumJacEvals", "NumErrTestFails")
+        steps, calls, more, jacobians, failures = (self._number(n) for n in names)
+        return Counts(steps, calls + more, jacobians, failures)
+
+    def _number(self, name: str) -> int:
+        value = C.c_long()
+        getattr(self._lib, f"IDAGet{name}")(self._memory, C.byref(value))
+        return value.value
+
+    def _free(self) -> None:
+        if self._memory.value is not None:
+            self._total = self.counts()
+            self._lib.IDAFree(C.byref(self._memory))
+            self._lib.SUNLinSolFree(self._linear)
+            self._lib.SUNMatDestroy(self._matrix)
+            self._memory = C.c_void_p()
+        for vector in self._vectors:
+            self._lib.N_VDestroy(vector)
+        self._vectors = []
+        self._solver = None
+
+    def close(self) -> None:
+        self._free()
+        if self._context.value is not None:
+            self._lib.SUNContext_Free(C.byref(self._context))
+
+
+class _UnsolvedError(Exception):
+    """The blocks have no solution at the point to begin from."""
