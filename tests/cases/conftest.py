@@ -9,13 +9,24 @@ from typing import Any
 import pytest
 
 
-def simulate(model: Path, stop: float, intervals: int, tolerance: float, backend: str) -> Any:
+def simulate(
+    model: Path,
+    stop: float,
+    intervals: int,
+    tolerance: float,
+    backend: str,
+    solver: str = "auto",
+) -> Any:
     """The result of a run; `result[name]` are the values of a variable over `result.time`."""
     from planarc.compiler import simulate
-    from planarc.core.options import Backend, RunOptions
+    from planarc.core.options import Backend, RunOptions, Solver
 
     options = RunOptions(
-        stop=stop, intervals=intervals, tolerance=tolerance, backend=Backend(backend)
+        stop=stop,
+        intervals=intervals,
+        tolerance=tolerance,
+        backend=Backend(backend),
+        solver=Solver(solver),
     )
     return simulate(model, options=options)
 

@@ -9,9 +9,9 @@ coordinates and velocities, accelerations and forces that were torn.
 So no block is solved within a step: where Newton's method for a block alone does not
 converge, its unknowns are corrected together with the states, from a prediction of
 the order of the method. The error test is that of the states, as with the other solvers,
-which solve the blocks exactly. Rows and relations are evaluated with blocks solved from
-IDA's values, which only polishes them. Between two evaluations it comes back to Python,
-so it is slower than CVODE. Roots are located on IDA's interpolation.
+which solve the blocks exactly, and of the same size. Rows and relations are evaluated
+with blocks solved from IDA's values, which only polishes them. Every evaluation comes
+back to Python, so it is slower than CVODE. Roots are located on IDA's interpolation.
 
 Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of
            Initial-Value Problems in Differential-Algebraic Equations, SIAM 1996.
@@ -20,6 +20,7 @@ Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of
 from __future__ import annotations
 
 import ctypes as C
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -77,11 +78,16 @@ class IdaIntegrator(ScipyIntegrator):
         self._z, rates, absolute, kinds, self._dense = (
             self._numbers(v, size) for v in self._vectors
         )
-        w, tolerance = kernel.w, self._settings.tolerance
+        # IDA takes the mean over all unknowns though only states are tested: put that right.
+        part = math.sqrt(self._size / size)
+        w, tolerance = kernel.w, part * self._settings.tolerance
         self._z[:] = [*self._y, *(w[s] for s in unknowns.slots)]
         rates[:] = [*ydot, *(w[s] if s >= 0 else 0.0 for s in unknowns.rates)]
         nominals = (abs(w[s]) if s >= 0 else 1.0 for s in unknowns.nominals)
-        absolute[:] = [*self._absolute, *(tolerance * (n or 1.0) for n in nominals)]
+        absolute[:] = [
+            *(part * a for a in self._absolute),
+            *(tolerance * (n or 1.0) for n in nominals),
+        ]
         kinds[:] = [1.0] * self._size + [0.0] * len(unknowns.slots)
         self._memory = C.c_void_p(lib.IDACreate(self._context))
         self._residual = _RESIDUAL(self._residuals)
@@ -89,7 +95,7 @@ class IdaIntegrator(ScipyIntegrator):
         flag = lib.IDAInit(self._memory, self._residual, self._t, z, zdot)
         if flag < 0:
             raise Unavailable(f"IDAInit of SUNDIALS refused with {flag}")
-        lib.IDASVtolerances(self._memory, self._settings.tolerance, tolerances)
+        lib.IDASVtolerances(self._memory, tolerance, tolerances)
         lib.IDASetId(self._memory, differential)
         lib.IDASetSuppressAlg(self._memory, 1)
         self._matrix = lib.SUNDenseMatrix(size, size, self._context)

@@ -1,0 +1,81 @@
+"""IDA: the residual form holds what the solved form computes, and events are the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planarc import compiler
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.options import Backend, RunOptions, Solver
+from planarc.ir.result import Result
+from planarc.request import Request
+from planarc.solve.solvers.sundials import Unavailable
+
+CASES = Path(__file__).parent.parent / "cases"
+FOUR_BAR = CASES / "b2_fourbar_gravity" / "four_bar.pmo"
+BALL = CASES / "i1_bouncing_ball" / "bouncing_ball.pmo"
+CHAIN = CASES / "h2_chain_pendulum_N10" / "chain_pendulum.pmo"
+
+
+def run(model: Path, backend: Backend = Backend.NATIVE, **options: object) -> Result:
+    compiled = compiler.compile_model(Request(model), backend)
+    return compiler.run(compiled, RunOptions(backend=backend, **options))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+@pytest.mark.parametrize("model", [FOUR_BAR, CHAIN], ids=lambda m: m.stem)
+def test_residuals_vanish_where_blocks_are_solved(model: Path, backend: Backend) -> None:
+    """And do not where an unknown is moved; rates agree with the solved form's."""
+    compiled = compiler.compile_model(Request(model), backend)
+    kernel = compiled.load()
+    assert kernel.parameters() == 0
+    states = [compiled.program.candidates[i] for i in kernel._selection]  # type: ignore[attr-defined]
+    y, ydot = [float(kernel.w[c.start]) for c in states], [0.0] * len(states)
+    assert kernel.rhs(0.0, y, ydot) == 0
+    unknowns = kernel.unknowns()  # type: ignore[attr-defined]
+    u = [float(kernel.w[s]) for s in unknowns.slots]
+    assert len(u) == sum(count for _, count in unknowns.residuals) > 0
+    flag, rates, residuals = kernel.residual_form(0.0, y, u, unknowns)  # type: ignore[attr-defined]
+    assert flag == 0
+    assert np.allclose(rates, ydot, rtol=1e-9, atol=1e-9)
+    assert np.max(np.abs(residuals)) < 1e-9
+    for k in range(len(u)):
+        moved = list(u)
+        moved[k] += 0.01
+        _, _, residuals = kernel.residual_form(0.0, y, moved, unknowns)  # type: ignore[attr-defined]
+        assert np.max(np.abs(residuals)) > 1e-6
+    # The mode ends with the call: blocks are solved again.
+    again = [0.0] * len(states)
+    assert kernel.rhs(0.0, y, again) == 0
+    assert np.allclose(again, ydot, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_events_are_those_of_cvode(backend: Backend) -> None:
+    ida = run(BALL, backend, solver=Solver.IDA, tolerance=1e-8)
+    cvode = run(BALL, backend, tolerance=1e-8)
+    assert ida.statistics.solver == "ida"
+    assert [e.time for e in ida.events] == pytest.approx([e.time for e in cvode.events], abs=1e-6)
+    assert ida.statistics.jacobians > 0
+
+
+def test_the_error_falls_with_the_tolerance() -> None:
+    exact = run(FOUR_BAR, stop=2.0, tolerance=1e-12)["revA.phi"]
+    errors = [
+        np.max(np.abs(run(FOUR_BAR, stop=2.0, tolerance=t, solver=Solver.IDA)["revA.phi"] - exact))
+        for t in (1e-5, 1e-7, 1e-9)
+    ]
+    assert errors[0] > 5 * errors[1] > 25 * errors[2]
+    assert errors[2] < 1e-6
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing() -> None:
+        raise Unavailable("its wheel brings no IDA")
+
+    monkeypatch.setattr("planarc.solve.solvers.ida.open_ida", missing)
+    with pytest.raises(PlanarcError, match=r"R450.*`ida`.*brings no IDA"):
+        run(FOUR_BAR, solver=Solver.IDA)
