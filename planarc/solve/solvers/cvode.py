@@ -42,6 +42,7 @@ from planarc.solve.solvers.integrator import (
     Watch,
     march_steps,
 )
+from planarc.solve.solvers.scipy import FEWEST_DERIVED
 from planarc.solve.solvers.sundials import Unavailable, open_sundials
 
 _ADAMS, _BDF = 1, 2
@@ -144,7 +145,7 @@ class Cvode:
         side CVODE's differences take a tenth of the time, and there is none."""
         kernel, size, data = self._kernel, self._size, self._lib.SUNDenseMatrix_Data
         known = getattr(kernel, "state_jacobian", None)
-        if known is None or self._user is not None:
+        if known is None or self._user is not None or size < FEWEST_DERIVED:
             return None
 
         def jacobian(t: float, y: int, f: int, matrix: int, *_: object) -> int:
