@@ -117,10 +117,10 @@ class Evaluator:
 
     def leaf_value(self, leaf: Leaf) -> Value:
         """The value of a constant or parameter from its binding."""
-        if leaf.evaluated is not None and (leaf.structural or not self.mark):
+        if leaf.evaluated is not None and (leaf.shapes or not self.mark):
             return leaf.evaluated
         if self.mark:
-            leaf.structural = True
+            leaf.structural = leaf.shapes = True
         binding = bindings.leaf_binding(leaf)
         if binding is None:
             binding = self._from_start(leaf)

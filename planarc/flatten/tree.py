@@ -357,6 +357,7 @@ class Leaf:
         "mod",
         "name",
         "parent",
+        "shapes",
         "structural",
         "type",
         "variability",
@@ -383,6 +384,7 @@ class Leaf:
         self.flow = syntax.Flow.NONE
         self.is_connector = False
         self.structural = False
+        self.shapes = False  # structural, and so is all that its value comes from
         self.binding: flat.Expression | None = None
         self.binding_state = State.NEW
         self.evaluated: Value | None = None

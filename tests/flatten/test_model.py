@@ -48,6 +48,28 @@ def test_what_shapes_the_model_is_structural_with_all_it_depends_on(
     assert structural(model) == {"n", "m", "on", "choose", "evaluated"}
 
 
+def test_what_a_state_select_comes_from_is_structural_though_evaluated_before(
+    flatten_text: Flatten,
+) -> None:
+    model = flatten_text(
+        """
+        model T
+          model Body
+            parameter Boolean enforce = false annotation(Evaluate=true);
+            final parameter StateSelect select =
+              if enforce then StateSelect.always else StateSelect.avoid;
+            Real x(stateSelect=select);
+          equation
+            der(x) = 1;
+          end Body;
+          parameter Boolean enforce = false;
+          Body body(enforce=enforce);
+        end T;
+        """
+    )
+    assert structural(model) == {"enforce", "body.enforce", "body.select"}
+
+
 def test_parameters_in_if_expressions_stay_free(flatten_text: Flatten) -> None:
     model = flatten_text(
         "model T parameter Boolean b = true; Real x = if b then time else 2; end T;"
