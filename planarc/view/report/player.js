@@ -44,6 +44,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   element.append(root);
 
   const stage = planarc.createStage(canvas);
+  const inset = options.bare ? 0 : 30; // the zoom buttons lie there
   const listeners = new Set();
   const state = { time: 0, playing: false, repeat: true, fitted: true, asked: false, last: 0, natural: 1 };
   let reader = null;
@@ -229,7 +230,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
 
   function fit() {
     state.fitted = true;
-    stage.fit(box);
+    stage.fit(box, inset);
     ask();
   }
 
@@ -312,7 +313,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
 
   const watch = new ResizeObserver(() => {
     stage.measure();
-    if (state.fitted) stage.fit(box);
+    if (state.fitted) stage.fit(box, inset);
     ask();
   });
   watch.observe(canvas);

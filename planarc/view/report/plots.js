@@ -92,7 +92,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     const legend = make("div", { class: "legend" });
     box.append(holder, legend);
     const axis = {
-      stroke: planarc.theme.color("faint"), font: "11.5px system-ui, sans-serif", gap: 4,
+      stroke: planarc.theme.color("faint"), font: "12px system-ui, sans-serif", gap: 4,
       grid: { stroke: planarc.theme.color("grid"), width: 1 },
       ticks: { stroke: planarc.theme.color("line"), width: 1, size: 4 },
     };

@@ -31,15 +31,17 @@ planarc.createStage = function (canvas) {
 
   const bounded = (scale) => Math.min(LIMIT, Math.max(1 / LIMIT, scale));
 
-  function fit(box) {
+  function fit(box, inset = 0) {
+    // The inset is kept free at the right, for buttons that lie over the picture.
     const [left, bottom, right, top] = box || [-1, -1, 1, 1];
     const w = Math.max(right - left, 1e-9);
     const h = Math.max(top - bottom, 1e-9);
     // Room for the scale at the lower edge and a margin all round.
     const margin = Math.min(28, 0.08 * Math.min(width, height));
     const lower = margin + 16;
-    view.scale = bounded(Math.min((width - 2 * margin) / w, (height - margin - lower) / h));
-    view.x = (left + right) / 2;
+    const room = width - 2 * margin - inset;
+    view.scale = bounded(Math.min(room / w, (height - margin - lower) / h));
+    view.x = (left + right) / 2 + inset / 2 / view.scale;
     view.y = (bottom + top) / 2 - (lower - margin) / 2 / view.scale;
   }
 
