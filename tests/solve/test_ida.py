@@ -79,3 +79,14 @@ def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("planarc.solve.solvers.ida.open_ida", missing)
     with pytest.raises(PlanarcError, match=r"R450.*`ida`.*brings no IDA"):
         run(FOUR_BAR, solver=Solver.IDA)
+
+
+def test_a_point_that_cannot_be_passed_ends_the_run() -> None:
+    """Towards the end of a root's domain steps become ever shorter: rows so far are kept."""
+    text = "model M\n  Real x(start=0, fixed=true);\n  Real v(start=3, fixed=true);\n"
+    text += "equation\n  der(x) = v;\n  der(v) = -sqrt(1 - x);\nend M;\n"
+    compiled = compiler.compile_model(Request(text=text))
+    result = compiler.run(compiled, RunOptions(stop=5.0, solver=Solver.IDA))
+    assert result.ended is not None
+    assert result.ended.code in ("R420", "R421")
+    assert 0.3 < result.time[-1] < 0.36

@@ -30,6 +30,8 @@ from planarc.solve.solvers.scipy import ScipyIntegrator
 from planarc.solve.solvers.sundials import Unavailable, open_ida
 
 _ONE_STEP = 2
+#: So many steps in a row shorter than this part of the run: a point that cannot be passed.
+SHORTEST, MOST_SHORT = 1e-11, 20
 _CAUSES = {
     -2: Cause.ACCURACY,
     -3: Cause.ERROR_TEST,
@@ -60,6 +62,7 @@ class IdaIntegrator(ScipyIntegrator):
         self._total = Counts()
         self._raised: BaseException | None = None
         self._flag = 0
+        self._short = 0
         self._reached = C.c_double()
         self._unknowns: Any = None
 
@@ -154,6 +157,10 @@ class IdaIntegrator(ScipyIntegrator):
             raise problem
         if flag < 0:
             return March(Outcome.FAILED, cause=self._cause(flag))
+        shortest = SHORTEST * max(self._settings.span, abs(self._reached.value))
+        self._short = self._short + 1 if self.last_step() < shortest else 0
+        if self._short > MOST_SHORT:
+            return March(Outcome.FAILED, cause=Cause.NOT_FINITE if self._flag < 0 else Cause.STEP)
         self._steps += 1
         self._take(self._reached.value, self._z)
         import numpy as np
