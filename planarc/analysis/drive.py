@@ -191,9 +191,11 @@ def compile_driven(
 
     declarations = "\n".join(_declaration(k, text) for k, text in enumerate(texts))
     request = variant_of(model.request, None, declarations)
-    dae, found = _with_motions(
-        compiler.to_dae(compiler.flatten(open_target(request))), coordinates, efforts
-    )
+    try:
+        flat = compiler.flatten(open_target(request))
+    except PlanarcError as problem:
+        raise _unreadable(problem, coordinates, texts) from None
+    dae, found = _with_motions(compiler.to_dae(flat), coordinates, efforts)
     try:
         program = compiler.to_program(compiler.to_sorted(dae))
     except PlanarcError as problem:
@@ -204,6 +206,21 @@ def compile_driven(
     program = replace(program, name=of.name, description=of.description, experiment=of.experiment)
     code = compiler.to_code(program, model.backend)
     return compiler.Compiled(program, model.backend, code), found
+
+
+def _unreadable(
+    problem: PlanarcError, coordinates: Sequence[str], texts: Sequence[str | None]
+) -> PlanarcError:
+    """The model alone is right, so that a text is wrong; it stands in no file of the user."""
+    from planarc.variant import NAME
+
+    given = [(c, text) for c, text in zip(coordinates, texts, strict=True) if text is not None]
+    if not given:
+        return problem
+    listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
+    first = problem.diagnostics[0]
+    reason = first.message.removesuffix(f" in `{NAME}`")
+    return UsageError(Diagnostic("C246", f"{listed}: {reason}", hint=first.hint))
 
 
 def _declaration(k: int, text: str | None) -> str:

@@ -20,6 +20,7 @@ from planarc.cli.analysis import (
     split_pair,
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.files import table_destination
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 
@@ -52,6 +53,8 @@ def drive(
         raise UsageError(
             Diagnostic("C251", "no motion is given", hint='write `--motion "revA.phi=sin(2*time)"`')
         )
+    if output is not None:
+        table_destination(output)
     model = open_model(target, class_name, library)
     values, starts = settings_of(model, settings)
     motions = dict(_motion(item) for item in motion)

@@ -48,6 +48,11 @@ def destinations(
     )
 
 
+def table_destination(named: Path) -> Path:
+    """The table to write for `--output`."""
+    return _destination(named, "", TABLES, "--output")
+
+
 def page_destination(name: str, named: Path | None) -> Path:
     """The page to write for `--output`, or the default one of something called `name`."""
     return _destination(named, f"{file_stem(name)}.html", PAGES, "--output", optional=False)

@@ -20,6 +20,7 @@ from planarc.cli.analysis import (
     settings_of,
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.files import check_writable
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 
@@ -56,6 +57,8 @@ def sensitivity(
         raise UsageError(
             Diagnostic("C253", "no parameter is named", hint="write `--parameter body.m`")
         )
+    if output is not None:
+        check_writable(output, "--output")
     model = open_model(target, class_name, library)
     values, starts = settings_of(model, settings)
     found = model.sensitivities(

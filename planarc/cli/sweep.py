@@ -23,6 +23,7 @@ from planarc.cli.analysis import (
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 from planarc.cli.exits import Exit
+from planarc.cli.files import check_writable
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
@@ -78,6 +79,8 @@ def sweep(
     from planarc.study import StudyInterrupted
     from planarc.study import sweep as run_study
 
+    if output is not None:
+        check_writable(output, "--output")
     points = _points(vary or [], random, latin, seed)
     model = open_model(target, class_name, library)
     values, starts = settings_of(model, settings)
