@@ -14,6 +14,7 @@ from __future__ import annotations
 import mmap
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -80,7 +81,23 @@ def read_table(path: Path) -> Table:
         reason = (problem.strerror or str(problem)).lower()
         raise UsageError(Diagnostic("V503", f"cannot read `{path}`: {reason}")) from None
     except ValueError as problem:
-        raise UsageError(Diagnostic("V504", f"`{path}` is no result table: {problem}")) from None
+        hint = _UNFINISHED if _is_cut(path, suffix, str(problem)) else None
+        raise UsageError(
+            Diagnostic("V504", f"`{path}` is no result table: {problem}", hint=hint)
+        ) from None
+
+
+_UNFINISHED = "the file ends early: wait until it is written, or write it again"
+
+
+def _is_cut(path: Path, suffix: str, problem: str) -> bool:
+    if suffix != ".csv":
+        return "cut off" in problem
+    with suppress(OSError), path.open("rb") as file:
+        size = file.seek(0, 2)
+        file.seek(max(0, size - 1))
+        return size > 0 and file.read(1) not in b"\r\n"
+    return False
 
 
 def _mapped(file: BinaryIO) -> bytes | mmap.mmap:

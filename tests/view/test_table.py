@@ -205,6 +205,22 @@ def test_a_cut_mat_is_noticed(result: Result, tmp_path: Path) -> None:
             read_table(tmp_path / "cut.mat")
 
 
+def test_a_csv_that_another_program_is_still_writing_is_told(
+    result: Result, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    write_table(path, result)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-3])
+    with pytest.raises(UsageError) as caught:
+        read_table(path)
+    assert "ends early" in str(caught.value.diagnostics[0].hint)
+    path.write_bytes(whole + b"1\n")
+    with pytest.raises(UsageError) as caught:
+        read_table(path)
+    assert caught.value.diagnostics[0].hint is None
+
+
 def test_refusals_name_the_reason(result: Result, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="there is no folder `nowhere`"):
         write_table(tmp_path / "nowhere" / "r.csv", result)
