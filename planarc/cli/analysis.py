@@ -15,6 +15,7 @@ from planarc.cli.settings import Given, read_settings, sort_settings
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
+    from planarc.core.options import Backend
     from planarc.model import Model
 
 Settings: TypeAlias = Annotated[
@@ -31,12 +32,17 @@ Tolerance: TypeAlias = Annotated[float | None, typer.Option(help="Relative toler
 Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
 
 
-def open_model(target: str, class_name: str | None, libraries: Sequence[Path] | None) -> Model:
+def open_model(
+    target: str,
+    class_name: str | None,
+    libraries: Sequence[Path] | None,
+    backend: Backend | None = None,
+) -> Model:
     """The compiled model; its warnings are told."""
     from planarc.cli.simulate import choose_backend
     from planarc.model import Model
 
-    model = Model(make_request(target, class_name, libraries), choose_backend(None))
+    model = Model(make_request(target, class_name, libraries), choose_backend(backend))
     console.complain(model.warnings)
     return model
 

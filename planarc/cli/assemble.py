@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,11 +11,17 @@ from planarc.cli import console
 from planarc.cli.analysis import Settings, open_model, say_json, say_table, settings_of
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 
+if TYPE_CHECKING:
+    from planarc.model import Model
+
+#: Guesses from which the assemblies of a loop or two are found.
+TRIES = 200
+
 
 def assemble(
     target: Target,
     class_name: ClassName = None,
-    tries: Annotated[int, typer.Option(help="Guesses to start from.")] = 200,
+    tries: Annotated[int, typer.Option(help="Guesses to start from.")] = TRIES,
     settings: Settings = None,
     library: Libraries = None,
     as_json: AsJson = False,
@@ -23,7 +30,13 @@ def assemble(
 
     The first is the nearest to the start values in the model.
     """
-    model = open_model(target, class_name, library)
+    return tell_assemblies(open_model(target, class_name, library), settings, as_json, tries)
+
+
+def tell_assemblies(
+    model: Model, settings: Sequence[str] | None, as_json: bool, tries: int = TRIES
+) -> int:
+    """Print the start values of each assembly, as a table or as JSON."""
     values, starts = settings_of(model, settings)
     found = model.assemble(parameters=values, start=starts, tries=tries)
     if as_json:

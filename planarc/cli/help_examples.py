@@ -8,6 +8,7 @@ _EXAMPLES = {
         "planarc simulate pendulum.pmo --stop 20 --set rod.L=2 --output run.mat",
         "planarc simulate PlanarMultiBody.Examples.Loops.FourBar --json --no-report",
         "planarc simulate crane.pmo --variables 'hook|rope' --units",
+        "planarc simulate examples/four_bar.pmo --assembly",
     ),
     "view": (
         "planarc view FourBar.csv",

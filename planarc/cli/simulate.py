@@ -68,6 +68,13 @@ def simulate(
     units: Annotated[
         bool, typer.Option("--units", help="Write units behind the names in a .csv file.")
     ] = False,
+    assembly: Annotated[
+        bool,
+        typer.Option(
+            "--assembly",
+            help="Do not run: list all ways to put the mechanism together, as start values.",
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Run a model and write its results.
@@ -78,6 +85,13 @@ def simulate(
     """
     _refuse_both(output, no_output, "output")
     _refuse_both(report, no_report, "report")
+    if assembly:
+        _refuse_files(output, report)
+        from planarc.cli.analysis import open_model
+        from planarc.cli.assemble import tell_assemblies
+
+        model = open_model(target, class_name, library, backend)
+        return tell_assemblies(model, settings, as_json)
     options = RunOptions(
         start=start,
         stop=stop,
@@ -124,3 +138,16 @@ def _refuse_both(path: Path | None, refused: bool, name: str) -> None:
         raise UsageError(
             Diagnostic("C112", f"both `--{name}` and `--no-{name}` are given", hint="give one")
         )
+
+
+def _refuse_files(output: Path | None, report: Path | None) -> None:
+    """`--assembly` writes none."""
+    for name, path in (("output", output), ("report", report)):
+        if path is not None:
+            raise UsageError(
+                Diagnostic(
+                    "C112",
+                    f"both `--assembly` and `--{name}` are given, but `--assembly` writes no file",
+                    hint="give one",
+                )
+            )

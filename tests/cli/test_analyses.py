@@ -52,6 +52,29 @@ def test_assemble(capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 ways" in said(capsys, "assemble", FOUR_BAR, "--tries", "40")
 
 
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_simulate_lists_the_assemblies_and_runs_nothing(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    backend: str,
+) -> None:
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    monkeypatch.chdir(tmp_path)
+    options = ("--assembly", "--backend", backend, "--set", "revA.phi.start=0.5")
+    found = told(capsys, "simulate", FOUR_BAR, *options)
+    assert len(found["assemblies"]) == 2
+    assert {way["start"]["revA.phi"] for way in found["assemblies"]} == {0.5}
+    assert "2 ways" in said(capsys, "simulate", FOUR_BAR, *options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_assemblies_are_written_into_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["simulate", FOUR_BAR, "--assembly", "--output", "x.csv"]) == 2
+    assert "C112" in capsys.readouterr().err
+
+
 def test_drive(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     motion, forces = tmp_path / "motion.csv", tmp_path / "forces.csv"
     time = np.linspace(-0.1, 1.1, 500)
