@@ -20,9 +20,10 @@ Reference: Modelica 3.6, section 8.6 and appendix B.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import INITIAL, TERMINAL, Assertion, Reinit, SetDiscrete, Terminate
@@ -34,6 +35,8 @@ from planarc.solve.values import Reader, text_of
 
 #: Iterations at one instant before it is called endless.
 MOST_ITERATIONS = 100
+#: What changed within that many last iterations is named then: one round may take several.
+LAST_ITERATIONS = 16
 #: Relations of which all choices are tried when they chase each other.
 MOST_SEARCHED = 10
 #: A zero function below this part of its largest value has no sign.
@@ -44,6 +47,9 @@ NEAR = 1e-9
 #: One that was never above this is zero by its equations; what is seen of it are rounding
 #: errors (the torque limit of an open clutch).
 SILENCE = 1e-12
+
+#: The truths of the relations, and the discrete values, at one iteration.
+Snapshot: TypeAlias = tuple[float, ...]
 
 
 @dataclass(slots=True)
@@ -208,8 +214,10 @@ class Events:
         held = dict(crossing)
         bound = {i: 2 * abs(self._g[i]) + NOISE * max(1.0, self._largest[i]) for i in held}
         turned: Counter[int] = Counter()
+        trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
         for _ in range(MOST_ITERATIONS):
             before = self._snapshot()
+            trail.append(before)
             if not self._settle(t, done, held, bound):
                 return done
             edges = self._edges()
@@ -225,7 +233,7 @@ class Events:
             if not self._look_ahead(t, done.y, held, bound, turned):
                 break
         else:
-            done.ended = self._endless(t, before)
+            done.ended = self._endless(t, trail)
         if self.kernel.outputs(t, done.y) != 0:
             return self._failed(t, done)
         return done
@@ -240,11 +248,13 @@ class Events:
         false do so; when one comes back again, all choices of the restless ones are tried,
         the nearest to the present one first.
         """
-        seen: set[tuple[float, ...]] = set()
+        seen: set[Snapshot] = set()
         careful = False
         restless: set[int] = set()
+        trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
         for _ in range(MOST_ITERATIONS):
             before = self._snapshot()
+            trail.append(before)
             if not self._evaluate(t, done):
                 return False
             restless |= self._take_signs(held, bound, careful)
@@ -253,12 +263,12 @@ class Events:
                 return True
             if now in seen:
                 if careful:
-                    return self._search(t, done, held, bound, sorted(restless), before)
+                    return self._search(t, done, held, bound, sorted(restless), trail)
                 careful = True
                 seen.clear()
                 restless.clear()
             seen.add(now)
-        done.ended = self._endless(t, before)
+        done.ended = self._endless(t, trail)
         return False
 
     def _evaluate(self, t: float, done: Processed) -> bool:
@@ -282,7 +292,7 @@ class Events:
         held: dict[int, bool],
         bound: dict[int, float],
         restless: Sequence[int],
-        before: tuple[float, ...],
+        trail: Iterable[Snapshot],
     ) -> bool:
         """Try all truths of the restless relations until one agrees with its own equations.
 
@@ -305,7 +315,7 @@ class Events:
                     if not self._take_signs(held, bound, False):
                         return True
                     break
-        done.ended = self._endless(t, before)
+        done.ended = self._endless(t, trail)
         return False
 
     def _hold_near(self, held: dict[int, bool], bound: dict[int, float], near: float) -> None:
@@ -446,7 +456,7 @@ class Events:
 
     # Bookkeeping
 
-    def _snapshot(self) -> tuple[float, ...]:
+    def _snapshot(self) -> Snapshot:
         w, program = self.kernel.w, self.program
         return (
             *(w[r.slot] for r in program.relations),
@@ -458,18 +468,18 @@ class Events:
         for d in self.program.discretes:
             w[d.pre] = w[d.slot]
 
-    def _endless(self, t: float, before: tuple[float, ...]) -> Diagnostic:
+    def _endless(self, t: float, trail: Iterable[Snapshot]) -> Diagnostic:
         program = self.program
         names = [f"`{r.text}`" for r in program.relations]
         names += [f"`{d.name}`" for d in program.discretes]
         spans = [r.span for r in program.relations] + [None for _ in program.discretes]
-        restless = [
-            i for i, (a, b) in enumerate(zip(before, self._snapshot(), strict=True)) if a != b
-        ]
+        values = zip(*trail, self._snapshot(), strict=True)
+        restless = [i for i, found in enumerate(values) if len(set(found)) > 1]
         culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
+        switch = "switches" if len(restless) == 1 else "switch"
         return Diagnostic(
             "R433",
-            f"the events at t = {t:.6g} s do not come to rest: {culprits} switch to and fro",
+            f"the events at t = {t:.6g} s do not come to rest: {culprits} {switch} to and fro",
             spans[restless[0]] if restless else None,
             hint="break the loop with `pre(...)`, or make the relation's two sides agree",
         )

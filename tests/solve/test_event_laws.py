@@ -1,0 +1,377 @@
+"""Events against closed forms, from the text of a model, in both back ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc.core.diagnostic import Diagnostic
+
+G = 9.81
+
+
+@pytest.fixture(params=["numpy", "native"])
+def backend(request: pytest.FixtureRequest) -> str:
+    if request.param == "native":
+        pytest.importorskip("llvmlite")
+    return str(request.param)
+
+
+def run(body: str, backend: str, stop: float, intervals: int = 50) -> planarc.Result:
+    model = planarc.load(f"model M\n{body}\nend M;", backend=backend)
+    return model.simulate(stop, tolerance=1e-9, intervals=intervals)
+
+
+def stopped(body: str, backend: str, stop: float) -> tuple[Diagnostic, planarc.Result]:
+    with pytest.raises(planarc.RunStopped) as caught:
+        run(body, backend, stop)
+    (diagnostic,) = caught.value.diagnostics
+    return diagnostic, caught.value.result
+
+
+def pair(result: planarc.Result, event: int) -> tuple[int, int]:
+    """The rows before and after an event."""
+    before, after = np.flatnonzero(result.time == result.events[event].time)
+    return int(before), int(after)
+
+
+def test_impacts_come_at_their_times(backend: str) -> None:
+    """A ball that keeps 70 % of its speed: flights last sqrt(2/g) times 2*0.7^n."""
+    result = run(
+        """
+  Real h(start=1, fixed=true), v(start=0, fixed=true);
+  Integer n(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h <= 0 then
+    n = pre(n) + 1;
+    reinit(v, -0.7*pre(v));
+  end when;""",
+        backend,
+        2.4,
+    )
+    flights = np.sqrt(2 / G) * np.array([1.0, *(2 * 0.7 ** np.arange(1, 20))])
+    impacts = np.cumsum(flights)
+    impacts = impacts[impacts < 2.4]
+    assert [e.time for e in result.events] == pytest.approx(impacts.tolist(), abs=5e-7)
+    assert result["n"][-1] == len(impacts)
+    for i in range(len(impacts)):
+        before, after = pair(result, i)
+        assert after == before + 1
+        assert result["v"][after] == pytest.approx(-0.7 * result["v"][before], rel=1e-12)
+        assert result["n"][[before, after]].tolist() == [i, i + 1]
+        assert result["h"][before] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_root_of_a_curved_function_is_exact(backend: str) -> None:
+    """x = sin(t) passes 0.5 at pi/6 and 5*pi/6; y grows only in between."""
+    result = run(
+        """
+  Real x(start=0, fixed=true), v(start=1, fixed=true), y(start=0, fixed=true);
+equation
+  der(x) = v;
+  der(v) = -x;
+  der(y) = if x > 0.5 then 1 else 0;""",
+        backend,
+        3.0,
+    )
+    times = [np.pi / 6, 5 * np.pi / 6]
+    assert [e.time for e in result.events] == pytest.approx(times, abs=5e-8)
+    assert result["y"][-1] == pytest.approx(2 * np.pi / 3, abs=1e-7)
+
+
+@pytest.mark.parametrize("relation", ["time >= t0", "time > t0", "not time < t0", "2*time >= 0.6"])
+def test_an_instant_is_met_exactly(backend: str, relation: str) -> None:
+    result = run(
+        f"""
+  parameter Real t0 = 0.3;
+  Real x(start=0, fixed=true);
+equation
+  der(x) = if {relation} then 3 else 0;""",
+        backend,
+        1.0,
+        intervals=10,
+    )
+    assert [e.time for e in result.events] == [0.3]
+    before, after = pair(result, 0)
+    assert result["der(x)"][[before, after]].tolist() == [0.0, 3.0]
+    assert result["x"][-1] == pytest.approx(2.1, abs=1e-12)
+    assert len(result.time) == 12  # the row asked for at 0.3 is one of the two
+
+
+def test_samples_tick_at_their_instants_and_hold(backend: str) -> None:
+    result = run(
+        """
+  Real x(start=0, fixed=true);
+  discrete Real held(start=9, fixed=true);
+  Integer n(start=0, fixed=true);
+equation
+  der(x) = 2*time;
+  when sample(0.1, 0.25) then
+    held = x;
+    n = pre(n) + 1;
+  end when;""",
+        backend,
+        1.0,
+    )
+    ticks = [0.1 + 0.25 * i for i in range(4)]
+    assert [e.time for e in result.events] == ticks
+    for i, tick in enumerate(ticks):
+        before, after = pair(result, i)
+        assert result["held"][after] == pytest.approx(tick**2, abs=1e-8)
+        assert result["held"][before] == (9.0 if i == 0 else result["held"][pair(result, i - 1)[1]])
+    assert result["n"][-1] == 4
+
+
+def test_what_happens_at_once_is_one_event(backend: str) -> None:
+    """A state event, an instant and a sample fall together at t = 0.5."""
+    result = run(
+        """
+  Real x(start=0, fixed=true);
+  Integer a(start=0, fixed=true), b(start=0, fixed=true), c(start=0, fixed=true);
+  Integer all_of_them(start=0, fixed=true);
+equation
+  der(x) = if time < 0.5 then 1 else -1;
+  when time >= 0.5 then
+    a = pre(a) + 1;
+  end when;
+  when sample(0.5, 1) then
+    b = pre(b) + 1;
+  end when;
+  when a + b >= 2 then
+    c = pre(c) + 1;
+  end when;
+  when c > 0 then
+    all_of_them = a + b + c;
+  end when;""",
+        backend,
+        1.0,
+    )
+    assert [e.time for e in result.events] == [0.5]
+    before, after = pair(result, 0)
+    for name, last in (("a", 1), ("b", 1), ("c", 1), ("all_of_them", 3)):
+        assert result[name][[before, after]].tolist() == [0, last], name
+    assert result["x"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_two_balls_that_land_together_are_one_event(backend: str) -> None:
+    result = run(
+        """
+  Real h[2](each start=1, each fixed=true), v[2](each start=0, each fixed=true);
+equation
+  der(h) = v;
+  der(v) = {-9.81, -9.81};
+  for i in 1:2 loop
+    when h[i] <= 0 then
+      reinit(v[i], -0.5*i*pre(v[i]));
+    end when;
+  end for;""",
+        backend,
+        0.8,
+    )
+    fall = np.sqrt(2 / G)
+    assert [e.time for e in result.events] == pytest.approx([fall], abs=1e-7)
+    _, after = pair(result, 0)
+    assert result["v[1]"][after] == pytest.approx(0.5 * G * fall, abs=1e-7)
+    assert result["v[2]"][after] == pytest.approx(1.0 * G * fall, abs=1e-7)
+
+
+def test_any_state_may_be_set_anew(backend: str) -> None:
+    """Position and velocity of an oscillator and a free integrator, at one instant."""
+    result = run(
+        """
+  Real x(start=1, fixed=true), v(start=0, fixed=true), z(start=0, fixed=true);
+equation
+  der(x) = v;
+  der(v) = -4*x;
+  der(z) = 1;
+  when time >= 1 then
+    reinit(x, pre(x) + 0.5);
+    reinit(v, 2*pre(v));
+    reinit(z, -1);
+  end when;""",
+        backend,
+        2.0,
+    )
+    before, after = pair(result, 0)
+    x, v = np.cos(2.0) + 0.5, -4 * np.sin(2.0)
+    assert result["x"][before] == pytest.approx(np.cos(2.0), abs=1e-7)
+    assert result["x"][after] == pytest.approx(x, abs=1e-7)
+    assert result["v"][after] == pytest.approx(v, abs=1e-7)
+    assert result["z"][after] == -1.0
+    end = x * np.cos(2.0) + v / 2 * np.sin(2.0)
+    assert result["x"][-1] == pytest.approx(end, abs=1e-7)
+    assert result["z"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_events_that_come_to_no_rest_name_the_culprits(backend: str) -> None:
+    diagnostic, result = stopped(
+        """
+  Real x(start=1, fixed=true);
+  Boolean left(start=false, fixed=true), right(start=false, fixed=true), quiet;
+equation
+  der(x) = -1;
+  quiet = x > 0.5;
+  left = x <= 0 and not pre(right);
+  right = x <= 0 and pre(left);""",
+        backend,
+        2.0,
+    )
+    assert diagnostic.code == "R433"
+    assert "`left`" in diagnostic.message
+    assert "`right`" in diagnostic.message
+    assert "quiet" not in diagnostic.message
+    assert "pre" in str(diagnostic.hint)
+    assert result.time[-1] == pytest.approx(1.0, abs=1e-8)
+
+
+def test_chattering_names_the_relation_and_gives_advice(backend: str) -> None:
+    """A push that turns at x + v = 0 against the motion holds the point on that line."""
+    diagnostic, result = stopped(
+        """
+  Real x(start=1, fixed=true), v(start=0, fixed=true);
+equation
+  der(x) = v;
+  der(v) = if x + v > 0 then -5 else 5;""",
+        backend,
+        3.0,
+    )
+    assert diagnostic.code == "R432"
+    assert "x + v" in diagnostic.message
+    assert "noEvent" in str(diagnostic.hint)
+    assert abs(result["x"][-1] + result["v"][-1]) < 1e-3
+
+
+def test_a_regularised_relation_runs_on(backend: str) -> None:
+    """The advice holds: smoothed, the same law slides down the line, v = -x."""
+    result = run(
+        """
+  Real x(start=1, fixed=true), v(start=0, fixed=true);
+equation
+  der(x) = v;
+  der(v) = -5*tanh((x + v)/1e-3);""",
+        backend,
+        3.0,
+    )
+    late = result.time > 1
+    ratio = result["x"][late] / result["x"][late][0]
+    assert ratio == pytest.approx(np.exp(-(result.time[late] - result.time[late][0])), abs=1e-3)
+
+
+def test_no_event_switches_without_rows(backend: str) -> None:
+    result = run(
+        """
+  Real x(start=0, fixed=true);
+equation
+  der(x) = noEvent(if time < 0.5 then 1 else 2);""",
+        backend,
+        1.0,
+    )
+    assert result.events == ()
+    assert len(result.time) == 51
+    assert result["x"][-1] == pytest.approx(1.5, abs=1e-5)
+
+
+def test_a_loop_of_truths_and_numbers_finds_its_mode(backend: str) -> None:
+    """A diode on a source and a resistor: its law holds either s = v or s = i.
+
+    The current is that of the half wave; it starts at 0 and stops at pi.
+    """
+    result = run(
+        """
+  Real u, i, v, s;
+  Boolean off;
+  Real charge(start=0, fixed=true);
+equation
+  off = s < 0;
+  v = s*(if off then 1 else 0);
+  i = s*(if off then 0 else 1);
+  u = sin(time - 1);
+  u = v + 2*i;
+  der(charge) = i;""",
+        backend,
+        1 + 2 * np.pi,
+        intervals=400,
+    )
+    times = [1.0, 1 + np.pi, 1 + 2 * np.pi]
+    assert [e.time for e in result.events][:2] == pytest.approx(times[:2], abs=1e-8)
+    wave = np.sin(result.time - 1)
+    assert result["i"] == pytest.approx(np.maximum(wave, 0) / 2, abs=1e-8)
+    assert result["v"] == pytest.approx(np.minimum(wave, 0), abs=1e-8)
+    assert result["charge"][-1] == pytest.approx(1.0, abs=1e-7)
+
+
+SLIDER = """
+  inner PlanarMultiBody.World world(g=0);
+  PlanarMultiBody.Joints.Revolute a(phi(start=0.3, fixed=true), w(start=2, fixed=true));
+  PlanarMultiBody.Joints.Revolute b(phi(start=-0.4));
+  PlanarMultiBody.Joints.Revolute c;
+  PlanarMultiBody.Joints.Prismatic s(n={1, 0}, s(start=1.3));
+  PlanarMultiBody.Parts.FixedTranslation crank(r={0.3, 0});
+  PlanarMultiBody.Parts.FixedTranslation rod(r={1, 0});
+  PlanarMultiBody.Parts.Body wheel(m=1, I=0.1);
+  PlanarMultiBody.Parts.Body piston(m=1, I=0.1);
+  Real energy = 0.05*a.w^2 + 0.5*s.v^2;
+equation
+  connect(world.frame_b, a.frame_a);
+  connect(a.frame_b, crank.frame_a);
+  connect(crank.frame_a, wheel.frame_a);
+  connect(crank.frame_b, b.frame_a);
+  connect(b.frame_b, rod.frame_a);
+  connect(rod.frame_b, c.frame_a);
+  connect(c.frame_b, s.frame_b);
+  connect(world.frame_b, s.frame_a);
+  connect(s.frame_b, piston.frame_a);
+  when time >= 1 then
+    reinit(a.w, 2*pre(a.w));
+  end when;"""
+
+
+def test_all_speeds_of_a_loop_follow_the_one_set_anew(backend: str) -> None:
+    """Without gravity and friction the energy is constant, but for its factor 4 at the event."""
+    result = run(SLIDER, backend, 3.0, intervals=300)
+    before, after = pair(result, 0)
+    for name in ("s.v", "a.w", "b.w", "c.w"):
+        assert result[name][after] == pytest.approx(2 * result[name][before], abs=1e-9), name
+    energy = result["energy"]
+    assert energy[: before + 1] == pytest.approx(energy[0], rel=1e-6)
+    assert energy[after:] == pytest.approx(4 * energy[0], rel=1e-6)
+    assert result["a.phi"][-1] > 2 * np.pi  # round the dead centres
+    place = 0.3 * np.cos(result["a.phi"]) + np.sqrt(1 - (0.3 * np.sin(result["a.phi"])) ** 2)
+    assert result["s.s"] == pytest.approx(place, abs=1e-9)
+
+
+def test_states_are_chosen_again_after_an_event(backend: str) -> None:
+    """A pin in a slot whose angle p jumps: first y is a state, afterwards x has to be.
+
+    With s along the slot, (x, y) = s*(-sin(p), cos(p)); u pushes along it: der(s) = u*(-sin, cos).
+    """
+    result = run(
+        """
+  Real p(start=0.001, fixed=true);
+  Real x, y(start=-0.48, fixed=true), push;
+equation
+  der(p) = 0;
+  der(x) = 1 + push*cos(p);
+  der(y) = 1 + push*sin(p);
+  cos(p)*x + sin(p)*y = 0;
+  when time >= 0.5 then
+    reinit(p, 1.5);
+  end when;""",
+        backend,
+        1.0,
+    )
+    before, after = pair(result, 0)
+    assert "y" in result.states[0].states
+    assert [(c.time, sorted(c.states)) for c in result.states[1:]] == [(0.5, ["p", "x"])]
+
+    def along(p: float) -> float:
+        return float(np.cos(p) - np.sin(p))  # der(s)
+
+    y = -0.48 + 0.5 * along(0.001) * np.cos(0.001)
+    assert result["y"][[before, after]] == pytest.approx([y, y], rel=1e-7)
+    s = y / np.cos(1.5) + 0.5 * along(1.5)
+    assert result["x"][-1] == pytest.approx(-s * np.sin(1.5), rel=1e-7)
+    assert result["y"][-1] == pytest.approx(s * np.cos(1.5), rel=1e-7)
