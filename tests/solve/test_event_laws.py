@@ -65,6 +65,43 @@ equation
         assert result["h"][before] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"])
+def test_every_solver_has_the_same_events(backend: str, solver: str) -> None:
+    """A ball thrown up at 3 m/s when time >= 0.25, that lands; sampled thrice."""
+    model = planarc.load(
+        """model M
+  Real h(start=0, fixed=true), v(start=0, fixed=true);
+  Boolean flies(start=false, fixed=true);
+  discrete Real seen(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = if flies then -10 else 0;
+  flies = time >= 0.25 and (not pre(flies) and time < 0.3 or pre(flies) and h >= -1e-3);
+  when time >= 0.25 then
+    reinit(v, 3);
+  elsewhen h < -1e-3 then
+    reinit(v, 0);
+  end when;
+  when sample(0.35, 0.2) then
+    seen = h;
+  end when;
+end M;""",
+        backend=backend,
+    )
+    result = model.simulate(0.9, tolerance=1e-9, solver=solver)
+    landing = 0.25 + (3 + np.sqrt(9 + 20 * 1e-3)) / 10
+    assert result.statistics.solver.startswith(solver)
+    times = [e.time for e in result.events]
+    assert [t for t in times if t not in (0.3, times[-1])] == [0.25, 0.35, 0.55, 0.75]
+    assert times[-1] == pytest.approx(landing, abs=1e-7)
+    for tick in (0.35, 0.55, 0.75):
+        row = int(np.flatnonzero(result.time == tick)[-1])
+        flown = tick - 0.25
+        assert result["seen"][row] == pytest.approx(3 * flown - 5 * flown**2, abs=1e-7)
+    assert result["v"][-1] == 0.0
+    assert result["h"][-1] == pytest.approx(-1e-3, abs=1e-7)
+
+
 def test_a_root_of_a_curved_function_is_exact(backend: str) -> None:
     """x = sin(t) passes 0.5 at pi/6 and 5*pi/6; y grows only in between."""
     result = run(
@@ -126,7 +163,7 @@ equation
 
 
 def test_what_happens_at_once_is_one_event(backend: str) -> None:
-    """A state event, an instant and a sample fall together at t = 0.5."""
+    """Two instants, a sample and what follows from them fall together at t = 0.5."""
     result = run(
         """
   Real x(start=0, fixed=true);
@@ -204,6 +241,26 @@ equation
     end = x * np.cos(2.0) + v / 2 * np.sin(2.0)
     assert result["x"][-1] == pytest.approx(end, abs=1e-7)
     assert result["z"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_states_set_at_once_use_the_values_before(backend: str) -> None:
+    result = run(
+        """
+  Real x(start=1, fixed=true), y(start=2, fixed=true);
+equation
+  der(x) = 0;
+  der(y) = 0;
+  when {time >= 0.5, time >= 0.75} then
+    reinit(x, pre(y));
+    reinit(y, pre(x));
+  end when;""",
+        backend,
+        1.0,
+    )
+    assert [e.time for e in result.events] == [0.5, 0.75]
+    for i, after in enumerate(([2.0, 1.0], [1.0, 2.0])):
+        row = pair(result, i)[1]
+        assert [result["x"][row], result["y"][row]] == after
 
 
 def test_events_that_come_to_no_rest_name_the_culprits(backend: str) -> None:
@@ -301,6 +358,24 @@ equation
     assert result["i"] == pytest.approx(np.maximum(wave, 0) / 2, abs=1e-8)
     assert result["v"] == pytest.approx(np.minimum(wave, 0), abs=1e-8)
     assert result["charge"][-1] == pytest.approx(1.0, abs=1e-7)
+
+
+def test_a_relay_with_hysteresis_swings_between_its_limits(backend: str) -> None:
+    """A truth that depends on its own past and on the number that it drives."""
+    result = run(
+        """
+  Real x(start=0, fixed=true);
+  Boolean on(start=false, fixed=true);
+equation
+  der(x) = if on then 1 else -1;
+  on = x < -0.25 or pre(on) and x <= 0.25;""",
+        backend,
+        3.0,
+    )
+    times = [0.25 + 0.5 * i for i in range(6)]
+    assert [e.time for e in result.events] == pytest.approx(times, abs=1e-9)
+    wave = np.abs((result.time + 0.25) % 1 - 0.5) - 0.25
+    assert result["x"] == pytest.approx(wave, abs=1e-9)
 
 
 SLIDER = """
