@@ -122,8 +122,11 @@ def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, 
     if mechanism is None or mechanism.mobility >= 0:
         return tuple(found)
     from planarc.insight.facts import count_text
+    from planarc.structure.report import TWICE
 
-    hint = f"there are too many joints or bars, leave some out: {count_text(mechanism)}"
+    known = found[0].hint or ""
+    too_many = "there are too many joints or bars, leave some out:"
+    hint = f"{known + ';' if TWICE in known else too_many} {count_text(mechanism)}"
     return (replace(found[0], hint=hint), *found[1:])
 
 

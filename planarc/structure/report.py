@@ -23,6 +23,8 @@ from planarc.structure.matching import find_singular_parts, match_equations
 from planarc.structure.places import owner_span
 
 _SHOWN = 8  # names and equations listed in one message
+#: Said of joints by their names, of which one is too many.
+TWICE = "hold the same motion twice"
 
 
 def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
@@ -117,7 +119,7 @@ def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
         joints = [f"`{h}`" for h in holders if ".Joints." in classes.get(h, "")]
         if len(joints) > 1:
             listed = f"{', '.join(joints[:-1])} and {joints[-1]}"
-            return f"{listed} hold the same motion twice: replace one of them by a freer joint"
+            return f"{listed} {TWICE}: replace one of them by a freer joint"
         return "a constraint repeats others: replace one of the joints in the loop by a freer one"
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
