@@ -39,7 +39,7 @@ from planarc.ir import flat, syntax
 
 MAX_DEPTH = 100  # components inside components
 MAX_ITEMS = 100_000  # components in one array
-MAX_COMPONENTS = 1_000_000  # in the whole model
+MAX_COMPONENTS = 300_000  # in the whole model
 MAX_SCALARS = 10_000_000  # numbers in one variable
 MAX_NESTING_OF_ONE_CLASS = 8
 
