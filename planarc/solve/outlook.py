@@ -56,7 +56,8 @@ class Outlook:
         sensitivities: Callable[[], Sequence[Rows]],
     ) -> None:
         self.watch = Watch(slots, paced)
-        self._program, self._kernel = program, kernel
+        self._kernel = kernel
+        self._motion = [(c.slot, c.derivative) for c in program.candidates]
         self._slots = self.watch.slots.tolist()
         rates = {c.slot: c.derivative for c in program.candidates}
         self._velocities = [rates[s] for s in self._slots]
@@ -105,18 +106,18 @@ class Outlook:
 
     def _along(self) -> list[tuple[float, float]]:
         """psi of every entry of X, and its slope along the motion; nothing at rest."""
-        w, candidates = self._kernel.w, self._program.candidates
+        w = self._kernel.w
         speed = max((abs(float(w[s])) for s in self._velocities), default=0.0)
         if not 0.0 < speed < math.inf:
             return []
-        kept = [float(w[c.slot]) for c in candidates]
         here = self._sensitivities()
-        rates = [float(w[c.derivative]) for c in candidates]
-        for c, value, rate in zip(candidates, kept, rates, strict=True):
-            w[c.slot] = value + BESIDE / speed * rate
+        kept = [float(w[slot]) for slot, _ in self._motion]
+        rates = [float(w[slot]) for _, slot in self._motion]
+        for (slot, _), value, rate in zip(self._motion, kept, rates, strict=True):
+            w[slot] = value + BESIDE / speed * rate
         beside = self._sensitivities()
-        for c, value in zip(candidates, kept, strict=True):
-            w[c.slot] = value
+        for (slot, _), value in zip(self._motion, kept, strict=True):
+            w[slot] = value
         return [
             (math.atan(a), (math.atan(b) - math.atan(a)) / BESIDE)
             for x, y in zip(here, beside, strict=True)

@@ -77,6 +77,8 @@ class Selector:
             if b.height > 0 and b.residuals and b.free > 0 and i not in self._leader
         ]
         self._class = classes_of(program, ())
+        #: |X| of blocks at the workspace's values, until it is asked for.
+        self._present: dict[int, list[list[float]]] = {}
         self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
         slots = [c for i in self.open for c in self._slots(i)]
@@ -139,6 +141,7 @@ class Selector:
         """
         changed, lost, worst = False, None, 0.0
         self.overdue = False
+        self._present.clear()
         for i in self.open:
             exchanged, trouble, size = self._exchange(i, 2.0 if urgent else WORST)
             changed |= exchanged
@@ -146,6 +149,7 @@ class Selector:
             worst = max(worst, size)
         bound = WORST if worst <= WORST else GROWN * worst
         self.outlook.plan(worst, bound, changed, self.paces())
+        self._present.clear()
         for i in self._driven:
             self._driven[i] = self._speeds(i)
         return changed, lost
@@ -193,6 +197,9 @@ class Selector:
     def _sensitivities(self) -> list[list[list[float]]]:
         found = []
         for i in self.open:
+            if i in self._present:
+                found.append(self._present.pop(i))
+                continue
             n = len(self._program.blocks[i].tears)
             out = self._determined[i]
             free = [j for j in range(n) if j not in out]
@@ -258,6 +265,8 @@ class Selector:
             x = sensitivities(g, out, free)
             if round_ == 0:
                 self.overdue |= x is None or largest(x, range(len(free)))[0] > OVERDUE
+                if x is not None:
+                    self._present[i] = x
             if x is None:  # exactly singular: begin anew
                 again = self._pivot(i, block)
                 changed, out = changed or again != out, again
@@ -276,6 +285,8 @@ class Selector:
             out[r] = free[c]
             changed = True
         self._determined[i] = sorted(out)
+        if changed:
+            self._present.pop(i, None)
         if x is None or size <= worst:
             return changed, None, size
         stuck = [k for k, j in enumerate(free) if self._must_stay(block, j)]
