@@ -164,8 +164,8 @@ def _no_collection() -> Iterator[None]:
 def check_model(request: Request, clock: Clock | None = None, start: bool = False) -> Checked:
     """All stages up to `structure`, or what an earlier check remembered of them.
 
-    The mobility at the start is found with `start`, and where by count nothing can move; a start
-    that cannot be found is an error only in the first case.
+    Mobility by rank is found where there are loops, whose conditions may depend on each other. A
+    start that cannot be found is an error only with `start`.
     """
     from planarc.memory import Checked, recall_check, remember_check
 
@@ -173,8 +173,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
     with clock.phase("recall"):
         known = recall_check(request)
     if known is not None and not (start and known.mechanism and known.mobility is None):
-        # What another check was asked for is not told by this one.
-        return known if start or _is_held_by_count(known) else replace(known, mobility=None)
+        return known
     with _no_collection():
         target = open_target(request)
         flat = flatten(target, clock)
@@ -182,7 +181,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         model = to_sorted(dae, clock)
         sizes = model.equations_before, model.equations_after, model.state_count
         checked = Checked(flat.name, *sizes, flat.warnings, find_mechanism(dae))
-        if start or _is_held_by_count(checked):
+        if checked.mechanism is not None and (start or checked.mechanism.loops > 0):
             try:
                 checked = replace(checked, mobility=_find_mobility(model, checked.mechanism, clock))
             except PlanarcError:
@@ -190,12 +189,6 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
                     raise
     remember_check(request, target.reader, checked)
     return checked
-
-
-def _is_held_by_count(checked: Checked) -> bool:
-    """Whether only the rank can tell if the mechanism moves."""
-    mechanism = checked.mechanism
-    return mechanism is not None and mechanism.loops > 0 and mechanism.mobility < 1
 
 
 def _find_mobility(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:

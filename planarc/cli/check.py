@@ -1,4 +1,4 @@
-"""`planarc check`: look for mistakes without running, and without numerics."""
+"""`planarc check`: look for mistakes without running."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ UnitOption = Annotated[
 Start = Annotated[
     bool,
     typer.Option(
-        "--start", help="Put the mechanism together, too: its mobility by rank, redundant joints."
+        "--start", help="Make it an error where the mechanism cannot be put together at the start."
     ),
 ]
 
@@ -50,7 +50,7 @@ def check(
     """Check a model without running it.
 
     Names, types, connections, and the count of equations and unknowns; of a mechanism its bodies,
-    joints, loops and mobility.
+    joints, loops, mobility by count and by rank, and redundant joints.
     """
     if every:
         return _check_all(target, class_name, library, units, as_json)

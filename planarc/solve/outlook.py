@@ -36,6 +36,8 @@ LEAST = 0.04
 BESIDE = 1e-4
 #: A dead centre so much way ahead (radians or metres), as psi turns now, is near.
 SOON = 0.5
+#: Sensitivities so small are far from a dead centre: what was seen on the way is enough.
+CALM = 2.0
 #: A ratio of velocities that was looked at must grow by this factor to be looked at again.
 GROWN = 1.3
 
@@ -71,10 +73,12 @@ class Outlook:
         values = [float(self._kernel.w[s]) for s in self._slots]
         way = max(map(abs, map(sub, values, self._seen)), default=0.0)
         psi = math.atan(worst)
-        if way > 1e-3 and not changed:
+        known = way > 1e-3 and not changed
+        if known:
             self._rate = max(0.8 * self._rate, SEEN * abs(self._psi - psi) / way)
         self._seen, self._psi = values, psi
-        self._rate = max(RATE, self._rate, PRESENT * self._turning())
+        turning = PRESENT * self._turning() if worst > CALM or not known else 0.0
+        self._rate = max(RATE, self._rate, turning)
         self._begin(max(math.atan(bound) - psi, LEAST))
         self._pace(paces, bound)
 
