@@ -18,7 +18,7 @@ from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
 from planarc.solve.elementwise import functions
-from planarc.solve.events import assertion_diagnostic
+from planarc.solve.event_failure import assertion_diagnostic
 from planarc.solve.values import Reader, formatted
 
 if TYPE_CHECKING:

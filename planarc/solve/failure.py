@@ -34,7 +34,7 @@ def stopped(
     flag = kernel.rhs(t, y, ydot) or kernel.outputs(t, y)
     bad = trouble.first_not_finite(program, kernel) if flag != 0 or not _finite(ydot) else None
     if bad is not None:
-        return _not_finite(bad, t)
+        return not_finite(bad, t)
     if flag < 0:
         return Diagnostic(
             "R421",
@@ -96,7 +96,7 @@ def _finite(values: Sequence[float]) -> bool:
     return all(map(math.isfinite, values))
 
 
-def _not_finite(info: EquationInfo, t: float) -> Diagnostic:
+def not_finite(info: EquationInfo, t: float) -> Diagnostic:
     return Diagnostic(
         "R421",
         f"at t = {t:.6g} s `{info.text}` gives no finite number",
@@ -129,45 +129,3 @@ def _told(value: float, info: EquationInfo) -> str:
     if math.isfinite(value):
         return f"`{info.text}` is off by {value:.3g}"
     return f"`{info.text}` is one of them"
-
-
-def at_event(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
-    """The equations have no solution with what an event changed; `reset` are the variables
-    that a `reinit` set there."""
-    block = kernel.failed_block
-    if block < 0:
-        bad = trouble.first_not_finite(program, kernel)
-        if bad is not None:
-            return _not_finite(bad, t)
-        return Diagnostic(
-            "R421",
-            f"at t = {t:.6g} s {trouble.without_value(program, kernel)} has no finite value",
-            hint="look for a division by something that vanishes",
-        )
-    infos = [program.equations[e] for e in program.blocks[block].equations]
-    names = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
-    message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
-    message += "be solved"
-    hint = "the mechanism may be stretched or jammed here: look at its position at this time"
-    if reset:
-        message += f" with what `reinit` gives to {trouble.names(reset)}"
-        hint = "reinit to a value that the closed loops allow, near to the one before"
-    return Diagnostic(
-        "R422",
-        message,
-        infos[0].span if infos else None,
-        hint=hint,
-        related=tuple(Related(f"`{i.text}` is one of them", i.span) for i in infos[:3]),
-    )
-
-
-def chattering(program: Program, t: float, often: Sequence[tuple[str, int]]) -> Diagnostic:
-    spans = {r.text: r.span for r in program.relations}
-    names = trouble.listed(f"`{text}`" for text, _ in often)
-    return Diagnostic(
-        "R432",
-        f"events follow each other without end at t = {t:.6g} s: {names} switches to and fro",
-        spans.get(often[0][0]) if often else None,
-        hint="let the model come to rest there (a stuck or resting mode), or smooth the "
-        "relation, or put it in `noEvent(...)`",
-    )

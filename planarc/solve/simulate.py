@@ -29,6 +29,7 @@ from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
 from planarc.solve import failure
 from planarc.solve.asserts import AssertWatch, impossible_parameters
 from planarc.solve.delays import Delays, jumped, not_settled
+from planarc.solve.event_failure import chattering
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
 from planarc.solve.open_unknowns import judge_open
@@ -234,7 +235,7 @@ class Run:
         self.delays.resume(t)
         if self.selector.open:
             self._refuge = Refuge(self.kernel, self.program, self.recorder)
-        directions = self.events.directions()
+        directions = self.events.crossings.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
 
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
@@ -297,7 +298,7 @@ class Run:
             crossing |= self.schedule.switching(t)
         fired = self.schedule.firing(t)
         if not crossing and march.outcome is Outcome.BUDGET:
-            crossing = self.events.missed(t, self.integrator.y)
+            crossing = self.events.crossings.missed(t, self.integrator.y)
             for i in crossing:
                 self.tiny[i] = self.tiny.get(i, 0) + 1
         if crossing or fired:
@@ -318,13 +319,13 @@ class Run:
         if march.outcome is not Outcome.ROOT:
             return {}
         t, y = self.integrator.t, self.integrator.y
-        rises = self.events.rises(t, y)
-        crossing = self.events.real(march.directions, rises)
+        rises = self.events.crossings.rises(t, y)
+        crossing = self.events.crossings.real(march.directions, rises)
         if rises is None:
             return crossing
         for i in crossing:
             since = t - self.last_switch.get(i, -math.inf)
-            tiny = self.events.amplitude(i, rises[i], since) < self.request.tolerance
+            tiny = self.events.crossings.amplitude(i, rises[i], since) < self.request.tolerance
             self.tiny[i] = self.tiny.get(i, 0) + 1 if tiny else 0
             self.last_switch[i] = t
         return crossing
@@ -353,7 +354,7 @@ class Run:
     def _come_back(self, t: float) -> None:
         """What was a kink of a delayed signal is one of the delay now: an event where the
         delay jumps, or where a relation switches."""
-        y, before, truths = self.integrator.y, self.delays.values(t), self.events.truths()
+        y, before, truths = self.integrator.y, self.delays.values(t), self.events.crossings.truths()
         if not self._row(t, y):
             return
         self.kernel.accept(t)
@@ -363,7 +364,9 @@ class Run:
             done = self.events.process(t, y, {}, (), self._state_slots())
             self._note(done.ended, done.warnings)
             y = done.y
-        switched = [i for i, truth in enumerate(self.events.truths()) if truth != truths[i]]
+        switched = [
+            i for i, truth in enumerate(self.events.crossings.truths()) if truth != truths[i]
+        ]
         if jumps or switched:
             causes = (*self.delays.texts(jumps), *self.events.causes(switched, ()))
             self.records.append(EventRecord(t, causes))
@@ -389,14 +392,14 @@ class Run:
             del self.recent[0]
             if t - self.recent[0][0] < CHATTER_TIME * self.request.span:
                 often = Counter(c for _, found in self.recent for c in found)
-                self.ended = failure.chattering(self.program, t, often.most_common(3))
+                self.ended = chattering(self.program, t, often.most_common(3))
 
     def _guard_tiny(self, t: float, crossing: Iterable[int]) -> None:
         """Ends a run in which a relation switches by less than the integrator resolves."""
         piled = [i for i in crossing if self.tiny.get(i, 0) >= TINY_COUNT]
         if piled and self.ended is None:
             texts = [(self.program.relations[i].text, 1) for i in piled]
-            self.ended = failure.chattering(self.program, t, texts)
+            self.ended = chattering(self.program, t, texts)
 
     def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
         self.ended = self.ended or ended
