@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planarc.ir.program import FixedSlot, Kernel, Program
     from planarc.model import Model
     from planarc.signals import Signal
-    from planarc.solve.simulate import Run
+    from planarc.solve.run import Run
 
     Vector: TypeAlias = NDArray[np.float64]
 
@@ -161,7 +161,8 @@ def open_point(
     from dataclasses import replace
 
     from planarc.solve.request import resolve
-    from planarc.solve.simulate import Run, set_workspace
+    from planarc.solve.run import Run
+    from planarc.solve.simulate import set_workspace
 
     compiled = model.compiled(options.backend)
     program = compiled.program

@@ -12,7 +12,7 @@ from planarc.solve import trouble
 from planarc.solve.solvers.integrator import Cause
 
 if TYPE_CHECKING:
-    from planarc.solve.simulate import Run
+    from planarc.solve.run import Run
 
 
 def parameter_not_finite(program: Program, kernel: Kernel) -> str:

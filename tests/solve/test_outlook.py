@@ -10,7 +10,9 @@ import pytest
 
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.flat import StateSelect
-from planarc.solve.simulate import Run, simulate
+from planarc.solve import exchange
+from planarc.solve.run import Run
+from planarc.solve.simulate import simulate
 from planarc.solve.solvers.integrator import Watch
 from planarc.solve.states import Selector
 
@@ -58,7 +60,7 @@ def test_a_look_that_came_too_late_is_made_good(
 ) -> None:
     """The run goes back to where the choice was good; no row is lost or taken twice."""
     plain = slider(tools, 1e-9, StateSelect.PREFER, Solver.CVODE_BDF)
-    look, back = Selector.check, Run._go_back
+    look, back = Selector.check, exchange.go_back
     late: list[float] = []
     times: list[tuple[float, float]] = []
 
@@ -76,7 +78,7 @@ def test_a_look_that_came_too_late_is_made_good(
         return done
 
     monkeypatch.setattr(Selector, "check", check)
-    monkeypatch.setattr(Run, "_go_back", go_back)
+    monkeypatch.setattr(exchange, "go_back", go_back)
     run = slider(tools, 1e-9, StateSelect.PREFER, Solver.CVODE_BDF)
     assert run.ended is None
     (there,) = times

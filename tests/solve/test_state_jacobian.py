@@ -15,7 +15,8 @@ from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.result import Result
 from planarc.request import Request
 from planarc.solve.request import resolve
-from planarc.solve.simulate import Run, set_workspace
+from planarc.solve.run import Run
+from planarc.solve.simulate import set_workspace
 from planarc.solve.solvers import scipy as scipy_solvers
 
 CASES = Path(__file__).parent.parent / "cases"
@@ -79,7 +80,7 @@ def test_it_follows_the_choice_of_states() -> None:
     run.kernel.accept(run.integrator.t)
     run.selection = other
     run.kernel.select(other)
-    run.integrator.restart(run.integrator.t, run._state_values(), [1e-6] * len(other), ())
+    run.integrator.restart(run.integrator.t, run.state_values(), [1e-6] * len(other), ())
     compare(run)
     after = run.kernel.state_jacobian(run.integrator.t, run.integrator.y)  # type: ignore[attr-defined]
     assert not np.allclose(before, after, rtol=1e-3)

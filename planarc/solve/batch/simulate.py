@@ -15,7 +15,8 @@ from planarc.solve.batch.kernel import BatchKernel
 from planarc.solve.batch.selection import BatchSelector
 from planarc.solve.batch.steps import Step, first_length
 from planarc.solve.request import Request
-from planarc.solve.simulate import Run, set_workspace
+from planarc.solve.run import Run
+from planarc.solve.simulate import set_workspace
 
 if TYPE_CHECKING:
     import numpy as np

@@ -1,0 +1,349 @@
+"""A run: from a workspace with parameters and start values to rows over time.
+
+In:   Program, Kernel with a workspace set, Request
+Out:  Result
+
+    start      consistent positions and velocities, and the first states
+    march      the integrator goes to the next instant known beforehand, or to the
+               first root of a relation, or for a while; rows are taken on the way
+    event      rows before and after; what switched is settled; the integrator restarts
+    exchange   of states where the present ones go bad; the integrator restarts
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.ir.program import Addresses, Kernel, Program
+from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
+from planarc.solve import exchange, failure
+from planarc.solve.asserts import AssertWatch
+from planarc.solve.chatter import Chatter
+from planarc.solve.delays import Delays, jumped, not_settled
+from planarc.solve.events import Events
+from planarc.solve.instants import Schedule, same
+from planarc.solve.open_unknowns import judge_open
+from planarc.solve.recorder import Recorder
+from planarc.solve.refuge import Refuge
+from planarc.solve.request import Request
+from planarc.solve.solvers.choice import make_integrator
+from planarc.solve.solvers.integrator import Integrator, March, Outcome, Settings
+from planarc.solve.start import solve_start
+from planarc.solve.states import Selector
+
+Progress = Callable[[float], None]
+
+#: Longest time without coming back to Python, seconds of real time.
+PATIENCE = 0.1
+#: Rounds of start values and relations before they are called contradictory.
+START_ROUNDS = 50
+
+
+class Run:
+    """One run under way. `y` are the values of the states at time `t`."""
+
+    def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
+        self.program, self.kernel, self.request = program, kernel, request
+        self.backend = backend
+        self.events = Events(program, kernel, request.span)
+        self._chatter = Chatter(program, self.events.crossings, request)
+        self.schedule = Schedule(program, kernel, request.start)
+        self.selector = Selector(program, kernel)
+        self.asserts = AssertWatch(program, kernel)
+        self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
+        self.delays = Delays(program, kernel, request.start, request.span)
+        settings = Settings(
+            request.tolerance,
+            request.span,
+            len(program.relations),
+            self.delays.longest_step,
+            self.delays if self.delays.present else None,
+            request.fixed_step,
+        )
+        self.integrator: Integrator
+        self.integrator, self.reason = make_integrator(
+            request.solver, kernel, program.state_count, settings
+        )
+        self.selection: list[int] = []
+        self.refuge: Refuge | None = None
+        self.ended: Diagnostic | None = None
+        self.warnings: list[Diagnostic] = []
+        self.states: list[StateChoice] = []
+        self.held: tuple[Held, ...] = ()
+        self.records: list[EventRecord] = []
+        self.open_blocks: set[int] = set()  # of which unknowns were left open in some mode
+
+    def close(self) -> None:
+        self.integrator.close()
+
+    # The start
+
+    def begin(self) -> None:
+        """Start values, the first states, the first row."""
+        t = self.request.start
+        self.events.begin(t)
+        self.delays.begin(t)
+        for _ in range(START_ROUNDS):
+            start = solve_start(self.program, self.kernel, t, frozenset(self.request.starts))
+            self.kernel.accept(t)
+            self._choose_states(t, start.held[: len(self.program.candidates)])
+            y = self.state_values()
+            delayed = self.delays.settle_start(t)
+            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
+                break
+        else:
+            if delayed:
+                raise not_settled(self.program)
+            raise error(
+                "R433",
+                "the relations and the start values do not agree: they switch to and fro",
+                hint="write start values that lie clearly on one side of each relation",
+            )
+        self.held = start.held
+        if self.events.present:
+            self.kernel.outputs(t, y)
+            done = self.events.finish_start(t, y)
+            self._note(done.ended, done.warnings)
+            fired = self.schedule.firing(t)
+            done = self.events.process(t, done.y, {}, fired, self._state_slots())
+            self._note(done.ended, done.warnings)
+            y = done.y
+            if fired:
+                causes = self.events.causes((), fired)
+                self.records.append(EventRecord(t, causes))
+        self._row(t, y)
+        self.recorder.pass_by(t)
+        self._check_asserts(True)
+        self.delays.kink(t)
+        self.restart(t, y)
+        if self.recorder.count == 0 and self.ended is not None:
+            raise PlanarcError(self.ended)
+
+    def _choose_states(self, t: float, held: Sequence[Held]) -> None:
+        self.selection = self.selector.choose([i for i, h in enumerate(held) if h.held])
+        self.kernel.select(self.selection)
+        names = tuple(self.program.candidates[i].display for i in self.selection)
+        self.states[:] = [StateChoice(t, names)]
+
+    def state_values(self) -> list[float]:
+        return [self.kernel.w[self.program.candidates[i].slot] for i in self.selection]
+
+    def _state_slots(self) -> dict[int, int]:
+        return {self.program.candidates[c].slot: k for k, c in enumerate(self.selection)}
+
+    def _absolute(self) -> list[float]:
+        """The absolute tolerance of each state."""
+        w, tolerance = self.kernel.w, self.request.tolerance
+        result = []
+        for i in self.selection:
+            nominal = self.program.candidates[i].nominal
+            size = abs(w[nominal]) if nominal is not None else 1.0
+            result.append(tolerance * (size or 1.0))
+        return result
+
+    def restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
+        """Go on from here; the point becomes the one that nonlinear blocks start from."""
+        self.delays.cross(t)
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or failure.stopped(self, t, y, None)
+            return
+        self.kernel.accept(t)
+        self._judge_open(t, y)
+        self.delays.resume(t)
+        if self.selector.open:
+            self.refuge = Refuge(self.kernel, self.program, self.recorder)
+        directions = self.events.crossings.directions()
+        self.integrator.restart(t, y, self._absolute(), directions, step)
+
+    def _judge_open(self, t: float, y: Sequence[float]) -> None:
+        """What the equations leave open in this mode; told once for each block."""
+        block = self.kernel.open_block
+        found = judge_open(self.program, self.kernel, t, y)
+        if found is None:
+            return
+        if found.severity is Severity.ERROR:
+            self.ended = self.ended or found
+        elif block not in self.open_blocks:
+            self.open_blocks.add(block)
+            self.warnings.append(found)
+
+    # On the way
+
+    def go(self, progress: Progress | None) -> None:
+        steps = 2
+        stop = self.request.stop
+        while self.ended is None and not same(self.integrator.t, stop):
+            limit = min(self.schedule.next(t := self.integrator.t), self.delays.next(t), stop)
+            if same(limit, stop):
+                limit = stop
+            began = time.perf_counter()
+            march = self.integrator.march(limit, self.recorder, self.selector.watch, steps)
+            steps = self._budget(steps, time.perf_counter() - began)
+            if progress is not None:
+                progress(self.integrator.t)
+            self._check_asserts(march.outcome is Outcome.FAILED)
+            if self.ended is not None:
+                return
+            if self.delays.trouble is not None:
+                self.ended = self.delays.trouble
+            elif march.outcome is Outcome.FAILED:
+                exchange.rescue(self, march)
+                steps = 2
+            elif self._happens(march):
+                steps = 2
+            elif march.outcome is Outcome.BUDGET:
+                exchange.watch(self)
+        if self.ended is None:
+            self._finish()
+
+    def _budget(self, steps: int, seconds: float) -> int:
+        """Steps for the next march: soon back after a restart, then ever later."""
+        if seconds > PATIENCE:
+            return max(1, steps // 2)
+        most = 64 if self.program.relations else 1 << 16
+        return min(2 * steps, most) if seconds < PATIENCE / 2 else steps
+
+    def _happens(self, march: March) -> bool:
+        """Treats the event at the time reached, if there is one."""
+        if march.outcome is Outcome.BUDGET and not self.events.present:
+            return False
+        t, stop = self.integrator.t, self.request.stop
+        crossing = self._crossings(march)
+        known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
+        if same(known, t):
+            t = stop if same(known, stop) else known
+            crossing |= self.schedule.switching(t)
+        fired = self.schedule.firing(t)
+        if not crossing and march.outcome is Outcome.BUDGET:
+            crossing = self.events.crossings.missed(t, self.integrator.y)
+            self._chatter.found_late(crossing)
+        if crossing or fired:
+            self._event(t, crossing, fired)
+            return True
+        if march.outcome is Outcome.ROOT:
+            self.restart(t, self.integrator.y, self.integrator.last_step())
+            return True
+        if same(self.delays.next(t - 1e-9 * max(1.0, abs(t))), t):
+            self._come_back(t)
+            return True
+        if march.outcome is Outcome.LIMIT and t >= stop:
+            self._row(t, self.integrator.y)
+        return False
+
+    def _crossings(self, march: March) -> dict[int, bool]:
+        """Relations that switch here, and the truth that each takes."""
+        if march.outcome is not Outcome.ROOT:
+            return {}
+        t, crossings = self.integrator.t, self.events.crossings
+        rises = crossings.rises(t, self.integrator.y)
+        crossing = crossings.real(march.directions, rises)
+        if rises is not None:
+            self._chatter.note(t, crossing, rises)
+        return crossing
+
+    def _event(self, t: float, crossing: dict[int, bool], fired: list[int]) -> None:
+        y = self.integrator.y
+        if not self._row(t, y):
+            return
+        self.kernel.accept(t)
+        self.delays.cross(t)
+        self.delays.kink(t)
+        causes = self.events.causes(crossing, fired)
+        done = self.events.process(t, y, crossing, fired, self._state_slots())
+        self.records.append(EventRecord(t, causes))
+        self._note(done.ended, done.warnings)
+        if self._row(t, done.y):
+            self.recorder.pass_by(t)
+            chattering = self._chatter.judge(t, crossing, causes if not fired else ())
+            self.ended = self.ended or chattering
+            self.restart(t, done.y)
+            changed, _ = self.selector.check(urgent=True)
+            if changed:
+                exchange.exchange(self, t, None)
+        self._check_asserts(self.ended is not None)
+
+    def _come_back(self, t: float) -> None:
+        """What was a kink of a delayed signal is one of the delay now: an event where the
+        delay jumps, or where a relation switches."""
+        y, before, truths = self.integrator.y, self.delays.values(t), self.events.crossings.truths()
+        if not self._row(t, y):
+            return
+        self.kernel.accept(t)
+        generation = self.delays.cross(t)
+        jumps = jumped(before, self.delays.values(t))
+        if self.events.present:
+            done = self.events.process(t, y, {}, (), self._state_slots())
+            self._note(done.ended, done.warnings)
+            y = done.y
+        switched = [
+            i for i, truth in enumerate(self.events.crossings.truths()) if truth != truths[i]
+        ]
+        if jumps or switched:
+            causes = (*self.delays.texts(jumps), *self.events.causes(switched, ()))
+            self.records.append(EventRecord(t, causes))
+            self._row(t, y)
+            self.recorder.pass_by(t)
+        elif t < self.request.stop:
+            self.recorder.cut(self.recorder.count - 1)
+        self.delays.kink(t, 0 if jumps or switched else (generation or 0) + 1)
+        self.restart(t, y)
+
+    def _row(self, t: float, y: Sequence[float]) -> bool:
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or failure.stopped(self, t, y, None)
+            return False
+        self.recorder.take(t)
+        return True
+
+    def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
+        self.ended = self.ended or ended
+        self.warnings.extend(warnings)
+
+    def _check_asserts(self, all_rows: bool) -> None:
+        """Asserts at new rows; the rows after a failed one are taken back."""
+        found, row = self.asserts.check(self.recorder, all_rows)
+        for diagnostic in found:
+            self.ended = diagnostic
+            self.recorder.cut(row + 1)
+
+    # The end
+
+    def _finish(self) -> None:
+        self._check_asserts(True)
+        self.events.finish()
+        if self.events.present and self.program.whens:
+            t, y = self.integrator.t, self.integrator.y
+            done = self.events.process(t, y, {}, (), self._state_slots())
+            self._note(done.ended, done.warnings)
+
+    def result(self) -> Result:
+        self.warnings.extend(self.asserts.warnings())
+        times, data = self.recorder.rows()
+        w = self.kernel.w
+        constants = {c.slot: float(w[c.slot]) for c in self.program.columns if c.constant}
+        counts = self.integrator.counts()
+        native = isinstance(getattr(self.kernel, "addresses", None), Addresses)
+        return Result(
+            program=self.program,
+            time=times,
+            data=data,
+            stored=self.recorder.stored,
+            constants=constants,
+            statistics=Statistics(
+                solver=self.integrator.name,
+                backend=self.backend or ("native" if native else "numpy"),
+                steps=counts.steps,
+                rhs_calls=counts.rhs_calls,
+                jacobians=counts.jacobians,
+                error_test_failures=counts.error_test_failures,
+                events=len(self.records),
+                reason=self.reason,
+            ),
+            states=tuple(self.states),
+            held=self.held,
+            events=tuple(self.records),
+            warnings=tuple(self.warnings),
+            ended=self.ended,
+        )
