@@ -17,18 +17,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic, PlanarcError, RunError, UsageError
     from planarc.design import grid, latin_hypercube, random
-    from planarc.model import Model, load
+    from planarc.model import Model, Recompiled, load
     from planarc.results import Result, RunStopped
-    from planarc.study import Study, sweep
+    from planarc.study import Study, StudyInterrupted, sweep
+    from planarc.variables import UnknownName
 
 __all__ = [
     "Diagnostic",
     "Model",
     "PlanarcError",
+    "Recompiled",
     "Result",
     "RunError",
     "RunStopped",
     "Study",
+    "StudyInterrupted",
+    "UnknownName",
     "UsageError",
     "grid",
     "latin_hypercube",
@@ -41,10 +45,13 @@ _HOMES = {
     "Diagnostic": "core.diagnostic",
     "Model": "model",
     "PlanarcError": "core.diagnostic",
+    "Recompiled": "model",
     "Result": "results",
     "RunError": "core.diagnostic",
     "RunStopped": "results",
     "Study": "study",
+    "StudyInterrupted": "study",
+    "UnknownName": "variables",
     "UsageError": "core.diagnostic",
     "grid": "design",
     "latin_hypercube": "design",

@@ -170,7 +170,7 @@ def _tasks(model: Model, table: Sequence[Mapping[str, Any]]) -> list[Task]:
             except UsageError as problem:
                 if problem.diagnostics[0].code == "C201":
                     raise
-                tasks.append(Task(i, {}, {}, str(problem)))
+                tasks.append(Task(i, {}, {}, problem.diagnostics[0].message))
                 continue
         names = (*values, *starts)
         if names not in checked:

@@ -160,8 +160,19 @@ def _measured(payload: Payload, task: Task, result: Result) -> Outcome:
     try:
         return Outcome(task.index, payload.metrics(result))
     except (Exception, SystemExit) as problem:
-        reason = f"the metric fails: {type(problem).__name__}: {problem}"
-        return Outcome(task.index, None, reason)
+        return Outcome(task.index, None, f"the metric fails: {_what(problem)}")
+
+
+def _what(problem: BaseException) -> str:
+    """An error of a user's function in one line, with its place there."""
+    from traceback import extract_tb
+
+    own = Path(__file__).parent
+    frames = [f for f in extract_tb(problem.__traceback__) if own not in Path(f.filename).parents]
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    if isinstance(problem, PlanarcError):
+        return f"{problem.diagnostics[0].message}{place}"
+    return f"{type(problem).__name__}: {problem}{place}"
 
 
 def _in_processes(

@@ -84,7 +84,8 @@ def _self_tests() -> Iterator[dict[str, Any]]:
         try:
             error, solver = _swing(backend)
         except PlanarcError as problem:
-            yield {"backend": backend.value, "ok": False, "solver": None, "says": str(problem)}
+            yield {"backend": backend.value, "ok": False, "solver": None,
+                   "says": problem.diagnostics[0].message}  # fmt: skip
         else:
             yield {
                 "backend": backend.value,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from planarc.core.source import Span
 
@@ -42,13 +43,37 @@ class Diagnostic:
 
 
 class PlanarcError(Exception):
-    """The model, its files or the request are wrong; carries the diagnostics."""
+    """The model, its files or the request are wrong; carries the diagnostics.
+
+    As a text it is what the command line prints: messages with their places and hints.
+    """
 
     def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic]) -> None:
         if isinstance(diagnostics, Diagnostic):
             diagnostics = (diagnostics,)
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
-        super().__init__("; ".join(f"{d.code} {d.message}" for d in self.diagnostics))
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        from planarc.core.render import render_all
+
+        return render_all(self.diagnostics).rstrip("\n")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # An error crosses processes, and subclasses take other arguments than it holds.
+        return _again, (type(self), self.diagnostics), self.__dict__
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows in the place of a traceback: the user's lines, and the message."""
+        from traceback import extract_tb
+
+        from planarc.core.render import render_all
+
+        frames = (f for f in extract_tb(self.__traceback__) if _is_users(f.filename))
+        return [
+            *(f"line {f.lineno}: {f.line}" for f in frames),
+            *render_all(self.diagnostics, color=True).splitlines(),
+        ]
 
 
 class UsageError(PlanarcError):
@@ -69,3 +94,17 @@ def error(
 ) -> PlanarcError:
     """A `PlanarcError` with one diagnostic, ready to raise."""
     return PlanarcError(Diagnostic(code, message, span, hint=hint, related=tuple(related)))
+
+
+def _again(kind: type[PlanarcError], diagnostics: tuple[Diagnostic, ...]) -> PlanarcError:
+    """The error without its own attributes, which pickle sets."""
+    found = kind.__new__(kind)
+    PlanarcError.__init__(found, diagnostics)
+    return found
+
+
+def _is_users(file: str) -> bool:
+    from pathlib import Path
+
+    path = Path(file)
+    return "IPython" not in path.parts and not path.is_relative_to(Path(__file__).parent.parent)
