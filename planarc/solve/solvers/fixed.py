@@ -19,17 +19,9 @@ import math
 from collections.abc import Callable, Sequence
 
 from planarc.ir.program import Kernel
-from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.integrator import (
-    Cause,
-    Counts,
-    March,
-    Outcome,
-    Settings,
-    Watch,
-    march_steps,
-)
+from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.locate import crossed
+from planarc.solve.solvers.stepping import SteppingIntegrator
 
 #: A rest shorter than this part of a step is added to the step before it.
 _REST = 1e-9
@@ -44,14 +36,14 @@ class _FailedError(Exception):
         self.flag = flag
 
 
-class FixedStep:
+class FixedStep(SteppingIntegrator):
     """`length` is the step in seconds; `method` is `euler` or `rk4`."""
 
     def __init__(
         self, kernel: Kernel, states: int, settings: Settings, method: str, length: float
     ) -> None:
+        super().__init__(kernel, states, settings)
         self.name = f"{method} (fixed step {length:g} s)"
-        self._kernel, self._settings, self._size = kernel, settings, states
         self._length = min(length, settings.longest_step)
         steps: dict[str, Callable[[float, float], Values]] = {
             "euler": self._euler,
@@ -59,41 +51,16 @@ class FixedStep:
         }
         self._advance = steps[method]
         self._origin, self._index = 0.0, 0  # times are multiples of the step, not their sums
-        self._t, self._y, self._slope = 0.0, [0.0] * states, [0.0] * states
+        self._slope = [0.0] * states
         self._before = (0.0, self._y, self._slope)
-        self._directions: Sequence[int] = ()
-        self._g: Values = []
         self._steps = self._calls = 0
 
-    @property
-    def t(self) -> float:
-        return self._t
-
-    @property
-    def y(self) -> list[float]:
-        return list(self._y)
-
-    def restart(
-        self,
-        t: float,
-        y: Sequence[float],
-        absolute: Sequence[float],
-        directions: Sequence[int],
-        step: float | None = None,
-    ) -> None:
-        self._t, self._y = t, [float(v) for v in y]
-        self._origin, self._index = t, 0
-        self._directions = directions
-        self._g = [0.0] * self._settings.relations
-        self._kernel.roots(t, self._y, self._g)
+    def _begin(self, absolute: Sequence[float], step: float | None) -> None:
+        self._origin, self._index = self._t, 0
         self._slope = [0.0] * self._size
         self._calls += 1
-        self._kernel.rhs(t, self._y, self._slope)
-        self._before = (t, self._y, self._slope)
-
-    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        past = self._settings.past
-        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
+        self._kernel.rhs(self._t, self._y, self._slope)
+        self._before = (self._t, self._y, self._slope)
 
     def step(self, limit: float) -> March:
         begin = self._t
@@ -109,22 +76,23 @@ class FixedStep:
             cause = Cause.NOT_FINITE if problem.flag < 0 else Cause.BLOCK
             return March(Outcome.FAILED, cause=cause)
         self._before = (begin, self._y, self._slope)
-        self._t, self._y, self._slope = t, y, slope
+        self._slope = slope
         self._steps += 1
         self._index += 1
-        return self._rooted(limit)
+        return self._rooted(t, y, limit)
 
-    def _rooted(self, limit: float) -> March:
-        """Whether a relation has switched within the step."""
+    def _rooted(self, t: float, y: Values, limit: float) -> March:
+        """Whether a relation has switched within the step: it is treated at its end."""
+        self._t, self._y = t, y
         if self._g:
             g = [0.0] * len(self._g)
-            if self._kernel.roots(self._t, self._y, g) != 0:
+            if self._kernel.roots(t, y, g) != 0:
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             found = crossed(self._g, g, self._directions)
             self._g = g
             if any(found):
                 return March(Outcome.ROOT, tuple(found))
-        return March(Outcome.LIMIT if self._t >= limit else Outcome.BUDGET)
+        return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
 
     # The methods
 
@@ -169,6 +137,3 @@ class FixedStep:
 
     def counts(self) -> Counts:
         return Counts(self._steps, self._calls)
-
-    def close(self) -> None:
-        pass

@@ -163,9 +163,7 @@ class IdaIntegrator(ScipyIntegrator):
             return March(Outcome.FAILED, cause=Cause.NOT_FINITE if self._flag < 0 else Cause.STEP)
         self._steps += 1
         self._take(self._reached.value, self._z)
-        import numpy as np
-
-        return self._rooted(self._reached.value, np.array(self._z[: self._size]), limit)
+        return self._rooted(self._reached.value, list(self._z[: self._size]), limit)
 
     def _cause(self, flag: int) -> Cause:
         if self._flag < 0 and flag in (-8, -9, -12, -4):

@@ -15,24 +15,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.program import Kernel
-from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.integrator import (
-    Cause,
-    Counts,
-    March,
-    Outcome,
-    Settings,
-    Watch,
-    march_steps,
-)
-from planarc.solve.solvers.locate import crossed, locate
+from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
+from planarc.solve.solvers.stepping import SteppingIntegrator
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
 _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
-_LONGEST = 1 / 50
 _RETRIES = 12
 #: With fewer states differences of the right-hand side are cheaper than its derivatives.
 FEWEST_DERIVED = 8
@@ -45,42 +35,19 @@ class _Failed(Exception):
         self.flag = flag
 
 
-class ScipyIntegrator:
+class ScipyIntegrator(SteppingIntegrator):
     def __init__(self, kernel: Kernel, states: int, settings: Settings, method: str) -> None:
-        self.name = _NAMES[method]
-        self._method, self._kernel, self._settings = method, kernel, settings
-        self._size = states
+        super().__init__(kernel, states, settings)
+        self.name, self._method = _NAMES[method], method
         self._solver: Any = None
         self._dense: Any = None
         self._limit: float | None = None
         self._steps = self._calls = self._jacobians = 0
-        self._t, self._y = 0.0, [0.0] * states
         self._absolute: list[float] = []
-        self._directions: Sequence[int] = ()
-        self._g: list[float] = []
         self._first: float | None = None
 
-    @property
-    def t(self) -> float:
-        return self._t
-
-    @property
-    def y(self) -> list[float]:
-        return list(self._y)
-
-    def restart(
-        self,
-        t: float,
-        y: Sequence[float],
-        absolute: Sequence[float],
-        directions: Sequence[int],
-        step: float | None = None,
-    ) -> None:
-        self._t, self._y = t, [float(v) for v in y]
-        self._absolute, self._directions = list(absolute), directions
-        self._g = [0.0] * self._settings.relations
-        if self._g:
-            self._kernel.roots(t, self._y, self._g)
+    def _begin(self, absolute: Sequence[float], step: float | None) -> None:
+        self._absolute = list(absolute)
         self._forget(step)
 
     def _forget(self, step: float | None) -> None:
@@ -114,10 +81,6 @@ class ScipyIntegrator:
             columns.append((np.array(self._rhs(t, moved)) - here) / (moved[j] - y[j]))
         return np.array(columns).T
 
-    @property
-    def _longest_step(self) -> float:
-        return min(self._settings.span * _LONGEST, self._settings.longest_step)
-
     def _make(self, limit: float) -> None:
         import numpy as np
         from scipy import integrate
@@ -139,10 +102,6 @@ class ScipyIntegrator:
             jac=self._jacobian if derived else None,
         )
 
-    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        past = self._settings.past
-        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
-
     def step(self, limit: float) -> March:
         shorter = 0
         while True:
@@ -153,7 +112,7 @@ class ScipyIntegrator:
                 break
             except _Failed as problem:
                 last = self._solver.step_size if self._solver is not None else None
-                step = (last or self._settings.span * _LONGEST) * 0.1 ** (shorter + 1)
+                step = (last or self._settings.span * self.longest) * 0.1 ** (shorter + 1)
                 self._forget(step)
                 shorter += 1
                 if shorter > _RETRIES:
@@ -164,25 +123,7 @@ class ScipyIntegrator:
             return March(Outcome.FAILED, cause=cause)
         self._steps += 1
         self._dense = None
-        return self._rooted(float(self._solver.t), self._solver.y, limit)
-
-    def _rooted(self, t: float, state: NDArray[np.float64], limit: float) -> March:
-        """The step to `t`, or to the first root in it."""
-        begin = self._t
-        g = [0.0] * len(self._g)
-        if g:
-            if self._kernel.roots(t, state.tolist(), g) != 0:
-                return March(Outcome.FAILED, cause=Cause.BLOCK)
-            if any(crossed(self._g, g, self._directions)):
-                found = locate(
-                    self._kernel, self.interpolate, (begin, self._g), (t, g), self._directions
-                )
-                if found is None:
-                    return March(Outcome.FAILED, cause=Cause.BLOCK)
-                self._t, self._y = found[0], list(self.interpolate(found[0]))
-                return March(Outcome.ROOT, tuple(found[1]))
-        self._t, self._y, self._g = t, state.tolist(), g
-        return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
+        return self._rooted(float(self._solver.t), self._solver.y.tolist(), limit)
 
     def interpolate(self, t: float) -> Sequence[float]:
         if self._dense is None:

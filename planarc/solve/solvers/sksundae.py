@@ -68,7 +68,7 @@ class SksundaeIntegrator(ScipyIntegrator):
         self._dense = None
         t, y = float(np.ravel(found.t)[-1]), np.reshape(found.y, (-1, self._size))[-1].copy()
         self._last = t - self._t
-        return self._rooted(t, y, limit)
+        return self._rooted(t, y.tolist(), limit)
 
     def interpolate(self, t: float) -> Sequence[float]:
         import numpy as np

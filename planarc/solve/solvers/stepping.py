@@ -1,0 +1,102 @@
+"""What integrators that step in Python have in common.
+
+Where they are, the zero functions there, the march by single steps, and roots located
+on their own interpolation.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+from planarc.ir.program import Kernel
+from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.integrator import (
+    Cause,
+    Counts,
+    March,
+    Outcome,
+    Settings,
+    Watch,
+    march_steps,
+)
+from planarc.solve.solvers.locate import crossed, locate
+
+
+class SteppingIntegrator(ABC):
+    """See `Integrator` and `Stepper`. No step is longer than `longest` times the run."""
+
+    name = ""
+    longest = 1 / 50
+
+    def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
+        self._kernel, self._size, self._settings = kernel, states, settings
+        self._t, self._y = 0.0, [0.0] * states
+        self._directions: Sequence[int] = ()
+        self._g: list[float] = []
+
+    @property
+    def t(self) -> float:
+        return self._t
+
+    @property
+    def y(self) -> list[float]:
+        return list(self._y)
+
+    @property
+    def _longest_step(self) -> float:
+        return min(self._settings.span * self.longest, self._settings.longest_step)
+
+    def restart(
+        self,
+        t: float,
+        y: Sequence[float],
+        absolute: Sequence[float],
+        directions: Sequence[int],
+        step: float | None = None,
+    ) -> None:
+        self._t, self._y = t, [float(v) for v in y]
+        self._directions = directions
+        self._g = [0.0] * self._settings.relations
+        if self._g:
+            self._kernel.roots(t, self._y, self._g)
+        self._begin(absolute, step)
+
+    @abstractmethod
+    def _begin(self, absolute: Sequence[float], step: float | None) -> None:
+        """What the next step is made from: absolute tolerances, and the first step to try."""
+
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
+        past = self._settings.past
+        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
+
+    @abstractmethod
+    def step(self, limit: float) -> March: ...
+
+    @abstractmethod
+    def interpolate(self, t: float) -> Sequence[float]: ...
+
+    @abstractmethod
+    def last_step(self) -> float: ...
+
+    @abstractmethod
+    def counts(self) -> Counts: ...
+
+    def _rooted(self, t: float, y: list[float], limit: float) -> March:
+        """Goes to `t`, the end of a step, or to the first root in it."""
+        g = [0.0] * len(self._g)
+        if g:
+            if self._kernel.roots(t, y, g) != 0:
+                return March(Outcome.FAILED, cause=Cause.BLOCK)
+            if any(crossed(self._g, g, self._directions)):
+                begin = (self._t, self._g)
+                found = locate(self._kernel, self.interpolate, begin, (t, g), self._directions)
+                if found is None:
+                    return March(Outcome.FAILED, cause=Cause.BLOCK)
+                self._t, self._y = found[0], list(self.interpolate(found[0]))
+                return March(Outcome.ROOT, tuple(found[1]))
+        self._t, self._y, self._g = t, y, g
+        return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
+
+    def close(self) -> None:  # noqa: B027 (most have nothing to give back)
+        """Nothing is held outside of Python."""
