@@ -34,16 +34,21 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from operator import mul
+from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
+from planarc.ir.newton import NEGLIGIBLE
 from planarc.ir.program import BlockCode, Kernel, Program
-from planarc.solve.outlook import GROWN, Outlook
+from planarc.solve.outlook import Outlook
 from planarc.solve.pivoting import choose_columns, largest, sensitivities
+from planarc.solve.solvers.watch import WORST, Watch, bound_after
 
-#: The greatest sensitivity of a determined candidate to a state that is accepted.
-WORST = 5.0
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 #: A look that finds this came too late.
 OVERDUE = 10.0
 #: With a state that must stay one, the run goes on until this.
@@ -67,8 +72,9 @@ class Lost:
 class Selector:
     """Chooses states and watches over the choice. `watch` says when to look again."""
 
-    def __init__(self, program: Program, kernel: Kernel) -> None:
-        self._program, self._kernel = program, kernel
+    def __init__(self, program: Program, kernel: Kernel, measured: bool = False) -> None:
+        """`measured`: the integrator itself measures the choice at every step."""
+        self._program, self._kernel, self._measured = program, kernel, measured
         self._leader = leaders_of(program)
         #: Blocks with a choice to make of their own.
         self.open = [
@@ -79,16 +85,16 @@ class Selector:
         self._class = classes_of(program, ())
         #: |X| of blocks at the workspace's values, until it is asked for.
         self._present: dict[int, list[list[float]]] = {}
-        self._scale: dict[int, list[float]] = {}
         self._determined: dict[int, list[int]] = {}
         slots = [c for i in self.open for c in self._slots(i)]
         #: Of these the velocities are compared: those of accelerations would say nothing.
         self._paced = [i for i in self.open if program.blocks[i].height > 1]
         paced = sum(len(program.blocks[i].tears) for i in self._paced)
-        self.outlook = Outlook(program, kernel, slots, paced, self._sensitivities)
-        self.watch = self.outlook.watch
-        #: Blocks whose motion is given, with the velocities seen at the last look.
-        self._driven: dict[int, list[float]] = {i: [] for i in self.open if self._is_driven(i)}
+        self.watch = Watch(slots, paced, self.open, len(slots))
+        self._scale = self._scales()
+        self.outlook = Outlook(program, kernel, self.watch, self._sensitivities)
+        #: Blocks whose motion is given.
+        self._driven = {i for i in self.open if self._is_driven(i)}
         #: The last look found the choice so bad that what followed from it may be wrong.
         self.overdue = False
 
@@ -113,6 +119,20 @@ class Selector:
                 if block.residuals
                 else []
             )
+
+    def _scales(self) -> dict[int, NDArray[np.float64]]:
+        """The largest columns seen, of each block; of the open ones the watch has them, too."""
+        import numpy as np
+
+        found, first = {}, 0
+        for i, block in enumerate(self._program.blocks):
+            n = len(block.tears)
+            if i in self.open:
+                found[i] = self.watch.scales[first : first + n]
+                first += n
+            elif block.height > 0 and block.residuals:
+                found[i] = np.zeros(n)
+        return found
 
     def _slots(self, i: int) -> list[int]:
         block, candidates = self._program.blocks[i], self._program.candidates
@@ -147,12 +167,17 @@ class Selector:
             changed |= exchanged
             lost = lost or trouble
             worst = max(worst, size)
-        bound = WORST if worst <= WORST else GROWN * worst
-        self.outlook.plan(worst, bound, changed, self.paces())
+        self.watch.bound = bound_after(worst)
+        if not self._measured:
+            self.outlook.plan(worst, self.watch.bound, changed, self.paces())
         self._present.clear()
-        for i in self._driven:
-            self._driven[i] = self._speeds(i)
         return changed, lost
+
+    def hurry(self) -> None:
+        """The last look came too late: look much sooner from here."""
+        self.watch.bound = WORST
+        if not self._measured:
+            self.outlook.hurry(self.paces())
 
     def _is_driven(self, i: int) -> bool:
         """Whether the velocities of a block are determined: it moves as it is driven."""
@@ -164,29 +189,28 @@ class Selector:
             program.blocks[homes[r]].free == 0 for r in rates if r in homes
         )
 
-    def _speeds(self, i: int) -> list[float]:
-        block, w = self._program.blocks[i], self._kernel.w
-        own = self._program.candidates[block.first :][: len(block.tears)]
-        return [abs(float(w[c.derivative])) for c in own]
-
     def _jams(self, i: int, taker: int, state: int) -> bool:
         """Whether a driven mechanism is about to jam.
 
         Towards a dead centre of its state that one slows down; where a drive comes to the
-        end of a mechanism's reach the others become ever faster. No choice of states helps
-        there, and one of those would even come back from beyond.
+        end of a mechanism's reach the others become ever faster: the product of both speeds
+        grows. No choice of states helps there, and one of those would even come back from
+        beyond.
         """
-        before = self._driven.get(i)
-        if not before:
+        if i not in self._driven:
             return False
-        now = self._speeds(i)
-        return now[taker] * now[state] > before[taker] * before[state]
+        w, first = self._kernel.w, self._program.blocks[i].first
+        rates = {c.slot: c.derivative for c in self._program.candidates}
+        slots = [self._program.candidates[first + j].derivative for j in (taker, state)]
+        v, u = (float(w[s]) for s in slots)
+        dv, du = (float(w[rates[s]]) if s in rates else 0.0 for s in slots)
+        return v * u * (dv * u + v * du) > 0.0
 
     def paces(self) -> list[tuple[int, float]]:
         """Velocities in the measure of the sensitivities, the states' first, of each block."""
         found = []
         for i in self._paced:
-            first, scale = self._program.blocks[i].first, self._scale[i]
+            first, scale = self._program.blocks[i].first, self._scale[i].tolist()
             out = self._determined[i]
             for j in sorted(range(len(scale)), key=lambda j: j in out):
                 weight = scale[j] if scale[j] > 0 else 1.0
@@ -218,12 +242,11 @@ class Selector:
             given.tolist() if hasattr(given, "tolist") else [list(row) for row in given]
         )
         sizes = [math.hypot(*column) for column in zip(*g, strict=True)]
-        known = self._scale.get(i)
-        if known is not None:
-            sizes = list(map(max, known, sizes))
+        sizes = list(map(max, self._scale[i].tolist(), sizes))
         if keep:
-            self._scale[i] = sizes
-        parts = [1 / s if s > 0 else 1.0 for s in sizes]
+            self._scale[i][:] = sizes
+        least = NEGLIGIBLE * max(sizes, default=0.0)
+        parts = [1 / s if s > least else 0.0 for s in sizes]
         return [list(map(mul, row, parts)) for row in g]
 
     def _must_stay(self, block: BlockCode, j: int) -> bool:
