@@ -84,6 +84,11 @@ FUNCTIONS: Mapping[str, Callable[..., float]] = {
 _MERGED = 256
 
 
+# Where it counts, operations are compared by these names: until Python 3.12 an enumeration
+# looks up its members by a function.
+_CONST, _ADD, _MUL, _NEG, _POW = Op.CONST, Op.ADD, Op.MUL, Op.NEG, Op.POW
+
+
 class Expr:
     """A node. Made by `Exprs` only; never changed."""
 
@@ -124,6 +129,7 @@ class Exprs:
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Expr] = {}
+        self._numbers: dict[float, Expr] = {}  # constants except zeros, truth values and nan
         self.all: list[Expr] = []  # by id
         self.zero = self.const(0.0)
         self.one = self.const(1.0)
@@ -133,27 +139,29 @@ class Exprs:
 
     def node(self, op: Op, args: tuple[Expr, ...] = (), data: Any = None) -> Expr:
         """The node as given, without any simplification."""
-        key = (op, data, *(a.id for a in args))
+        key = (op, data, args)
         found = self._nodes.get(key)
-        if found is None:
-            found = Expr()
-            found.op, found.args, found.data, found.id = op, args, data, len(self.all)
-            self._nodes[key] = found
-            self.all.append(found)
+        return self._new(key, op, args, data) if found is None else found
+
+    def _new(self, key: tuple[Any, ...], op: Op, args: tuple[Expr, ...], data: Any) -> Expr:
+        found = self._nodes[key] = Expr()
+        found.op, found.args, found.data, found.id = op, args, data, len(self.all)
+        self.all.append(found)
         return found
 
     # Leaves
 
     def const(self, value: float | bool) -> Expr:
-        # The key tells True from 1.0 and -0.0 from 0.0, which Python calls equal.
-        value = value if isinstance(value, bool) else float(value)
-        key = (Op.CONST, repr(value))
-        found = self._nodes.get(key)
+        # Python calls True equal to 1.0 and -0.0 equal to 0.0, which are different nodes.
+        if isinstance(value, bool) or not value or value != value:
+            value = value if isinstance(value, bool) else float(value)
+            key = (_CONST, repr(value))
+            found = self._nodes.get(key)
+            return self._new(key, _CONST, (), value) if found is None else found
+        found = self._numbers.get(value)
         if found is None:
-            found = Expr()
-            found.op, found.args, found.data, found.id = Op.CONST, (), value, len(self.all)
-            self._nodes[key] = found
-            self.all.append(found)
+            value = float(value)
+            found = self._numbers[value] = self._new((_CONST, repr(value)), _CONST, (), value)
         return found
 
     def symbol(self, name: str, order: int = 0) -> Expr:
@@ -174,22 +182,31 @@ class Exprs:
     def add(self, *terms: Expr) -> Expr:
         constant = 0.0
         coefficients: dict[Expr, float] = {}
-        stack = [(t, 1.0) for t in reversed(terms)]
+        stack: list[tuple[Iterator[Expr], float]] = [(iter(terms), 1.0)]
         while stack:
-            term, factor = stack.pop()
-            if term.op is Op.CONST:
-                constant += factor * term.data
-            elif term.op is Op.ADD and len(term.args) <= _MERGED:
-                stack.extend((t, factor) for t in reversed(term.args))
-            elif term.op is Op.NEG:
-                stack.append((term.args[0], -factor))
+            rest, factor = stack[-1]
+            for term in rest:
+                op = term.op
+                number = factor
+                while op is _NEG:
+                    term, number = term.args[0], -number
+                    op = term.op
+                if op is _CONST:
+                    constant += number * term.data
+                elif op is _ADD and len(term.args) <= _MERGED:
+                    stack.append((iter(term.args), number))
+                    break
+                else:
+                    if op is _MUL and term.args[0].op is _CONST:
+                        own, term = self._split(term)
+                        number *= own
+                    coefficients[term] = coefficients.get(term, 0.0) + number
             else:
-                number, base = self._split(term)
-                coefficients[base] = coefficients.get(base, 0.0) + factor * number
-        parts = [self.scale(c, b) for b, c in coefficients.items() if c != 0.0]
+                stack.pop()
+        parts = [b if c == 1.0 else self.scale(c, b) for b, c in coefficients.items() if c != 0.0]
         if constant != 0.0 or not parts:
             parts.append(self.const(constant))
-        return parts[0] if len(parts) == 1 else self.node(Op.ADD, tuple(parts))
+        return parts[0] if len(parts) == 1 else self.node(_ADD, tuple(parts))
 
     def _split(self, term: Expr) -> tuple[float, Expr]:
         """A term as number times the rest."""
@@ -203,48 +220,55 @@ class Exprs:
         if number == 1.0:
             return base
         if number == -1.0:
-            return self.node(Op.NEG, (base,))
+            return self.node(_NEG, (base,))
         return self.mul(self.const(number), base)
 
     def sub(self, a: Expr, b: Expr) -> Expr:
         return self.add(a, self.neg(b))
 
     def neg(self, a: Expr) -> Expr:
-        if a.op is Op.CONST:
+        if a.op is _CONST:
             return self.const(0.0 if a.data == 0 else -a.data)
-        if a.op is Op.NEG:
+        if a.op is _NEG:
             return a.args[0]
-        if a.op is Op.MUL and a.args[0].op is Op.CONST:
+        if a.op is _MUL and a.args[0].op is _CONST:
             number, base = self._split(a)
             return self.scale(-number, base)
-        return self.node(Op.NEG, (a,))
+        return self.node(_NEG, (a,))
 
     def mul(self, *factors: Expr) -> Expr:
         number = 1.0
         powers: dict[Expr, int] = {}
-        stack = list(reversed(factors))
+        stack = [iter(factors)]
         while stack:
-            factor = stack.pop()
-            if factor.op is Op.CONST:
-                number *= factor.data
-            elif factor.op is Op.MUL and len(factor.args) <= _MERGED:
-                stack.extend(reversed(factor.args))
-            elif factor.op is Op.NEG:
-                number = -number
-                stack.append(factor.args[0])
+            for factor in stack[-1]:
+                op = factor.op
+                while op is _NEG:
+                    number = -number
+                    factor = factor.args[0]
+                    op = factor.op
+                if op is _CONST:
+                    number *= factor.data
+                elif op is _MUL and len(factor.args) <= _MERGED:
+                    stack.append(iter(factor.args))
+                    break
+                elif op is _POW:
+                    base, exponent = _power(factor)
+                    powers[base] = powers.get(base, 0) + exponent
+                else:
+                    powers[factor] = powers.get(factor, 0) + 1
             else:
-                base, exponent = _power(factor)
-                powers[base] = powers.get(base, 0) + exponent
+                stack.pop()
         if number == 0.0:
             return self.zero
-        parts = [b if n == 1 else self.node(Op.POW, (b, self.const(n))) for b, n in powers.items()]
+        parts = [b if n == 1 else self.node(_POW, (b, self.const(n))) for b, n in powers.items()]
         if not parts:
             return self.const(number)
         if number == -1.0:
-            return self.neg(parts[0] if len(parts) == 1 else self.node(Op.MUL, tuple(parts)))
+            return self.neg(parts[0] if len(parts) == 1 else self.node(_MUL, tuple(parts)))
         if number != 1.0:
             parts.insert(0, self.const(number))
-        return parts[0] if len(parts) == 1 else self.node(Op.MUL, tuple(parts))
+        return parts[0] if len(parts) == 1 else self.node(_MUL, tuple(parts))
 
     def div(self, a: Expr, b: Expr) -> Expr:
         if b.op is Op.CONST and b.data != 0:
@@ -380,32 +404,36 @@ _MAKERS: Mapping[Op, Callable[..., Expr]] = {
 
 
 def _power(factor: Expr) -> tuple[Expr, int]:
-    """A factor as base and whole exponent above zero."""
-    if factor.op is Op.POW:
-        base, exponent = factor.args
-        if exponent.is_const and exponent.data > 0 and exponent.data == int(exponent.data):
-            return base, int(exponent.data)
+    """A power as base and whole exponent above zero."""
+    base, exponent = factor.args
+    if exponent.is_const and exponent.data > 0 and exponent.data == int(exponent.data):
+        return base, int(exponent.data)
     return factor, 1
 
 
 # Walks ---------------------------------------------------------------------------------
 
 
-def postorder(roots: Iterable[Expr]) -> Iterator[Expr]:
+def postorder(roots: Iterable[Expr]) -> list[Expr]:
     """Every distinct node below the roots, arguments before the nodes that use them."""
     seen: set[Expr] = set()
+    found: list[Expr] = []
     for root in roots:
-        stack: list[tuple[Expr, bool]] = [(root, False)]
+        stack: list[Expr | None] = [root]
         while stack:
-            e, ready = stack.pop()
-            if e in seen:
+            e = stack.pop()
+            if e is None:  # the arguments of the node below are done
+                e = stack.pop()
+                assert e is not None
+            elif e in seen:
                 continue
-            if ready or not e.args:
-                seen.add(e)
-                yield e
-            else:
-                stack.append((e, True))
-                stack.extend((a, False) for a in reversed(e.args) if a not in seen)
+            elif e.args:
+                stack += (e, None)
+                stack += [a for a in reversed(e.args) if a not in seen]
+                continue
+            seen.add(e)
+            found.append(e)
+    return found
 
 
 def symbols(*roots: Expr) -> list[Expr]:
@@ -433,12 +461,10 @@ class Substitution:
             e = stack[-1]
             if e in memo:
                 stack.pop()
-                continue
-            waiting = [a for a in e.args if a not in memo]
-            if waiting:
-                stack.extend(waiting)
+            elif waiting := [a for a in e.args if a not in memo]:
+                stack += waiting
             else:
-                memo[e] = self._table.rebuild(e, tuple(memo[a] for a in e.args))
+                memo[e] = self._table.rebuild(e, tuple([memo[a] for a in e.args]))
                 stack.pop()
         return memo[root]
 
