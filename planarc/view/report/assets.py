@@ -10,9 +10,12 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import html
 import json
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from string import Template
 
 _HERE = Path(__file__).parent
 _VENDOR = _HERE.parent / "vendor"
@@ -45,6 +48,13 @@ def chart_script() -> str:
 def text(name: str) -> str:
     """A file as it is."""
     return _text(_HERE / name)
+
+
+def head(title: str, scripts: Sequence[str], sheets: Sequence[str]) -> str:
+    """A page up to its body; only these scripts run in it."""
+    return Template(text("head.html")).substitute(
+        policy=policy(*scripts), title=html.escape(title), styles=styles(*sheets)
+    )
 
 
 def policy(*scripts: str) -> str:

@@ -38,9 +38,8 @@ def render_gallery(title: str, cards: Sequence[Card]) -> str:
     script = assets.script(*assets.PLAYER, "gallery.js")
     scenes = [None if card.scene is None else _scene(card.scene) for card in cards]
     return Template(assets.text("gallery.html")).substitute(
-        policy=assets.policy(script),
+        head=assets.head(title, (script,), ("base.css", "player.css", "gallery.css")),
         title=html.escape(title),
-        styles=assets.styles("base.css", "player.css", "gallery.css"),
         cards="".join(_card(i, card) for i, card in enumerate(cards)),
         data=assets.embed_json(scenes),
         script=script,

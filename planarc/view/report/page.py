@@ -87,12 +87,10 @@ def render_page(
         _card("Events", _events(len(result.events))) if result.events else "",
     ]
     return Template(assets.text("page.html")).substitute(
-        policy=assets.policy(chart, script),
-        name=html.escape(program.name),
+        head=assets.head(program.name, (chart, script), (*assets.STYLES, "page.css")),
         package=html.escape(program.name.rpartition(".")[0]),
         title=html.escape(program.name.rpartition(".")[2]),
         description=html.escape(program.description),
-        styles=assets.styles(*assets.STYLES, "page.css"),
         notes="".join(f'<p class="{kind}">{_prose(text)}</p>' for kind, text in told),
         cards="".join(cards),
         open="" if any(f.on for f in figures) else " open",
