@@ -11,10 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, MutableSequence, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
 
+import planarc
+from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import Source, Span
 from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
@@ -576,3 +579,23 @@ class Toolbox:
 @pytest.fixture
 def tools() -> Toolbox:
     return Toolbox()
+
+
+# Runs that end early ---------------------------------------------------------------------------
+
+
+def run_until_stopped(
+    text: str, backend: str, stop: float, **options: Any
+) -> tuple[Diagnostic, planarc.Result]:
+    """Why a model cannot go on, and the rows until then."""
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    with pytest.raises(planarc.RunStopped) as caught:
+        planarc.load(text, backend=backend).simulate(stop, **options)
+    (diagnostic,) = caught.value.diagnostics
+    return diagnostic, caught.value.result
+
+
+@pytest.fixture
+def stopped() -> Callable[..., tuple[Diagnostic, planarc.Result]]:
+    return run_until_stopped

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ import pytest
 
 import planarc
 from planarc.core.diagnostic import Diagnostic
+
+Stopped = Callable[..., tuple[Diagnostic, planarc.Result]]
 
 BACKENDS = ["numpy", "native"]
 
@@ -86,16 +89,11 @@ def load(text: str, backend: str) -> planarc.Model:
     return planarc.load(text, backend=backend)
 
 
-def stopped(text: str, backend: str, stop: float) -> tuple[Diagnostic, planarc.Result]:
-    with pytest.raises(planarc.RunStopped) as caught:
-        load(text, backend).simulate(stop)
-    (diagnostic,) = caught.value.diagnostics
-    return diagnostic, caught.value.result
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("value", ["sqrt(0.3 - time)", "exp(2000*x)", "log(x - 2)"])
-def test_no_number_names_the_equation_and_the_time(backend: str, value: str) -> None:
+def test_no_number_names_the_equation_and_the_time(
+    backend: str, value: str, stopped: Stopped
+) -> None:
     text = f"""
     model M
       Real x(start=0, fixed=true);
@@ -138,7 +136,7 @@ def test_a_loose_part_without_mass_is_named_before_it_runs() -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_reinit_that_takes_a_loop_apart_ends_the_run(backend: str) -> None:
+def test_a_reinit_that_takes_a_loop_apart_ends_the_run(backend: str, stopped: Stopped) -> None:
     diagnostic, result = stopped(SLIDER % "5", backend, 1)
     assert diagnostic.code == "R422"
     assert "at the event at t = 0.5 s" in diagnostic.message
@@ -173,7 +171,7 @@ def test_a_drive_to_the_end_of_a_mechanisms_reach_jams(backend: str, tolerance: 
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_bouncing_to_a_pile_of_events_keeps_the_rows(backend: str) -> None:
+def test_bouncing_to_a_pile_of_events_keeps_the_rows(backend: str, stopped: Stopped) -> None:
     text = """
     model Ball
       Real h(start=1, fixed=true);
