@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,6 +41,12 @@ _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 class Recompiled(UserWarning):
     """A structural parameter was changed, so the model was compiled again."""
+
+
+def recompiled(names: Collection[str]) -> str:
+    """The remark that some parameters are structural."""
+    verb = "is" if len(names) == 1 else "are"
+    return f"{' and '.join(f'`{n}`' for n in names)} {verb} structural: the model is compiled again"
 
 
 def load(
@@ -268,12 +274,9 @@ class Model:
 
         key = tuple(sorted(changed.items()))
         if key not in self._variants:
-            named = " and ".join(f"`{n}`" for n in changed)
-            verb = "is" if len(changed) == 1 else "are"
-            warnings.warn(
-                f"{named} {verb} structural: the model is compiled again", Recompiled, stacklevel=3
-            )
-            self._variants[key] = self.variant(texts_of(self.request, structural, changed))
+            texts = texts_of(self.request, self.program, changed, self.backend)
+            warnings.warn(recompiled(changed), Recompiled, stacklevel=3)
+            self._variants[key] = self.variant(texts)
         return self._variants[key], rest
 
     def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
@@ -391,16 +394,17 @@ class Model:
         """Derivatives of all variables with respect to some parameters, over time."""
         from planarc.analysis.sensitivity import sensitivities
 
+        model, settable = self.with_parameters(values)
         options = RunOptions(
             start=_time("start_time", start_time),
             stop=_time("stop_time", stop_time),
             tolerance=_time("tolerance", tolerance),
             intervals=_count(intervals),
             backend=self.backend,
-            values=parameter_values(self.program, values),
-            starts=start_values(self.program, start),
+            values=settable,
+            starts=start_values(model.program, start),
         )
-        return sensitivities(self, parameters, options)
+        return sensitivities(model, parameters, options)
 
 
 def _time(name: str, value: Any) -> float | None:

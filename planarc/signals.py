@@ -62,6 +62,16 @@ def read_motion(name: str, given: Signal, span: float) -> Motion:
     return lambda t: (float(spline(t)), float(v(t)), float(a(t)))
 
 
+def table_span(name: str, given: Any) -> tuple[float, float] | None:
+    """The first and the last time of a motion that is a table."""
+    if callable(given) or isinstance(given, int | float | str):
+        return None
+    if isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given)):
+        return None
+    times, _ = read_table(name, given)
+    return float(times[0]), float(times[-1])
+
+
 def read_table(name: str, given: Any) -> tuple[Any, Any]:
     """Ascending times and values."""
     import numpy as np

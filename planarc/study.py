@@ -75,12 +75,13 @@ def sweep(
     """
     limit = _asked(model, client, limit)
     table = _points(points)
+    model, settable = model.with_parameters(parameters)
     options = RunOptions(
         stop=stop_time,
         tolerance=tolerance,
         intervals=intervals,
         backend=model.backend,
-        values=parameter_values(model.program, parameters),
+        values=settable,
         starts=start_values(model.program, start),
     )
     metrics = read_metric(metric, model.program)

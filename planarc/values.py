@@ -7,6 +7,7 @@ Truth values and the names of enumeration literals are taken too.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -72,7 +73,7 @@ def _scalars(
                 raise _shape(name, "one number", value)
             yield name, value
             continue
-        elements = [n for n in known if isinstance(name, str) and n.startswith(f"{name}[")]
+        elements = elements_of(name, known) if isinstance(name, str) else {}
         if elements:
             yield from _elements(name, value, elements)
         elif kind == "parameter" and any(c.name == name for c in program.columns):
@@ -87,20 +88,36 @@ def _scalars(
             raise unknown_name(kind, name, known)
 
 
-def _elements(name: str, value: Any, elements: Sequence[str]) -> Iterable[tuple[str, Any]]:
+def elements_of(name: str, known: Iterable[str]) -> dict[tuple[int, ...], str]:
+    """The scalars of an array by their subscripts: `a[1].n[3]` is (1, 3) of `a.n`."""
+    parts = (
+        p if p.endswith(r"\]") else rf"{p}(?:\[([\d,]+)\])?" for p in re.escape(name).split(r"\.")
+    )
+    pattern = re.compile(r"\.".join(parts))
+    found = ((n, pattern.fullmatch(n)) for n in known)
+    return {
+        tuple(int(i) for group in match.groups() if group for i in group.split(",")): n
+        for n, match in found
+        if match
+    }
+
+
+def _elements(
+    name: str, value: Any, elements: Mapping[tuple[int, ...], str]
+) -> Iterable[tuple[str, Any]]:
     """The scalars of an array, by their names."""
-    found: dict[str, Any] = {}
-    stack = [(name, value)]
+    found: dict[tuple[int, ...], Any] = {}
+    stack: list[tuple[tuple[int, ...], Any]] = [((), value)]
     while stack:
         at, item = stack.pop()
         if not _is_sequence(item):
             found[at] = item
             continue
-        inside = at[:-1] + "," if at.endswith("]") else at + "["
-        stack.extend((f"{inside}{i}]", part) for i, part in enumerate(item, 1))
-    if found.keys() != set(elements):
-        raise _shape(name, f"{len(elements)} numbers, {elements[0]} to {elements[-1]}", value)
-    return [(e, found[e]) for e in elements]
+        stack.extend(((*at, i), part) for i, part in enumerate(item, 1))
+    if found.keys() != elements.keys():
+        names = list(elements.values())
+        raise _shape(name, f"{len(names)} numbers, {names[0]} to {names[-1]}", value)
+    return [(n, found[at]) for at, n in elements.items()]
 
 
 def _is_sequence(value: Any) -> bool:

@@ -8,12 +8,14 @@ declarations. The variant is a model that extends the one asked for:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.request import Request, open_target
+from planarc.values import elements_of
 
 if TYPE_CHECKING:
     from planarc.compiler import Compiled
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 #: The name of the variant, which no user's class has.
 NAME = "'a variant'"
+
+_SUBSCRIPTS = re.compile(r"\[[\d,]+\]")
 
 _Tree: TypeAlias = "dict[str, _Tree | str]"
 
@@ -53,15 +57,74 @@ def variant_of(
 
 
 def texts_of(
-    request: Request, parameters: Mapping[str, ParameterSlot], values: Mapping[str, float]
+    request: Request, program: Program, changed: Mapping[str, float], backend: Backend
 ) -> dict[str, str]:
-    """Values of structural parameters as Modelica text."""
-    types: dict[str, str] = {}
-    if any(parameters[n].literals for n in values):
-        from planarc.compiler import flatten
+    """Values of structural parameters as Modelica text, by names without subscripts.
 
-        types = {v.name: v.type.name for v in flatten(open_target(request)).variables}
-    return {n: _literal(parameters[n], v, types.get(n, "")) for n, v in values.items()}
+    A modifier gives an array whole: `a[2].n` becomes `a.n`, with the other elements as
+    they are after what else is changed. Raises UsageError (C204, C205).
+    """
+    slots = {p.name: p for p in program.parameter_slots}
+    types = _types(request) if any(slots[n].literals for n in changed) else {}
+
+    def literal(name: str, value: float) -> str:
+        return _literal(slots[name], value, types.get(name, types.get(_whole(name), "")))
+
+    texts = {n: literal(n, v) for n, v in changed.items() if "[" not in n}
+    for array in dict.fromkeys(_whole(n) for n in changed if "[" in n):
+        elements = elements_of(array, slots)
+        values = _present(variant_of(request, texts) if texts else request, backend)
+        values |= changed
+        _refuse_computed([slots[n] for n in elements.values()], changed)
+        texts[array] = _braces({at: literal(n, values[n]) for at, n in elements.items()})
+    return texts
+
+
+def _types(request: Request) -> dict[str, str]:
+    """The names of the types of all variables."""
+    from planarc.compiler import flatten
+
+    return {v.name: v.type.name for v in flatten(open_target(request)).variables}
+
+
+def _present(request: Request, backend: Backend) -> dict[str, float]:
+    """The values of all parameters of a model."""
+    from planarc.compiler import compile_model
+
+    compiled = compile_model(request, backend)
+    kernel = compiled.load()
+    kernel.parameters()
+    return {p.name: float(kernel.w[p.slot]) for p in compiled.program.parameter_slots}
+
+
+def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, float]) -> None:
+    """An element that follows other parameters would follow them no longer."""
+    for element in elements:
+        if not (element.name in changed or element.settable or element.structural):
+            one = next(n for n in changed if "[" in n and _whole(n) == _whole(element.name))
+            raise UsageError(
+                Diagnostic(
+                    "C205",
+                    f"`{one}` is structural and one of an array, of which `{element.name}` is "
+                    "computed from other parameters: it cannot be changed from here",
+                    hint="change it in the model, or give all elements",
+                )
+            )
+
+
+def _whole(name: str) -> str:
+    """`a[2].n[1]` as `a.n`."""
+    return _SUBSCRIPTS.sub("", name)
+
+
+def _braces(elements: Mapping[tuple[int, ...], str]) -> str:
+    """`{{a, b}, {c, d}}`, of elements in the order of their subscripts."""
+    if () in elements:
+        return elements[()]
+    rows: dict[int, dict[tuple[int, ...], str]] = {}
+    for (first, *rest), text in sorted(elements.items()):
+        rows.setdefault(first, {})[tuple(rest)] = text
+    return f"{{{', '.join(_braces(row) for row in rows.values())}}}"
 
 
 def compile_variant(
@@ -88,6 +151,10 @@ def named_like(program: Program, of: Program) -> Program:
 def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:
     match parameter.kind.value:
         case "Boolean":
+            if value not in (0, 1):
+                raise UsageError(
+                    Diagnostic("C204", f"`{parameter.name}` takes true or false, not {value:g}")
+                )
             return "true" if value else "false"
         case "Integer":
             if value != int(value):
@@ -111,14 +178,6 @@ def _begins_within(text: str) -> bool:
 def _tree(values: Mapping[str, str]) -> _Tree:
     root: _Tree = {}
     for name, value in values.items():
-        if "[" in name:
-            raise UsageError(
-                Diagnostic(
-                    "C205",
-                    f"`{name}` is structural and one of an array: it cannot be changed from here",
-                    hint="change it in the model",
-                )
-            )
         node = root
         *path, last = name.split(".")
         for part in path:

@@ -23,6 +23,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.mistake import mistake
 from planarc.core.options import RunOptions
 from planarc.metric import Metrics
 
@@ -153,6 +154,8 @@ def _run(payload: Payload, task: Task) -> Outcome:
         result = payload.model.run(_options(payload, task))
     except PlanarcError as problem:
         return Outcome(task.index, None, problem.diagnostics[0].message)
+    except Exception as bug:
+        return Outcome(task.index, None, mistake(bug).message)
     return _measured(payload, task, result)
 
 

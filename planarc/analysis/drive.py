@@ -79,7 +79,7 @@ def drive(
     start: Mapping[str, Value] | None,
 ) -> Driven:
     """See `Model.drive`."""
-    from planarc.signals import ForcedKernel, read_motion
+    from planarc.signals import ForcedKernel, read_motion, table_span
     from planarc.solve.simulate import simulate
 
     model, settable = model.with_parameters(parameters)
@@ -90,7 +90,11 @@ def drive(
     program = compiled.program
     given = program.experiment
     begin = given.start if options.start is None else options.start
+    ends = [end for c, m in motions.items() if (end := table_span(c, m))]
+    if options.stop is None and ends:  # a run lasts as long as its motion is known
+        options = replace(options, stop=min(last for _, last in ends))
     stop = given.stop if options.stop is None else options.stop
+    _refuse_unknown_times(motions, begin, stop)
     functions = {
         k: read_motion(c, m, stop - begin)
         for k, (c, m) in enumerate(motions.items())
@@ -108,6 +112,23 @@ def drive(
     if rows.ended is not None and rows.ended.severity is Severity.ERROR:
         raise RunStopped(rows.ended, result)
     return Driven(result, efforts)
+
+
+def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, stop: float) -> None:
+    from planarc.signals import table_span
+
+    for coordinate, motion in motions.items():
+        first, last = table_span(coordinate, motion) or (begin, stop)
+        slack = 1e-9 * (last - first)
+        if begin < first - slack or stop > last + slack:
+            raise UsageError(
+                Diagnostic(
+                    "C210",
+                    f"the motion of `{coordinate}` is known from {first:g} s to {last:g} s, and "
+                    f"the run goes from {begin:g} s to {stop:g} s",
+                    hint="give other times, or a longer table",
+                )
+            )
 
 
 def _effort(program: Program, coordinate: Any) -> str:

@@ -12,7 +12,7 @@ import typer
 from planarc.cli import console
 from planarc.cli.arguments import make_request
 from planarc.cli.settings import Given, read_settings, sort_settings
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 
 if TYPE_CHECKING:
     from planarc.core.options import Backend
@@ -47,12 +47,24 @@ def open_model(
     return model
 
 
-def settings_of(
+def with_settings(
     model: Model, settings: Sequence[str] | None
-) -> tuple[dict[str, Given], dict[str, Given]]:
-    """Values of parameters, and start values."""
+) -> tuple[Model, dict[str, float], dict[str, Given]]:
+    """The model to run, values of its parameters, and start values.
+
+    Structural parameters make another model, of which a note tells.
+    """
+    import warnings
+
+    from planarc.model import Recompiled
+
     parameters = {p.name for p in model.program.parameter_slots}
-    return sort_settings(read_settings(settings or ()), parameters)
+    values, starts = sort_settings(read_settings(settings or ()), parameters)
+    with warnings.catch_warnings(record=True, category=Recompiled) as said:
+        warnings.simplefilter("always", Recompiled)
+        chosen, settable = model.with_parameters(values)
+    console.complain(Diagnostic("C116", str(w.message), severity=Severity.NOTE) for w in said)
+    return chosen, settable, starts
 
 
 def split_pair(option: str, item: str, example: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, Stop, open_model, settings_of
+from planarc.cli.analysis import Settings, Stop, open_model, with_settings
 from planarc.cli.arguments import AsJson, ClassName, Libraries, make_request
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
@@ -176,7 +176,7 @@ def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Resu
     """A run of the model; one that ends before its time is told, and taken as far as it went."""
     from planarc.results import RunStopped
 
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     try:
         return model.simulate(stop, parameters=values, start=starts)
     except RunStopped as stopped:
@@ -190,7 +190,7 @@ def _mode(
     model: Model, settings: list[str] | None, number: int, around: str, amplitude: float
 ) -> Result:
     """A small motion of one mode, drawn large."""
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     try:
         where: float | str = float(around)
     except ValueError:

@@ -36,7 +36,7 @@ def apply_settings(
         return compiled, options, ()
     from planarc.variant import compile_variant, texts_of
 
-    texts = texts_of(request, parameters, structural)
+    texts = texts_of(request, program, structural, options.backend)
     again = compile_variant(request, texts, options.backend, program)
     one = len(structural) == 1
     note = Diagnostic(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, open_model, say_json, say_table, settings_of
+from planarc.cli.analysis import Settings, open_model, say_json, say_table, with_settings
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def tell_assemblies(
     model: Model, settings: Sequence[str] | None, as_json: bool, tries: int = TRIES
 ) -> int:
     """Print the start values of each assembly, as a table or as JSON."""
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     found = model.assemble(parameters=values, start=starts, tries=tries)
     if as_json:
         listed = [{"start": dict(a.start), "distance": a.distance} for a in found]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,11 +17,12 @@ from planarc.cli.analysis import (
     open_model,
     say_json,
     say_table,
-    settings_of,
     split_pair,
+    with_settings,
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 from planarc.cli.files import table_destination
+from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 
@@ -56,7 +58,7 @@ def drive(
     if output is not None:
         table_destination(output)
     model = open_model(target, class_name, library)
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     motions = dict(_motion(item) for item in motion)
     driven = model.drive(
         motions, stop_time=stop, intervals=intervals, parameters=values, start=starts
@@ -64,7 +66,7 @@ def drive(
     if output is not None:
         from planarc.view.table import write_table
 
-        write_table(output, driven.result.rows)
+        save(output, lambda path: write_table(path, driven.result.rows))
     told = []
     for coordinate, name in driven.efforts.items():
         column = driven[name]
@@ -91,15 +93,35 @@ def _motion(item: str) -> tuple[str, Any]:
     name, text = split_pair("--motion", item, '--motion "revA.phi=sin(2*time)"')
     if not text.startswith("@"):
         return name, text
-    import numpy as np
+    return name, read_motion(Path(text[1:]))
 
-    path = Path(text[1:])
+
+def read_motion(path: Path) -> tuple[list[float], list[float]]:
+    """Times and values of a file: two columns, with commas, semicolons or blanks between them.
+
+    A first line without numbers names the columns.
+    """
     try:
-        table = np.genfromtxt(path, delimiter=",", ndmin=2)
-    except (OSError, ValueError) as problem:
-        raise UsageError(
-            Diagnostic("C252", f"cannot read `{path}` as rows of time and value: {problem}")
-        ) from None
-    if len(table) and not np.all(np.isfinite(table[0])):  # the names of the columns
-        table = table[1:]
-    return name, table
+        lines = path.read_text("utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        reason = (problem.strerror or str(problem)).lower()
+        raise UsageError(Diagnostic("C252", f"cannot read `{path}`: {reason}")) from None
+    rows: list[tuple[float, ...]] = []
+    for at, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            row = tuple(float(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line.strip()))
+        except ValueError:
+            row = ()
+        if len(row) == 2:
+            rows.append(row)
+        elif rows or at > 1:
+            raise UsageError(
+                Diagnostic(
+                    "C252",
+                    f"line {at} of `{path}` is no time and value: `{line.strip():.40}`",
+                    hint="write one of each in every line, as in `0.5, 1.2`",
+                )
+            )
+    return [t for t, _ in rows], [x for _, x in rows]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, open_model, say_json, say_table, settings_of
+from planarc.cli.analysis import Settings, open_model, say_json, say_table, with_settings
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 
 
@@ -19,7 +19,7 @@ def equilibrium(
     The way leads downhill from the start values, so it ends in a stable equilibrium.
     """
     model = open_model(target, class_name, library)
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     found = model.equilibrium(parameters=values, start=starts)
     if as_json:
         say_json(

@@ -53,6 +53,11 @@ def table_destination(named: Path) -> Path:
     return _destination(named, "", TABLES, "--output")
 
 
+def csv_destination(named: Path) -> Path:
+    """The table to write for `--output` where it is no result of a run."""
+    return _destination(named, "", TABLES[:1], "--output")
+
+
 def page_destination(name: str, named: Path | None) -> Path:
     """The page to write for `--output`, or the default one of something called `name`."""
     return _destination(named, f"{file_stem(name)}.html", PAGES, "--output", optional=False)

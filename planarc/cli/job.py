@@ -15,9 +15,10 @@ from planarc.cli.exits import Exit, exit_code
 from planarc.cli.files import Destinations, destinations
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
+from planarc.cli.rescue import save
 from planarc.cli.settings import Setting
 from planarc.cli.summary import details, state_reasons, summary
-from planarc.core.diagnostic import PlanarcError, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import RunOptions
 
 #: The code of the diagnostic with which a run ends at Ctrl-C.
@@ -124,14 +125,27 @@ class Run:
         )
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
-        if places.output is not None:
-            from planarc.view.table import write_table
+        """All files that can be written; raises UsageError of those that cannot."""
+        from planarc.view.table import write_table
 
-            write_table(places.output, result, self.job.variables, self.job.units)
-            self.outcome = replace(self.outcome, output=str(places.output))
+        def table(path: Path) -> None:
+            write_table(path, result, self.job.variables, self.job.units)
+
+        refused: list[Diagnostic] = []
+        if places.output is not None:
+            try:
+                save(places.output, table)
+                self.outcome = replace(self.outcome, output=str(places.output))
+            except UsageError as problem:
+                refused += problem.diagnostics
         if places.report is not None:
-            write_page(places.report, result, kernel)
-            self.outcome = replace(self.outcome, report=str(places.report))
+            try:
+                write_page(places.report, result, kernel)
+                self.outcome = replace(self.outcome, report=str(places.report))
+            except UsageError as problem:
+                refused += problem.diagnostics
+        if refused:
+            raise UsageError(refused)
 
     def _seconds(self) -> dict[str, float]:
         return {**self.clock.seconds, "total": perf_counter() - self.begin}

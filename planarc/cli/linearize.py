@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, number, open_model, say_json, say_table, settings_of
+from planarc.cli.analysis import Settings, number, open_model, say_json, say_table, with_settings
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 
 
@@ -35,7 +35,7 @@ def linearize(
     With --json also the matrices A, B, C, D, with the names of their rows and columns.
     """  # fmt: skip
     model = open_model(target, class_name, library)
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     point: Any
     try:
         point = float(at)

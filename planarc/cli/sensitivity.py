@@ -17,10 +17,11 @@ from planarc.cli.analysis import (
     open_model,
     say_json,
     say_table,
-    settings_of,
+    with_settings,
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
-from planarc.cli.files import check_writable
+from planarc.cli.files import csv_destination
+from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 
@@ -45,7 +46,8 @@ def sensitivity(
     settings: Settings = None,
     library: Libraries = None,
     output: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A table over time, .csv.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="A table over time, .csv."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -58,9 +60,9 @@ def sensitivity(
             Diagnostic("C253", "no parameter is named", hint="write `--parameter body.m`")
         )
     if output is not None:
-        check_writable(output, "--output")
+        csv_destination(output)
     model = open_model(target, class_name, library)
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     found = model.sensitivities(
         parameter,
         stop_time=stop,
@@ -72,8 +74,8 @@ def sensitivity(
     variables = list(variable or model.states)
     pairs = {(v, p): found[v, p] for v in variables for p in found.parameters}
     if output is not None:
-        _write(output, {f"d({v})/d({p})": x.tolist() for (v, p), x in pairs.items()},
-               found.time.tolist())  # fmt: skip
+        columns = {f"d({v})/d({p})": x.tolist() for (v, p), x in pairs.items()}
+        save(output, lambda path: _write(path, columns, found.time.tolist()))
     if as_json:
         table = [
             {"variable": v, "parameter": p, "values": x.tolist()} for (v, p), x in pairs.items()

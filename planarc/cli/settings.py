@@ -50,6 +50,11 @@ def sort_settings(
     return values, starts
 
 
+def read_values(name: str, text: str) -> list[Given]:
+    """Values with commas between them, as a study takes them."""
+    return [_value(name, part) for part in _parts(text)]
+
+
 def _read(item: str) -> Setting:
     name, sign, text = (part.strip() for part in item.partition("="))
     if not (name and sign and text):
@@ -69,6 +74,14 @@ def _value(name: str, text: str) -> Given:
     except ValueError:
         if _LITERAL.fullmatch(text):
             return text
+        if text.startswith("{"):  # a shell has taken it apart
+            raise UsageError(
+                Diagnostic(
+                    "C111",
+                    f"the value `{text}` of `{name}` has no closing brace",
+                    hint=f"put it in quotes, as in '{name}={{0.5,0}}': a shell reads braces itself",
+                )
+            ) from None
         raise UsageError(
             Diagnostic(
                 "C111",

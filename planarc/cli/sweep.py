@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,13 +20,16 @@ from planarc.cli.analysis import (
     open_model,
     say_json,
     say_table,
-    settings_of,
     split_pair,
+    with_settings,
 )
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
 from planarc.cli.exits import Exit
-from planarc.cli.files import check_writable
+from planarc.cli.files import csv_destination
+from planarc.cli.rescue import save
+from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.render import to_json
 
 if TYPE_CHECKING:
     from planarc.table import Study
@@ -80,10 +85,10 @@ def sweep(
     from planarc.study import sweep as run_study
 
     if output is not None:
-        check_writable(output, "--output")
+        csv_destination(output)
     points = _points(vary or [], random, latin, seed)
     model = open_model(target, class_name, library)
-    values, starts = settings_of(model, settings)
+    model, values, starts = with_settings(model, settings)
     stopped: StudyInterrupted | None = None
     try:
         study = run_study(
@@ -102,33 +107,40 @@ def sweep(
         )
     except StudyInterrupted as interrupted:
         study, stopped = interrupted.study, interrupted
+    refused: tuple[Diagnostic, ...] = ()
     if output is not None:
-        study.to_csv(output)
+        try:
+            save(output, study.to_csv)
+        except UsageError as problem:
+            refused = problem.diagnostics
     if as_json:
         failures = [{"point": dict(f.point), "reason": f.reason} for f in study.failures]
+        said = {} if not refused else {"diagnostics": [to_json(d) for d in refused]}
+        written = None if output is None or refused else str(output)
         say_json(
-            {"ok": not study.failures, "model": model.name, "columns": list(study.columns),
+            {"ok": not study.failures and not refused, "model": model.name,
+             "columns": list(study.columns),
              "rows": [[_plain(v) for v in row.values()] for row in study],
-             "failures": failures, "output": None if output is None else str(output)}
+             "failures": failures, "output": written, **said}
         )  # fmt: skip
     else:
-        _tell(study, output)
+        _tell(study, output, refused)
     if stopped is not None:
         return Exit.INTERRUPTED
+    if refused:
+        return Exit.USAGE
     return Exit.RUN if study.failures else Exit.DONE
 
 
-def _tell(study: Study, output: Path | None) -> None:
-    rows: list[tuple[str, ...]] = []
-    for row in study:
-        if len(rows) == _SHOWN:
-            break
-        rows.append(tuple(number(v) if isinstance(v, float) else str(v) for v in row.values()))
+def _tell(study: Study, output: Path | None, refused: Sequence[Diagnostic]) -> None:
+    """The table; all of it where its file could not be written."""
+    shown = len(study) if refused else _SHOWN
+    rows = [tuple(map(_shown, row.values())) for row in islice(study, shown)]
     say_table(study.columns, rows)
-    if len(study) > _SHOWN:
+    if len(study) > shown:
         more = "" if output else "; `--output FILE.csv` writes all"
         console.say(f"... {len(study)} points in all{more}")
-    if output is not None:
+    if output is not None and not refused:
         console.say(f"{output} ({len(study)} rows)")
     failures = study.failures
     console.complain(
@@ -137,10 +149,17 @@ def _tell(study: Study, output: Path | None) -> None:
     )
     if len(failures) > _SHOWN:
         console.complain([Diagnostic("C254", f"{len(failures)} points failed in all")])
+    console.complain(refused)
 
 
 def _named(point: Any) -> str:
-    return ", ".join(f"{n} = {v:.6g}" if isinstance(v, float) else n for n, v in point.items())
+    return ", ".join(f"{n} = {_shown(v)}" for n, v in point.items())
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, list):
+        return f"{{{', '.join(map(_shown, value))}}}"
+    return number(value) if isinstance(value, float) else str(value)
 
 
 def _plain(value: Any) -> Any:
@@ -157,34 +176,52 @@ def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -
     if random is not None and latin is not None:
         raise UsageError(Diagnostic("C256", "both `--random` and `--latin` are given"))
     pairs = [split_pair("--vary", item, '--vary "rod.L=0.5,0.6"') for item in vary]
+    axes = dict(pairs)
+    if len(axes) < len(pairs):
+        twice = next(n for i, (n, _) in enumerate(pairs) if n in dict(pairs[:i]))
+        raise UsageError(
+            Diagnostic("C256", f"`--vary {twice}` is given twice", hint="give all values in one")
+        )
     if random is None and latin is None:
         return design.grid({name: _values(name, text) for name, text in pairs})
-    ranges: dict[str, Any] = {name: _numbers(name, text, ":") for name, text in pairs}
+    ranges: dict[str, Any] = {name: _range(name, text) for name, text in pairs}
     if random is not None:
         return design.random(ranges, random, seed)
     return design.latin_hypercube(ranges, latin or 0, seed)
 
 
-def _values(name: str, text: str) -> list[float]:
+def _values(name: str, text: str) -> list[Given] | list[float]:
     if ":" not in text:
-        return _numbers(name, text, ",")
-    parts = _numbers(name, text, ":")
+        return read_values(name, text)
+    parts = _numbers(name, text)
     if len(parts) != 3 or parts[2] != int(parts[2]) or parts[2] < 1:
         raise UsageError(
             Diagnostic(
                 "C257",
                 f"`{text}` says not from where to where `{name}` goes, and in how many values",
-                hint=f"write `{name}=0.5:0.9:5`",
+                hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
             )
         )
     low, high, count = parts[0], parts[1], int(parts[2])
     return [low + (high - low) * i / max(1, count - 1) for i in range(count)]
 
 
-def _numbers(name: str, text: str, mark: str) -> list[float]:
-    words = {"true": 1.0, "false": 0.0}
+def _range(name: str, text: str) -> list[float]:
+    parts = _numbers(name, text)
+    if len(parts) != 2:
+        raise UsageError(
+            Diagnostic(
+                "C257",
+                f"`{text}` is no range from which a sample of `{name}` can be taken",
+                hint=f"write `{name}=0.5:0.9`",
+            )
+        )
+    return parts
+
+
+def _numbers(name: str, text: str) -> list[float]:
     try:
-        return [words[t.strip()] if t.strip() in words else float(t) for t in text.split(mark)]
+        return [float(t) for t in text.split(":")]
     except ValueError:
         raise UsageError(
             Diagnostic("C257", f"the values `{text}` of `{name}` are no numbers")

@@ -226,8 +226,7 @@ class Session:
         begin = perf_counter()
         texts: dict[str, str] = {}
         if of is not None:
-            slots = {p.name: p for p in of.program.parameter_slots}
-            texts = texts_of(of.request, slots, structural)
+            texts = texts_of(of.request, of.program, structural, self._backend)
         kept = self._kept(choices)
         try:
             model = Model(variant_of(base.request, kept | texts, classes=choices), self._backend)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
+from planarc.ir.dae import Kind
 from planarc.ir.program import ParameterSlot, Program
 
 if TYPE_CHECKING:
@@ -142,7 +143,30 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
     if not given:
         return {}
     known = {p.name: p for p in program.parameter_slots}
-    return {_settable(known, program, name).slot: _finite(name, v) for name, v in given.items()}
+    found = {}
+    for name, value in given.items():
+        parameter = _settable(known, program, name)
+        found[parameter.slot] = _of_kind(parameter, value)
+    return found
+
+
+def _of_kind(parameter: ParameterSlot, value: float) -> float:
+    """A truth value is 0 or 1, a literal of an enumeration its number."""
+    number = _finite(parameter.name, value)
+    match parameter.kind:
+        case Kind.REAL:
+            return number
+        case Kind.BOOLEAN if number not in (0, 1):
+            raise _usage("R404", f"`{parameter.name}` takes true or false, not {number:g}")
+        case Kind.INTEGER if number != int(number):
+            raise _usage("R404", f"`{parameter.name}` takes an integer, not {number:g}")
+        case Kind.ENUMERATION if number not in range(1, len(parameter.literals) + 1):
+            raise _usage(
+                "R404",
+                f"`{parameter.name}` has no literal number {number:g}",
+                f"choose among {', '.join(f'`{n}`' for n in parameter.literals)}",
+            )
+    return number
 
 
 def _finite(name: str, value: float) -> float:
@@ -165,7 +189,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
         raise _usage(
             "R405",
             f"`{name}` is structural: the equations themselves depend on it",
-            "change it in the model and compile again",
+            "give it one value for all runs, with `--set` or, in Python, `parameters={...}`",
         )
     if not parameter.settable:
         raise _usage(

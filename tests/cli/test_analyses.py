@@ -128,10 +128,96 @@ def test_a_sweep_with_failed_points_says_which(capsys: pytest.CaptureFixture[str
     assert captured.out.count("\n") == 3
 
 
+def test_a_sweep_of_literals_and_arrays(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "Gear.pmo"
+    file.write_text(
+        "model Gear type Kind = enumeration(slow, fast); parameter Kind kind = Kind.slow;"
+        " parameter Boolean back = false; parameter Real k[2] = {1, 2}; output Real x = (if back"
+        " then -1 else 1)*(if kind == Kind.fast then k[2] else k[1]); end Gear;",
+        "utf-8",
+    )
+    names = ("--vary", "kind=slow,fast", "--vary", "back=true,false", "--vary", "k={1,2},{3,4}")
+    found = told(capsys, "sweep", str(file), *names, "--metric", "x", "--stop", "1")
+    assert found["columns"] == ["kind", "back", "k", "x"]
+    assert found["rows"][0] == ["slow", 1.0, [1.0, 2.0], -1.0]
+    assert [row[3] for row in found["rows"]] == [-1, -3, 1, 3, -2, -4, 2, 4]
+    assert "{3, 4}" in said(capsys, "sweep", str(file), *names, "--metric", "x", "--stop", "1")
+
+
+def test_structural_settings_are_told_as_a_note(capsys: pytest.CaptureFixture[str]) -> None:
+    weightless = ("--set", "world.gravityType=NoGravity")
+    assert run(["linearize", PENDULUM, *weightless]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.startswith("note[C116]: `world.gravityType` is structural")
+    assert "Recompiled" not in captured.err
+    sweep = ("sweep", PENDULUM, "--vary", "rod.m=1,2", "--metric", "hinge.w", *weightless)
+    assert [row[1] for row in told(capsys, *sweep)["rows"]] == [0.0, 0.0]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate", "--no-report"),
+        ("drive", "--motion", "hinge.phi=time"),
+        ("sensitivity", "--parameter", "rod.m"),
+        ("sweep", "--vary", "rod.m=1,2"),
+    ],
+)
+def test_a_full_disk_loses_nothing(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: tuple[str, ...],
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / "out.csv").symlink_to("/dev/full")
+    name, *options = command
+    assert run([name, PENDULUM, *options, "--output", str(tmp_path / "out.csv")]) == 2
+    said = capsys.readouterr().err
+    assert "no space left" in said
+    (elsewhere,) = tmp_path.glob("planarc-*/out.csv")
+    assert f"what was computed is in `{elsewhere}`" in said
+    assert len(elsewhere.read_text("utf-8").splitlines()) >= 3
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
+def test_a_table_that_no_disk_takes_is_printed_whole(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    (tmp_path / "out.csv").symlink_to("/dev/full")
+    sweep = ["sweep", PENDULUM, "--vary", "rod.m=1:2:30", "--stop", "0.1"]
+    sweep += ["--output", str(tmp_path / "out.csv"), "--workers", "1"]
+    assert run(sweep) == 2
+    assert capsys.readouterr().out.count("\n") == 31
+    assert run([*sweep, "--json"]) == 2
+    found = json.loads(capsys.readouterr().out)
+    assert (found["ok"], found["output"], len(found["rows"])) == (False, None, 30)
+    assert found["diagnostics"][0]["code"] == "V501"
+
+
+def test_a_motion_from_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    table = tmp_path / "motion.txt"
+    motion = ("drive", PENDULUM, "--motion", f"hinge.phi=@{table}")
+    for text in ("time phi\n0 1\n1 2\n2 3\n3 4\n", "0;1\n\n1;2\n2;3\n3;4", "0, 1\n1, 2\n2,3\n3,4"):
+        table.write_text(text, "utf-8")
+        assert "from t = 0 s to 3 s" in said(capsys, *motion)
+    assert run([*motion, "--stop", "4"]) == 2
+    assert "is known from 0 s to 3 s" in capsys.readouterr().err
+    table.write_text("0 1\n1 2\n2 three\n", "utf-8")
+    assert run(motion) == 2
+    assert f"line 3 of `{table}` is no time and value: `2 three`" in capsys.readouterr().err
+
+
 WRONG = [
     (("sweep", FOUR_BAR), "nothing is varied"),
     (("sweep", FOUR_BAR, "--vary", "crankBody.m"), "no NAME=VALUE"),
-    (("sweep", FOUR_BAR, "--vary", "crankBody.m=a,b"), "no numbers"),
+    (("sweep", FOUR_BAR, "--vary", "crankBody.m=a:b:3"), "no numbers"),
+    (("sweep", FOUR_BAR, "--vary", "crankBody.m=1,2", "--vary", "crankBody.m=3"), "given twice"),
+    (("sweep", FOUR_BAR, "--vary", "crankBody.m=1:2:3", "--latin", "3"), "no range"),
+    (("sweep", FOUR_BAR, "--vary", "world.gravityType=NoGravity"), "with `--set`"),
+    (("sweep", FOUR_BAR, "--vary", "crankBody.m=1,2", "--output", "a.mat"), "use `.csv`"),
     (("sweep", FOUR_BAR, "--vary", "crankBody.m=1:2"), "how many"),
     (("sweep", FOUR_BAR, "--vary", "crankBdy.m=1,2"), "crankBody.m"),
     (("sweep", FOUR_BAR, "--vary", "revA.drivenFlange=true,false"), "structural"),

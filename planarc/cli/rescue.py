@@ -1,0 +1,38 @@
+"""Writing what was computed; where its file cannot be written, into the system's folder for
+temporary files, so that a full disk costs no long run."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from planarc.core.diagnostic import UsageError
+
+_CANNOT_WRITE = "V501"
+
+
+def save(path: Path, write: Callable[[Path], object]) -> None:
+    """Call `write` with the path. Raises UsageError V501, which says where else it is."""
+    try:
+        write(path)
+    except UsageError as problem:
+        first = problem.diagnostics[0]
+        other = _elsewhere(path, write) if first.code == _CANNOT_WRITE else None
+        if other is None:
+            raise
+        raise UsageError(replace(first, hint=f"what was computed is in `{other}`")) from None
+
+
+def _elsewhere(path: Path, write: Callable[[Path], object]) -> Path | None:
+    with suppress(OSError):
+        folder = Path(tempfile.mkdtemp(prefix="planarc-"))
+        try:
+            write(folder / path.name)
+        except UsageError:
+            folder.rmdir()
+        else:
+            return folder / path.name
+    return None
