@@ -10,9 +10,9 @@ share of a batch. See `planarc.solve.batch` for how, and for which models.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.metric import Metrics, Reduction
 
@@ -29,8 +29,7 @@ MOST = 400
 ROOM = 200_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class BatchPlan:
+class BatchPlan(Data):
     text: str  # for arrays
     wanted: tuple[int, ...] | None  # slots to keep; None: all
     most: int  # runs at once

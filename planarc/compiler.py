@@ -20,11 +20,14 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.options import Backend, RunOptions
 from planarc.request import Request, Target, open_target
@@ -40,8 +43,7 @@ if TYPE_CHECKING:
     from planarc.memory import Checked
 
 
-@dataclass
-class Clock:
+class Clock(Struct):
     """Wall seconds spent in each phase, in the order in which they began."""
 
     seconds: dict[str, float] = field(default_factory=dict)
@@ -55,8 +57,7 @@ class Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + perf_counter() - begin
 
 
-@dataclass(frozen=True, slots=True)
-class Compiled:
+class Compiled(Data):
     """A program and its code for one back end, ready to be loaded any number of times."""
 
     program: Program

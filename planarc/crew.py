@@ -18,12 +18,13 @@ import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from enum import Enum
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
 from typing import Generic, TypeVar
+
+from msgspec import Struct
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -39,8 +40,7 @@ class Lost(Enum):
     TOO_LONG = "too long"
 
 
-@dataclass(slots=True)
-class _Worker(Generic[Job]):
+class _Worker(Struct, Generic[Job]):
     process: BaseProcess
     connection: Connection
     job: Job

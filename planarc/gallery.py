@@ -9,10 +9,10 @@ A model that fails is shown, too: with its message in place of the motion.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir import syntax
 from planarc.request import Request, open_library
@@ -25,15 +25,13 @@ if TYPE_CHECKING:
 _SUFFIXES = (".pmo", ".mo")
 
 
-@dataclass(frozen=True, slots=True)
-class Example:
+class Example(Data):
     request: Request
     name: str
     description: str
 
 
-@dataclass(frozen=True, slots=True)
-class Shown:
+class Shown(Data):
     """`result` and `kernel` are None where the run gave nothing: then there is a `problem`."""
 
     example: Example
@@ -58,7 +56,7 @@ def find_examples(targets: Sequence[str], libraries: Sequence[Path] = ()) -> tup
 
 
 def _of_request(request: Request) -> Iterator[Example]:
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     library, _, declared = open_library(replace(request, class_name=None))
     names = declared if request.file is not None else (request.class_name or "",)

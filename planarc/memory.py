@@ -7,11 +7,11 @@ only while every file that it was made from still has the content it had then.
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
+from planarc.core.data import Data
 from planarc.core.options import Backend
 from planarc.request import Reader, Request, roots_of
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 _MODELS, _CHECKS = "models", "checks"
 
 
-@dataclass(frozen=True, slots=True)
-class Remembered:
+class Remembered(Data):
     """What a model was compiled to. `code` is that of one back end."""
 
     program: Program
@@ -32,8 +31,7 @@ class Remembered:
     warnings: tuple[Diagnostic, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Checked:
+class Checked(Data):
     """What a check told of a model that is right."""
 
     name: str

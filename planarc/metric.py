@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.variables import unknown_name
 
@@ -25,8 +25,7 @@ REDUCTIONS = ("final", "max", "min", "mean", "rms", "range", "maxabs")
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*")
 
 
-@dataclass(frozen=True, slots=True)
-class Reduction:
+class Reduction(Data):
     """One number of a variable over the run; means are over time, not over rows."""
 
     kind: str
@@ -52,8 +51,7 @@ class Reduction:
         return float(x[-1])
 
 
-@dataclass(frozen=True, slots=True)
-class Metrics:
+class Metrics(Data):
     """All numbers of a run. `names` are None where a function tells them."""
 
     parts: tuple[tuple[str, Callable[[Result], Any]], ...]

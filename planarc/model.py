@@ -14,9 +14,10 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from planarc.compiler import Compiled, compile_model
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from msgspec import Struct, field
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Units
 from planarc.core.resources import stdlib
@@ -28,8 +30,7 @@ if TYPE_CHECKING:
 MODELS = ("model", "block", "class")
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(Data):
     """A file, a class of a library, or a class of a file.
 
     `text` takes the place of the file's content (a model that is no file).
@@ -42,8 +43,7 @@ class Request:
     units: Units = Units.WARN
 
 
-@dataclass(slots=True)
-class Reader:
+class Reader(Struct):
     """Parses files, keeps them, and counts the seconds that it takes."""
 
     seconds: float = 0.0
@@ -68,8 +68,7 @@ class Reader:
             self.seconds += perf_counter() - begin
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(Data):
     """A class to compile, with the libraries around it."""
 
     library: Library

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
 from planarc.core.options import Backend
 from planarc.ir.dae import Kind
@@ -38,8 +40,7 @@ _WORST = 3
 _READ = Statistics("read from a file", "none")
 
 
-@dataclass(frozen=True, slots=True)
-class Restored:
+class Restored(Data):
     """`kernel` stands at the parameters of the run; None without a model."""
 
     result: Result

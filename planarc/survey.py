@@ -11,12 +11,14 @@ that the files of a large library are read by all processes, and only once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.crew import Crew, Lost, cores
 from planarc.ir import syntax
@@ -40,8 +42,7 @@ class Verdict(Enum):
     READ = "read"  # no complete model: only read
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Data):
     """What was found out about one class. `kind` is `model`, `partial model`, `type` ..."""
 
     name: str
@@ -60,8 +61,7 @@ class Finding:
         return self.verdict is not Verdict.READ
 
 
-@dataclass(frozen=True, slots=True)
-class Count:
+class Count(Data):
     """Models that are good and bad, and the other classes, of one package."""
 
     package: str
@@ -85,16 +85,14 @@ class Count:
                 return replace(self, others=self.others + 1)
 
 
-@dataclass(frozen=True, slots=True)
-class Cause:
+class Cause(Data):
     """One error, and the classes that fail by it first."""
 
     diagnostic: Diagnostic
     names: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Survey:
+class Survey(Data):
     """All findings, a package before what it holds, in the order of the library."""
 
     target: str
@@ -133,8 +131,7 @@ class Survey:
         return tuple(sorted(causes, key=lambda cause: -len(cause.names)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
+class _Job(Data):
     request: Request
     name: str
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planarc.core.data import Data
 from planarc.variables import unknown_name
 
 if TYPE_CHECKING:
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(Data):
     """A point that has no metrics, and why."""
 
     index: int
@@ -26,8 +25,7 @@ class Failure:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Study:
+class Study(Data):
     """`rows` are points with their metrics (None where the point failed)."""
 
     model: str

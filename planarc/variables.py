@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
@@ -20,8 +20,7 @@ class UnknownName(UsageError, KeyError):
         return Exception.__str__(self)
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(Data):
     """`value` is the default. `settable`: a run may replace it without compiling again;
     `structural`: the equations depend on it, and a new value compiles the model again."""
 
@@ -35,8 +34,7 @@ class Parameter:
     literals: tuple[str, ...] = ()  # of an enumeration; the value is the number of one, from 1
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Data):
     """`start` is its start value (None: it follows from others), `value` that at the start
     of a run with default values (None where the model has no start)."""
 

@@ -16,12 +16,14 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
 from planarc.core.mistake import mistake
 from planarc.core.options import RunOptions
@@ -38,8 +40,7 @@ BUNDLE, PATIENCE = 32, 1.0
 NO_BOUND = 1 << 62
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Data):
     """Of one point: its metrics, or why it has none."""
 
     index: int
@@ -48,8 +49,7 @@ class Outcome:
     lost: bool = False  # its process died or took too long: worth another try
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(Data):
     """One point as numbers; `wrong` says why it cannot be run at all."""
 
     index: int
@@ -59,8 +59,7 @@ class Task:
     alone: bool = False  # a batch has tried it in vain
 
 
-@dataclass(frozen=True, slots=True)
-class Payload:
+class Payload(Data):
     """What all runs share."""
 
     model: Model
@@ -203,8 +202,7 @@ def _in_processes(
             _SHARED.pop(place, None)
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
+class _Job(Data):
     place: str  # of the payload
     bundle: tuple[Task, ...]
 

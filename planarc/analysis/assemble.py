@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planarc.analysis.point import starts_at
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError, error
 from planarc.core.options import RunOptions
 from planarc.values import Value, start_values
@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 SAME = 1e-5
 
 
-@dataclass(frozen=True, slots=True)
-class Assembly:
+class Assembly(Data):
     """`start` are start values for `simulate`; `distance` from the model's own guess."""
 
     start: Mapping[str, float]

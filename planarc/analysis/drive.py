@@ -19,9 +19,11 @@ evaluation at T: exact, as no higher derivatives occur.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import RunOptions
 from planarc.results import Result, RunStopped
@@ -44,8 +46,7 @@ EFFORTS = {"phi": "tau", "s": "f"}
 _ADDED = "planarcMotion"
 
 
-@dataclass(frozen=True, slots=True)
-class Driven:
+class Driven(Data):
     """`efforts` tells for each driven coordinate the variable that is its torque or force."""
 
     result: Result

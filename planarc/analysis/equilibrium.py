@@ -21,10 +21,10 @@ Reference: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35(2), 1998, 508-523
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planarc.analysis.point import Point, derivative, open_point
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.options import RunOptions
 from planarc.values import Value, start_values
@@ -45,8 +45,7 @@ LONGEST = 0.3
 SMALL = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Equilibrium:
+class Equilibrium(Data):
     """`start` are start values for `simulate`; `values` all variables there."""
 
     start: Mapping[str, float]

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from planarc.analysis.point import Point, derivative, open_point
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
 from planarc.values import Value, finite, start_values
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
+class Mode(Data):
     """An eigenvalue with its shape: the complex amplitude of each state."""
 
     eigenvalue: complex
@@ -56,8 +55,7 @@ class Mode:
         return -self.eigenvalue.real / size if size else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Linearization:
+class Linearization(Data, eq=False):
     """Matrices with the names of their rows and columns, and the point (`time`, `values`)."""
 
     A: Vector
@@ -69,7 +67,7 @@ class Linearization:
     outputs: tuple[str, ...]
     time: float
     values: Mapping[str, float]
-    point: Point = field(repr=False, compare=False)
+    point: Point
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:

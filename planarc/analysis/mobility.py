@@ -12,8 +12,9 @@ of its four conditions is three, so that it moves with one degree of freedom.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import RunOptions

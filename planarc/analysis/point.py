@@ -158,7 +158,7 @@ def open_point(
     at: float | None = None,
 ) -> Point:
     """The point at the start of a run, or at a time that the run reaches."""
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     from planarc.solve.request import resolve
     from planarc.solve.run import Run

@@ -22,10 +22,12 @@ Reference: T. Maly, L. R. Petzold, Appl. Numer. Math. 20(1-2), 1996, 57-79.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from planarc.analysis.point import Point, open_point
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, error
 from planarc.core.options import RunOptions
 from planarc.solve.states import lost_diagnostic
@@ -49,8 +51,7 @@ TOLERANCE = 1e-10
 RUN_STEP, RUN_TOLERANCE = 1e-4, 1e-11
 
 
-@dataclass(frozen=True, slots=True)
-class Sensitivities:
+class Sensitivities(Data):
     """`s["crank.phi", "rod.L"]` is d(crank.phi)/d(rod.L) over `time`; `values` the motion."""
 
     time: Vector

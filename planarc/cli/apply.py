@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from planarc.cli.settings import Setting, sort_settings
 from planarc.core.diagnostic import Diagnostic, Severity

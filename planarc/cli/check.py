@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import replace
 
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_request

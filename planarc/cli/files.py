@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 TABLES = (".csv", ".mat")
@@ -25,8 +25,7 @@ _OWN = {
 _HEAD = 4096  # characters in which the mark must stand
 
 
-@dataclass(frozen=True, slots=True)
-class Destinations:
+class Destinations(Data):
     """The files to write, None for none."""
 
     output: Path | None

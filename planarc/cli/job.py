@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from planarc.cli import console
 from planarc.cli.apply import apply_settings
@@ -18,6 +19,7 @@ from planarc.cli.progress import progress_line
 from planarc.cli.rescue import save
 from planarc.cli.settings import Setting
 from planarc.cli.summary import details, state_reasons, summary
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import RunOptions
 
@@ -30,8 +32,7 @@ if TYPE_CHECKING:
     from planarc.request import Request
 
 
-@dataclass(frozen=True, slots=True)
-class Job:
+class Job(Data):
     """What the command line asks for."""
 
     request: Request

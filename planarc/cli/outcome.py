@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
+from msgspec import field
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import in_order, to_json
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Data):
     """None stands for what is not known, because the command stopped before."""
 
     ok: bool

@@ -74,7 +74,7 @@ def _table(
 
 def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
     """A .csv mostly tells no units; then those of the model, where it is found."""
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     from planarc.restore import compile_guess, find_request
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 _WORDS = {"true": 1.0, "false": 0.0}
@@ -21,8 +21,7 @@ _LITERAL = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 Given: TypeAlias = "float | str | list[Given]"
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Data):
     name: str
     value: Given
 

@@ -16,8 +16,9 @@ Promises:  parts that do not depend on the block's unknowns are computed before 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from planarc.codegen.derive import Derived
 from planarc.codegen.modes import Modes

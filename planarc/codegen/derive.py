@@ -13,13 +13,13 @@ Needs:     every step that a block depends on was seen before it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planarc.codegen import jacobian as forward
 from planarc.codegen.affine import Steps, at_zero
 from planarc.codegen.factoring import Factoring
 from planarc.codegen.reach import FEWEST, Reach
+from planarc.core.data import Data
 from planarc.ir.expr import Expr
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step
 
@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from planarc.codegen.samples import Samples
 
 
-@dataclass(frozen=True, slots=True)
-class Derived:
+class Derived(Data):
     """A block and what it is solved with."""
 
     block: Block

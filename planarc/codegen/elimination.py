@@ -26,16 +26,17 @@ Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursio
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct, field
 
 from planarc.codegen.jacobian import Local
 from planarc.codegen.rounding import size_terms
 from planarc.codegen.samples import SPREAD, Samples
 from planarc.codegen.statements import is_trivial
+from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Substitution, symbols
 from planarc.ir.sorted import Block
 
@@ -52,8 +53,7 @@ THRESHOLDS = (0.1, 0.01, 0.001, 1e-5)
 SMALLEST = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Direct:
+class Direct(Data):
     """The steps before the block that give its tears, and those behind it that give the
     sizes which its residuals are compared with."""
 
@@ -98,8 +98,7 @@ def eliminate(
     return Direct(tuple(work.steps), found, *size_terms(table, block))
 
 
-@dataclass
-class _Work:
+class _Work(Struct):
     """The rows while they are eliminated: coefficient by unknown, and constant part.
 
     `numbers` are the coefficients at the samples, scaled so that the largest of each

@@ -20,8 +20,8 @@ Reference: forward accumulation; A. Griewank and A. Walther, Evaluating Derivati
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.expr import Expr, Exprs, Op, symbols
 
@@ -29,22 +29,19 @@ from planarc.ir.expr import Expr, Exprs, Op, symbols
 LARGEST_UNROLLED = 400
 
 
-@dataclass(frozen=True, slots=True)
-class Local:
+class Local(Data):
     """The slopes of one formula by the varying symbols in it."""
 
     target: Expr | None  # None: a residual
     slopes: tuple[tuple[Expr, Expr], ...]  # (symbol, d(value)/d(symbol))
 
 
-@dataclass(frozen=True, slots=True)
-class Unrolled:
+class Unrolled(Data):
     steps: tuple[tuple[Expr, Expr], ...]  # (temporary, value), in order
     entries: tuple[tuple[int, int, Expr], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Tangent:
+class Tangent(Data):
     slopes: tuple[tuple[Expr, Expr], ...]  # (temporary, value), the same for all columns
     seeds: tuple[Expr, ...]  # a symbol for each tear: 1 in its column, else 0
     steps: tuple[tuple[Expr, Expr], ...]

@@ -21,8 +21,8 @@ Promises:  order is kept; every step is in exactly one of the three parts; a lat
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op, postorder, symbols
 from planarc.ir.sorted import Assignment, Block, Level, Step
 
@@ -31,8 +31,7 @@ from planarc.ir.sorted import Assignment, Block, Level, Step
 FEWEST = 8
 
 
-@dataclass(frozen=True, slots=True)
-class Reach:
+class Reach(Data):
     constant: tuple[Assignment, ...]
     levels: tuple[tuple[Step, ...], ...]
     rest: tuple[Step, ...]

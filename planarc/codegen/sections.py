@@ -17,7 +17,6 @@ Promises:  every symbol that a statement reads has a slot, or is a temporary tha
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from planarc.codegen.aliases import Aliases
 from planarc.codegen.blocks import BlockWriter
@@ -36,14 +35,14 @@ from planarc.codegen.reach import (
 )
 from planarc.codegen.starts import start_values
 from planarc.codegen.statements import Lister, Temporaries
+from planarc.core.data import Data
 from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.ir.program import BlockCode, Let, Statement
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step
 
 
-@dataclass(frozen=True, slots=True)
-class Sections:
+class Sections(Data):
     layout: Layout
     aliases: Aliases
     homes: dict[str, Expr]  # of each alias: the symbol that holds it, or its negative, or time

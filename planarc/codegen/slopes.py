@@ -26,15 +26,13 @@ Reference: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 200
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.expr import Expr, Op, postorder, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve
 
 
-@dataclass(frozen=True, slots=True)
-class Slopes:
+class Slopes(Data):
     """`body` gives the present values without solving anything; `entries` are the rows of
     the system by number of equation and node. The rows of states are not among them."""
 

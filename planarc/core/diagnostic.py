@@ -9,10 +9,10 @@ G code generation, R run, V view.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from planarc.core.data import Data
 from planarc.core.source import Span
 
 
@@ -22,16 +22,14 @@ class Severity(Enum):
     NOTE = "note"
 
 
-@dataclass(frozen=True, slots=True)
-class Related:
+class Related(Data):
     """A second place that belongs to a diagnostic, with what it shows."""
 
     message: str
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Data):
     """One message. `message` is lower case, names in backticks; `hint` an imperative."""
 
     code: str

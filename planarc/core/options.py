@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from enum import StrEnum
+
+from msgspec import field
+
+from planarc.core.data import Data
 
 
 class Backend(StrEnum):
@@ -35,8 +38,7 @@ class Units(StrEnum):
     OFF = "off"
 
 
-@dataclass(frozen=True, slots=True)
-class RunOptions:
+class RunOptions(Data):
     """Times in seconds. None takes what the model's `experiment` annotation says.
 
     `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`).

@@ -7,7 +7,7 @@ Reference: Modelica Language Specification 3.6, chapter 18 and section 12.7.1.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span

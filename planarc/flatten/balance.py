@@ -13,7 +13,8 @@ Reference: Modelica Language Specification 3.6, section 4.7.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.flatten.conform import counted
@@ -26,8 +27,7 @@ from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import variables_of_target
 
 
-@dataclass(slots=True)
-class Count:
+class Count(Struct):
     """Unknowns and equations of one component, scalars each."""
 
     unknowns: Counter[str] = field(default_factory=Counter)

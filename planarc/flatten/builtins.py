@@ -9,8 +9,8 @@ Reference: Modelica Language Specification 3.6, sections 3.7, 8.3, 10.3 and 16.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import arrays
@@ -24,8 +24,7 @@ from planarc.ir import flat
 Arguments = list[flat.Expression]
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Data):
     """How many arguments a built-in takes, and how its result is made."""
 
     least: int

@@ -155,7 +155,7 @@ def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | N
         elif isinstance(node, tuple):
             stack.extend(reversed(node))
         elif isinstance(node, syntax.Node):
-            fields = [getattr(node, f) for f in node.__dataclass_fields__ if f != "span"]
+            fields = [getattr(node, f) for f in node.__struct_fields__ if f != "span"]
             stack.extend(f for f in reversed(fields) if isinstance(f, tuple | syntax.Node))
     return None
 

@@ -15,8 +15,8 @@ Reference: Modelica Language Specification 3.6, chapter 9.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.conform import base_conforms, type_text
@@ -30,8 +30,7 @@ from planarc.flatten.tree import CONNECTOR_KINDS, Absent, Class, Family, Instanc
 from planarc.ir import flat, syntax
 
 
-@dataclass(frozen=True, slots=True)
-class Side:
+class Side(Data):
     """One connector, or entry of an array of connectors, as a connect names it."""
 
     name: str
@@ -40,8 +39,7 @@ class Side:
     entry: flat.Expression | None = None  # of an array of scalar connectors
 
 
-@dataclass(frozen=True, slots=True)
-class Connection:
+class Connection(Data):
     """A pair of single connectors, joined in an instance."""
 
     left: Side
@@ -239,8 +237,7 @@ def _check_pair(a: Side, b: Side, node: syntax.Connect) -> None:
         pass
 
 
-@dataclass(frozen=True, slots=True)
-class Member:
+class Member(Data):
     """One variable of a connector, seen from inside or outside."""
 
     leaf: Leaf

@@ -17,7 +17,8 @@ Reference: Modelica Language Specification 3.6, sections 9.1 to 9.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import NOWHERE, Span
@@ -34,8 +35,7 @@ from planarc.flatten.tree import Instance, Leaf, Session
 from planarc.ir import flat, syntax
 
 
-@dataclass(slots=True)
-class Connected:
+class Connected(Struct):
     """What all connections of a model give."""
 
     equations: list[flat.Equality] = field(default_factory=list)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from msgspec import field
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.flatten.tree import Scope, Session
 from planarc.ir import flat
 
@@ -12,8 +15,7 @@ if TYPE_CHECKING:
     from planarc.flatten.function_signature import FunctionBuilder
 
 
-@dataclass(slots=True, frozen=True)
-class Env:
+class Env(Data):
     scope: Scope
     #: iterators and, inside functions, the function's own variables
     locals: dict[str, flat.Expression] = field(default_factory=dict)

@@ -15,8 +15,9 @@ Reference: Modelica Language Specification 3.6, chapter 8.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import evaluate
@@ -38,8 +39,7 @@ MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 Equations = tuple[flat.Equation, ...]
 
 
-@dataclass(slots=True)
-class Collector:
+class Collector(Struct):
     """Where the equations of an instance go."""
 
     instance: Instance

@@ -12,9 +12,9 @@ Reference: Modelica Language Specification 3.6, section 9.1.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeGuard
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.connect import Member, component_names, is_public_input
@@ -38,8 +38,7 @@ from planarc.flatten.tree import (
 from planarc.ir import flat, syntax
 
 
-@dataclass(frozen=True, slots=True)
-class Statement:
+class Statement(Data):
     """One connect equation, with its iterators replaced."""
 
     node: syntax.Connect
@@ -47,8 +46,7 @@ class Statement:
     instance: Instance
 
 
-@dataclass(frozen=True, slots=True)
-class Wish:
+class Wish(Data):
     """A member that an expandable connector does not have yet."""
 
     bus: Instance

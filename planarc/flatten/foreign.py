@@ -16,8 +16,9 @@ Reference: Modelica Language Specification 3.6, section 12.9.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass
+from msgspec import Struct
 
+from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.flatten import compute, expressions, function_signature
 from planarc.flatten.environment import Env
@@ -27,8 +28,7 @@ from planarc.flatten.tree import Instance, Scope, Session
 from planarc.ir import external, flat, syntax
 
 
-@dataclass(frozen=True, slots=True)
-class Clause:
+class Clause(Data):
     """An `external` clause and the scope that its names are looked up in."""
 
     node: syntax.External
@@ -40,8 +40,7 @@ class Clause:
         return self.node.function or self.function
 
 
-@dataclass(frozen=True, slots=True)
-class ExternalCall:
+class ExternalCall(Data):
     name: str | None
     given: tuple[flat.Expression, ...] = ()
     results: tuple[str, ...] = ()
@@ -120,6 +119,6 @@ def _names_in(tree: object) -> set[str]:
             found.add(node.names[0])
         if isinstance(node, tuple) and not isinstance(node, Span):
             stack.extend(node)
-        elif is_dataclass(node):
-            stack.extend(getattr(node, f.name) for f in fields(node))
+        elif isinstance(node, Struct):
+            stack.extend(getattr(node, name) for name in node.__struct_fields__)
     return found

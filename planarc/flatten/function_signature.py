@@ -8,7 +8,7 @@ Reference: Modelica Language Specification 3.6, sections 12.2 and 12.4.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -20,8 +20,7 @@ from planarc.flatten.tree import Binding, Leaf, Scope
 from planarc.ir import flat, syntax
 
 
-@dataclass(slots=True)
-class Signature:
+class Signature(Struct):
     """Inputs and outputs of a function, and what it reads from the model."""
 
     name: str
@@ -49,8 +48,7 @@ class Signature:
         return variable.type.with_dims(dims)
 
 
-@dataclass(slots=True)
-class FunctionInfo:
+class FunctionInfo(Struct):
     """A function class as seen by a call."""
 
     name: str
@@ -58,8 +56,7 @@ class FunctionInfo:
     bound: dict[str, Binding]
 
 
-@dataclass(slots=True)
-class FunctionBuilder:
+class FunctionBuilder(Struct):
     """Collects what the body of a function reads from the model."""
 
     signature: Signature

@@ -8,7 +8,7 @@ The walk opens every component, so all errors of a model are found, not only the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten import annotation
@@ -30,8 +30,7 @@ from planarc.flatten.visuals import visual_of
 from planarc.ir import flat, syntax
 
 
-@dataclass(slots=True)
-class Gathered:
+class Gathered(Struct):
     """The parts of a flat model, as they are found."""
 
     session: Session

@@ -18,8 +18,9 @@ Reference: Modelica Language Specification 3.6, sections 4.5 and 7.1.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import cast
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span

@@ -12,8 +12,10 @@ Reference: Modelica Language Specification 3.6, sections 9.1, 9.4 and 3.7.4.3.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
 
+from msgspec import Struct, field
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten import evaluate
@@ -29,8 +31,7 @@ from planarc.flatten.variability import variability_of
 from planarc.ir import flat, syntax
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Data):
     """`Connections.branch(a, b)`: an edge that cannot be broken."""
 
     left: str
@@ -38,8 +39,7 @@ class Branch:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Root:
+class Root(Data):
     """`Connections.root(a)` or `Connections.potentialRoot(a, priority)`."""
 
     name: str
@@ -47,8 +47,7 @@ class Root:
     span: Span
 
 
-@dataclass(slots=True)
-class Joined:
+class Joined(Struct):
     """What the connection equations of a model say."""
 
     connections: list[Connection] = field(default_factory=list)

@@ -14,7 +14,7 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span

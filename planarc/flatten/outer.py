@@ -15,7 +15,8 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span

@@ -7,7 +7,8 @@ are functions themselves come along, as partial functions.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.flatten.tree import Session
 from planarc.ir import flat

@@ -17,7 +17,7 @@ Reference: Modelica Language Specification 3.6, sections 6.5 and 7.3.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span

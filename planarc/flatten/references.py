@@ -13,8 +13,9 @@ Reference: Modelica Language Specification 3.6, sections 5.3.2 and 10.5.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeAlias
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span

@@ -17,9 +17,11 @@ Reference: Modelica Language Specification 3.6, section 9.4.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TypeGuard
 
+from msgspec import Struct, field
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import error
 from planarc.flatten.connect import Connection, member_nodes
 from planarc.flatten.disjoint import DisjointSets
@@ -29,8 +31,7 @@ from planarc.flatten.tree import Family, Instance, Leaf, Node
 EQUALITY = "equalityConstraint"
 
 
-@dataclass(frozen=True, slots=True)
-class Pair:
+class Pair(Data):
     """Two overconstrained parts that a connection joins."""
 
     left: Instance | Leaf
@@ -38,8 +39,7 @@ class Pair:
     connection: Connection
 
 
-@dataclass(slots=True)
-class Rooting:
+class Rooting(Struct):
     """The spanning forest of the overconstrained parts."""
 
     roots: set[str] = field(default_factory=set)

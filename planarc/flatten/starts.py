@@ -70,6 +70,6 @@ def _names(expression: syntax.Expression) -> list[str]:
         elif isinstance(node, tuple | list):
             stack.extend(reversed(node))
         elif isinstance(node, syntax.Node):
-            fields = (getattr(node, f) for f in node.__dataclass_fields__ if f != "span")
+            fields = (getattr(node, f) for f in node.__struct_fields__ if f != "span")
             stack.extend(reversed([f for f in fields if isinstance(f, tuple | syntax.Node)]))
     return names

@@ -12,8 +12,9 @@ Reference: Modelica Language Specification 3.6, chapter 11.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span

@@ -16,9 +16,10 @@ never change once filled.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.source import Span
@@ -37,8 +38,7 @@ STATIC_DEPTH = 1_000_000
 # Modifiers --------------------------------------------------------------------------------
 
 
-@dataclass(slots=True, eq=False)
-class Binding:
+class Binding(Struct, eq=False):
     """An expression of a modifier, with the scope that it was written in.
 
     `subscripts` pick the element that belongs to one member of an array of components.
@@ -66,8 +66,7 @@ class Binding:
         return STATIC_DEPTH if instance.prefix is None else instance.depth
 
 
-@dataclass(slots=True, eq=False)
-class Redeclaration:
+class Redeclaration(Struct, eq=False):
     """A new declaration for a replaceable element, with the scope it was written in."""
 
     element: syntax.Component | syntax.ClassDef
@@ -77,8 +76,7 @@ class Redeclaration:
     subscripts: tuple[int, ...] = ()
 
 
-@dataclass(slots=True, eq=False)
-class Mod:
+class Mod(Struct, eq=False):
     """A modifier: a value, modifiers of the members, a redeclaration."""
 
     binding: Binding | None = None
@@ -101,8 +99,7 @@ NO_MOD = Mod()
 # Classes ------------------------------------------------------------------------------------
 
 
-@dataclass(slots=True, eq=False)
-class Part:
+class Part(Struct, eq=False):
     """A class or one of its base classes, within a layout."""
 
     cls: Class
@@ -123,8 +120,7 @@ class Part:
         return self.cls.definition
 
 
-@dataclass(slots=True, eq=False)
-class Layout:
+class Layout(Struct, eq=False):
     """What a class consists of after inheritance, shared by all its instances."""
 
     parts: list[Part]

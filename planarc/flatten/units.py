@@ -16,10 +16,11 @@ Reference: Modelica Language Specification 3.6, chapter 19.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
+
+from msgspec import Struct, field
 
 from planarc.core import unit
 from planarc.core.diagnostic import Diagnostic, Severity
@@ -39,8 +40,7 @@ _OF_NUMBERS = frozenset(
 _SAME = frozenset({"min", "max", "homotopy", "mod", "rem"})
 
 
-@dataclass(slots=True)
-class Checker:
+class Checker(Struct):
     """The units of a model's variables, and what was found wrong."""
 
     units: dict[str, Known]

@@ -27,8 +27,10 @@ Promises:  fails on no text and never recurses; depends on no blank space.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from msgspec import Struct
+
+from planarc.core.data import Data
 from planarc.format.pieces import Kind, Piece
 from planarc.format.spacing import Place
 from planarc.format.words import (
@@ -44,16 +46,14 @@ from planarc.format.words import (
 STEP = 2  # spaces
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(Data):
     """A piece: the indentation of a line that begins with it, and where it stands."""
 
     indent: int
     place: Place
 
 
-@dataclass(slots=True)
-class _Bracket:
+class _Bracket(Struct):
     inner: int  # indentation of the lines in it
     annotation: bool
     items: bool  # a list, or indices

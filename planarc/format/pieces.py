@@ -16,8 +16,9 @@ Reference: Modelica Language Specification 3.6, chapter 2.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from enum import Enum, auto
+
+from planarc.core.data import Data
 
 
 class Kind(Enum):
@@ -29,8 +30,7 @@ class Kind(Enum):
     BLOCK_COMMENT = auto()
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(Data):
     kind: Kind
     text: str
     blank: str  # the blank space before it

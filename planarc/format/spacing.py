@@ -10,8 +10,8 @@ lists           after a comma the writer chooses, as in indices and annotations
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.format.pieces import Kind, Piece
 from planarc.format.words import (
     CALLED,
@@ -25,8 +25,7 @@ from planarc.format.words import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Data):
     """Where a piece stands."""
 
     brackets: int = 0  # how many are open before it

@@ -24,9 +24,9 @@ Promises:  mechanical(t) + dissipated(t) = mechanical(start) + supplied(t), up t
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.insight.values import Values, integral
 from planarc.ir.mechanism import GROUND
 
@@ -40,8 +40,7 @@ if TYPE_CHECKING:
 _SAME = 1e-4
 
 
-@dataclass(frozen=True, slots=True)
-class Energies:
+class Energies(Data):
     """In joule, over the rows; `dissipated` and `supplied` since the start."""
 
     kinetic: Vector
@@ -69,8 +68,7 @@ class Energies:
         return max(float(np.ptp(kind)) for kind in kinds)
 
 
-@dataclass(frozen=True, slots=True)
-class _Mass:
+class _Mass(Data):
     """A mass in the plane: where it is, how it moves; `body` if forces on it are known."""
 
     m: Track

@@ -14,9 +14,9 @@ n = {-d[2], d[1]}:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from planarc.core.data import Data
 from planarc.insight.values import Values, rate
 from planarc.ir.insight import Layer, Mark
 from planarc.ir.mechanism import GROUND
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 _SLOW = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class _Motion:
+class _Motion(Data):
     """Of a link: origin, its velocity and acceleration, angular velocity and acceleration."""
 
     x: Track
@@ -62,8 +61,7 @@ def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...
     return tuple(layer for layer in found if layer.members)
 
 
-@dataclass(frozen=True, slots=True)
-class _Point:
+class _Point(Data):
     name: str
     x: Track
     y: Track

@@ -16,8 +16,9 @@ Example: a crank-slider driven at its slider has a dead point where crank and ro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from planarc.core.data import Data
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,8 +35,7 @@ RANK = 1e-8
 ROWS = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class Closeness:
+class Closeness(Data):
     """Over the rows of a result. `states`: the coordinates that `held` holds."""
 
     loops: Vector

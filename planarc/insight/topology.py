@@ -21,9 +21,9 @@ Promises:  links and joints in the order of the model.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
+from planarc.core.data import Data
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
 from planarc.ir.mechanism import Joint, Link, Mechanism
@@ -32,8 +32,7 @@ _POTENTIALS = ("r[1]", "r[2]", "phi")
 _FLOWS = ("f[1]", "f[2]", "t")
 
 
-@dataclass(frozen=True, slots=True)
-class _Relation:
+class _Relation(Data):
     """An equation between positions: the frames and the other unknowns in it."""
 
     frames: frozenset[str]
@@ -193,8 +192,7 @@ def _mechanism(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Held:
+class _Held(Data):
     """What a component holds together."""
 
     component: str

@@ -11,10 +11,12 @@ Reserved names, set by the solver: `$initial` (true in the first event iteration
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
+from msgspec import field
+
+from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.expr import Expr, Exprs
@@ -33,8 +35,7 @@ class Kind(Enum):
     ENUMERATION = "enumeration"  # valued by the literal's number, from 1
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Located):
     """An unknown of the model: continuous, or discrete (constant between events)."""
 
     name: str
@@ -53,11 +54,10 @@ class Variable:
     causality: str = ""  # `input`, `output` of the model, or empty
     component: str = ""
     literals: tuple[str, ...] = ()  # of an enumeration
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(Located):
     """A parameter or constant. `value` refers to earlier parameters of the list only.
 
     `settable`: its value is a number that a user may replace without recompiling.
@@ -78,22 +78,20 @@ class Parameter:
     minimum: Expr | None = None
     maximum: Expr | None = None
     final: bool = False
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Equation:
+class Equation(Located):
     """left = right, scalar. `component` is where it stands, "" for the model itself."""
 
     left: Expr
     right: Expr
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     component: str = ""
     generated: bool = False  # from a connection set
 
 
-@dataclass(frozen=True, slots=True)
-class Relation:
+class Relation(Located):
     """A relation that makes an event when it switches.
 
     It is true where `zero` < 0 (strict) or `zero` <= 0. `time_only`: `zero` depends on
@@ -104,20 +102,18 @@ class Relation:
     strict: bool
     time_only: bool
     text: str  # as the user wrote it, for messages
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Sampler:
+class Sampler(Located):
     """`sample(start, interval)`; its truth is the symbol `$sample[i]`, i from 0."""
 
     start: Expr
     interval: Expr
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Delay:
+class Delay(Located):
     """`delay(signal, interval, maximum)`; its value is `past(i, time - interval)`.
 
     `signal` is the name of a continuous variable. `interval` is an expression of parameters,
@@ -128,56 +124,50 @@ class Delay:
     interval: Expr
     maximum: Expr | None
     text: str  # as the user wrote it, for messages
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Message:
+class Message(Data):
     """A text with values in it: strings and (expression, format) in their order."""
 
     parts: tuple[str | tuple[Expr, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SetDiscrete:
+class SetDiscrete(Located):
     """name := value, at an event."""
 
     name: str
     value: Expr
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Reinit:
+class Reinit(Located):
     """The state `symbol` continues from `value`."""
 
     symbol: Expr
     value: Expr
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Assertion:
+class Assertion(Located):
     """Checked where the model is evaluated at accepted points; false ends the run."""
 
     condition: Expr
     message: Message
     warning: bool = False
     component: str = ""
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Terminate:
+class Terminate(Located):
     message: Message
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
 Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate
 
 
-@dataclass(frozen=True, slots=True)
-class When:
+class When(Located):
     """`when`/`elsewhen`: the first branch whose condition just became true acts.
 
     A condition is the name of a discrete Boolean variable, which has its own discrete
@@ -185,7 +175,7 @@ class When:
     """
 
     branches: tuple[tuple[str, tuple[Action, ...]], ...]
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     component: str = ""
 
 
@@ -193,8 +183,7 @@ class When:
 VisualValue: TypeAlias = "Expr | str | tuple[VisualValue, ...]"
 
 
-@dataclass(frozen=True, slots=True)
-class Visual:
+class Visual(Data):
     """Something drawn; see flat.Visual. Numbers and truth values are expressions."""
 
     component: str
@@ -205,8 +194,7 @@ class Visual:
         return dict(self.attributes)[name]
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+class Function(Located):
     """A function that is called as such, because it could not be inlined.
 
     Its arguments and results are scalars (arrays element by element). The body is a
@@ -217,11 +205,10 @@ class Function:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     body: tuple[object, ...]
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Dae:
+class Dae(Located):
     name: str
     table: Exprs
     variables: tuple[Variable, ...]  # continuous unknowns, in declaration order
@@ -242,5 +229,5 @@ class Dae:
     connections: tuple[tuple[str, ...], ...] = ()
     experiment: Experiment = field(default_factory=Experiment)
     description: str = ""
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     warnings: tuple[Diagnostic, ...] = ()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from planarc.core.data import Data
 
 
-@dataclass(frozen=True, slots=True)
-class Plot:
+class Plot(Data):
     """`curves` are names of variables over time."""
 
     title: str
     curves: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Data):
     title: str
     plots: tuple[Plot, ...]
     preferred: bool = False

@@ -9,10 +9,10 @@ full names. Nothing here is scalar yet, and nothing is simplified.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from typing import TypeAlias
 
+from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.figure import Figure
@@ -28,8 +28,7 @@ class Base(Enum):
     FUNCTION = "function"  # an argument that is itself a function
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(Data):
     """A built-in type with dimensions; None is a size known only when run (functions).
 
     `name` is the full name of an enumeration or record, `literals` those of the
@@ -76,20 +75,17 @@ class StateSelect(IntEnum):
 # Expressions -----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
+class Node(Located):
     type: Type
-    span: Span = field(compare=False, repr=False)
+    span: Span
 
 
-@dataclass(frozen=True, slots=True)
 class Literal(Node):
     """A number, truth value, string, or enumeration (its number from 1 as `value`)."""
 
     value: float | int | bool | str
 
 
-@dataclass(frozen=True, slots=True)
 class Reference(Node):
     """A variable of the model by its full name, or a local one inside a function.
 
@@ -101,12 +97,10 @@ class Reference(Node):
     subscripts: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Slice(Node):
     """`:` as a subscript."""
 
 
-@dataclass(frozen=True, slots=True)
 class Unary(Node):
     """`op`: `-`, `not`."""
 
@@ -114,7 +108,6 @@ class Unary(Node):
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Binary(Node):
     """`op` as in the language: `+ - * / ^ .+ .- .* ./ .^ < <= > >= == <> and or`.
 
@@ -127,27 +120,23 @@ class Binary(Node):
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class If(Node):
     branches: tuple[tuple[Expression, Expression], ...]
     otherwise: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Array(Node):
     """`{...}`: the items are the entries along the first dimension."""
 
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Range(Node):
     start: Expression
     step: Expression | None
     stop: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Index(Node):
     """Subscripts on an expression that is no variable."""
 
@@ -155,7 +144,6 @@ class Index(Node):
     subscripts: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Field(Node):
     """A field of a record value."""
 
@@ -163,14 +151,12 @@ class Field(Node):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
 class Record(Node):
     """A record value; the items stand in the order of `type.fields`."""
 
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Builtin(Node):
     """A call of a built-in operator or function by its Modelica name (`sin`, `der`, `pre`,
     `noEvent`, `sum`, `transpose`, `sample`, `time` without arguments ...)."""
@@ -179,7 +165,6 @@ class Builtin(Node):
     arguments: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Call(Node):
     """A call of a function of `FlatModel.functions`; arguments are complete and in the
     order of its inputs (defaults and bound inputs filled in). `output` chooses one result,
@@ -190,7 +175,6 @@ class Call(Node):
     output: int | None = 0
 
 
-@dataclass(frozen=True, slots=True)
 class PartialCall(Node):
     """A function as a value, some inputs bound (12.4.2.1): names and expressions."""
 
@@ -198,7 +182,6 @@ class PartialCall(Node):
     bound: tuple[tuple[str, Expression], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Comprehension(Node):
     """Only inside functions, where sizes are unknown; `reduce` is `array sum product min max`."""
 
@@ -229,8 +212,7 @@ Expression: TypeAlias = (
 # Variables ----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Attributes:
+class Attributes(Data):
     """Attributes of a built-in type (4.9); an array variable holds an array or, with
     `each`, a scalar, which stands for all elements."""
 
@@ -248,12 +230,11 @@ class Attributes:
     start_written: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Located):
     name: str
     type: Type
     variability: Variability
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     binding: Expression | None = None
     attributes: Attributes = Attributes()
     causality: str = ""  # `input` or `output` of the model itself, else empty
@@ -270,13 +251,11 @@ class Variable:
 # Equations and statements ---------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class EquationNode:
-    span: Span = field(compare=False, repr=False)
+class EquationNode(Located):
+    span: Span
     component: str  # full name of the component that it stands in, "" for the model
 
 
-@dataclass(frozen=True, slots=True)
 class Equality(EquationNode):
     """Equal types, maybe arrays or records; for several results `left` is `Targets`."""
 
@@ -285,14 +264,12 @@ class Equality(EquationNode):
     generated: bool = False  # from a connection set
 
 
-@dataclass(frozen=True, slots=True)
-class Targets:
+class Targets(Data):
     """`(a, , b) = f(x)`."""
 
     items: tuple[Expression | None, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class IfEquation(EquationNode):
     """The condition changes while running; all branches hold as many equations."""
 
@@ -300,26 +277,22 @@ class IfEquation(EquationNode):
     otherwise: tuple[Equation, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhenEquation(EquationNode):
     """A condition that is a vector stands as an `Array` of Booleans."""
 
     branches: tuple[tuple[Expression, tuple[Equation, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Assert(EquationNode):
     condition: Expression
     message: Expression
     warning: bool = False
 
 
-@dataclass(frozen=True, slots=True)
 class Terminate(EquationNode):
     message: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Reinit(EquationNode):
     variable: Reference
     value: Expression
@@ -332,48 +305,40 @@ Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate 
 Target: TypeAlias = "Reference | Record | Array"
 
 
-@dataclass(frozen=True, slots=True)
 class Assignment(EquationNode):
     target: Target
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class TupleAssignment(EquationNode):
     targets: tuple[Target | None, ...]
     value: Call
 
 
-@dataclass(frozen=True, slots=True)
 class IfStatement(EquationNode):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class ForStatement(EquationNode):
     iterator: str
     range: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhileStatement(EquationNode):
     condition: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhenStatement(EquationNode):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Break(EquationNode):
     """`break;`"""
 
 
-@dataclass(frozen=True, slots=True)
 class Return(EquationNode):
     """`return;`"""
 
@@ -393,13 +358,11 @@ Statement: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
 class Algorithm(EquationNode):
     statements: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+class Function(Located):
     """A function that the model calls. `outputs` and `locals` may have bindings, which are
     assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`. `external`
     is an elementary function, called with the inputs as they are, or one of
@@ -416,15 +379,14 @@ class Function:
     results: tuple[str, ...] = ()
     derivative_of: tuple[str, tuple[str, ...]] | None = None
     derivatives: tuple[tuple[str, int], ...] = ()  # annotation: (function, order)
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     partial: bool = False  # only the interface of an input that is a function; has no body
 
 
 # What is drawn and how it is run ----------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Visual:
+class Visual(Located):
     """Something drawn: an instance of a class with `annotation(__planarc(visual="kind"))`.
 
     It has no variables and no equations in the model; its attributes are expressions in
@@ -434,28 +396,25 @@ class Visual:
     component: str
     kind: str
     attributes: tuple[tuple[str, Expression], ...]
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class Experiment:
+class Experiment(Data):
     start: float = 0.0
     stop: float = 1.0
     interval: float | None = None  # None: 500 intervals
     tolerance: float = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(Located):
     """A component instance: what messages and counts need to know of it."""
 
     name: str
     class_name: str
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
 
 
-@dataclass(frozen=True, slots=True)
-class FlatModel:
+class FlatModel(Located):
     name: str
     variables: tuple[Variable, ...]
     equations: tuple[Equation, ...]
@@ -469,6 +428,6 @@ class FlatModel:
     connections: tuple[tuple[str, ...], ...] = ()
     experiment: Experiment = Experiment()
     description: str = ""
-    span: Span = field(default=NOWHERE, compare=False, repr=False)
+    span: Span = NOWHERE
     figures: tuple[Figure, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()

@@ -18,7 +18,8 @@ Example:
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.ir import flat
 from planarc.ir.flatwalk import expressions_of_function, expressions_of_model, nodes_of

@@ -18,10 +18,10 @@ and a block's *record* is a row of int64 constants in the compiled model:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
+from planarc.core.data import Data
 from planarc.ir.expr import text
 from planarc.ir.program import BlockCode, Program
 
@@ -75,8 +75,7 @@ class Record(IntEnum):
 COUNT, FACTOR, NORM, ARRAYS = 0, 1, 2, 3
 
 
-@dataclass(frozen=True, slots=True)
-class Placement:
+class Placement(Data):
     """Sizes of a program's arrays and where each block's part begins."""
 
     records: tuple[tuple[int, ...], ...]

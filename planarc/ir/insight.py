@@ -5,8 +5,9 @@ All is plain data over the rows of one result.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+
+from planarc.core.data import Data
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
 Track: TypeAlias = "float | NDArray[np.float64]"
 
 
-@dataclass(frozen=True, slots=True)
-class Series:
+class Series(Data):
     """A curve that is no variable of the model, by its name, over the rows."""
 
     name: str
@@ -26,8 +26,7 @@ class Series:
     values: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Data):
     """A point in the world (m), and a vector there (`u`, `v`, in the layer's unit) or none."""
 
     name: str
@@ -38,8 +37,7 @@ class Mark:
     on: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Layer:
+class Layer(Data):
     """What may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
 
     id: str
@@ -50,8 +48,7 @@ class Layer:
     on: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Insight:
+class Insight(Data):
     """`facts` are labels with texts, `figures` titles with the names of series or variables."""
 
     facts: tuple[tuple[str, str], ...] = ()

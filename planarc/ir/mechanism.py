@@ -5,16 +5,14 @@ Given by `insight`, kept with the program, shown by `cli` and `view`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 
 #: The number of the link that does not move.
 GROUND = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
+class Link(Data):
     """What moves as one piece. `frames` are full names of connectors.
 
     `free` is what it could do alone: 3, or 2 for a point whose angle nothing asks for; 0 is
@@ -26,8 +24,7 @@ class Link:
     free: int = 3
 
 
-@dataclass(frozen=True, slots=True)
-class Joint:
+class Joint(Data):
     """A component that holds links together, by so many conditions on their positions.
 
     `count` is the number of elementary joints that it stands for, more than 1 for an assembly.
@@ -40,8 +37,7 @@ class Joint:
     frames: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Mechanism:
+class Mechanism(Data):
     """`links[0]` is the ground, present or not. Links that nothing holds are listed, too."""
 
     links: tuple[Link, ...]
@@ -82,8 +78,7 @@ class Mechanism:
         return self.pairs - merged
 
 
-@dataclass(frozen=True, slots=True)
-class Mobility:
+class Mobility(Data):
     """`dependent` conditions follow from others at the start; `redundant` names their joints
     where they do so in every position."""
 

@@ -13,9 +13,11 @@ both printers. Shared subexpressions stand as `Let` with temporaries.
 from __future__ import annotations
 
 from collections.abc import Mapping, MutableSequence, Sequence
-from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
+from msgspec import field
+
+from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs
@@ -27,8 +29,7 @@ from planarc.ir.mechanism import Mechanism
 # Statements ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Let:
+class Let(Data):
     """target := value; a target is a symbol with a slot, or a temporary (`$t12`)."""
 
     target: Expr
@@ -36,8 +37,7 @@ class Let:
     equation: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Solve:
+class Solve(Data):
     """Solve block `block` of `Program.blocks` (choosing among its candidates by selection)."""
 
     block: int
@@ -46,8 +46,7 @@ class Solve:
 Statement: TypeAlias = Let | Solve
 
 
-@dataclass(frozen=True, slots=True)
-class Tangent:
+class Tangent(Data):
     """One column of a Jacobian as statements: `entries[i]` is that of residual i."""
 
     seeds: tuple[Expr, ...]  # a temporary for each tear
@@ -55,8 +54,7 @@ class Tangent:
     entries: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Direct:
+class Direct(Data):
     """The tears of a linear block from an elimination in a fixed order, done before it.
 
     They count when, after the inner unknowns, every residual is within rounding of its
@@ -69,8 +67,7 @@ class Direct:
     sizes: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class BlockCode:
+class BlockCode(Data):
     """A torn block as code.
 
     `body` computes inner unknowns, then the residuals into `residuals`; `jacobian`
@@ -111,8 +108,7 @@ class BlockCode:
 # Layout ----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
+class Column(Data):
     """A column of the result: sign * w[slot]."""
 
     name: str
@@ -126,8 +122,7 @@ class Column:
     display_unit: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterSlot:
+class ParameterSlot(Data):
     name: str
     slot: int
     kind: Kind
@@ -142,8 +137,7 @@ class ParameterSlot:
     final: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CandidateSlot:
+class CandidateSlot(Data):
     """A candidate for a state. `start` is the slot of its start value, which
     `parameters` computes."""
 
@@ -160,8 +154,7 @@ class CandidateSlot:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class FixedSlot:
+class FixedSlot(Data):
     """The start of a variable that is no candidate: see `sorted.Fixed`."""
 
     display: str
@@ -174,8 +167,7 @@ class FixedSlot:
     height: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class DiscreteSlot:
+class DiscreteSlot(Data):
     name: str
     kind: Kind
     slot: int
@@ -183,8 +175,7 @@ class DiscreteSlot:
     start: int
 
 
-@dataclass(frozen=True, slots=True)
-class RelationSlot:
+class RelationSlot(Data):
     """Truth of a relation in `slot`; its zero function in the statement list `roots`."""
 
     slot: int
@@ -195,16 +186,14 @@ class RelationSlot:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class WhenCode:
+class WhenCode(Data):
     """A when-clause in the event iteration; conditions are discrete slots."""
 
     branches: tuple[tuple[int, int, tuple[Action, ...]], ...]  # (slot, pre slot, actions)
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class DelayCode:
+class DelayCode(Data):
     """A delayed signal: sign * w[slot]. How long it is delayed is an expression of
     parameters, or w[interval_slot] and at most `maximum`, again of parameters."""
 
@@ -217,8 +206,7 @@ class DelayCode:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class EquationInfo:
+class EquationInfo(Data):
     """What messages say of an equation."""
 
     text: str
@@ -226,8 +214,7 @@ class EquationInfo:
     component: str
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(Data):
     """See the fields' types. Statement lists:
 
     `parameters`   dependent parameters and all start values, from settable parameters
@@ -283,8 +270,7 @@ class Program:
 # What is called -------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Addresses:
+class Addresses(Data):
     """Compiled functions of a native kernel as machine addresses, for an integrator in C.
 
     cv_rhs     int (double t, N_Vector y, N_Vector ydot, void *context)   as CVRhsFn

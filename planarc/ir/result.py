@@ -7,9 +7,10 @@ or opposite share one stored column.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
@@ -19,24 +20,21 @@ if TYPE_CHECKING:
     from planarc.ir.program import Column, Program
 
 
-@dataclass(frozen=True, slots=True)
-class EventRecord:
+class EventRecord(Data):
     """An instant at which something switched; `causes` names the relations."""
 
     time: float
     causes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class StateChoice:
+class StateChoice(Data):
     """From `time` on these were the states (user's names)."""
 
     time: float
     states: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Held:
+class Held(Data):
     """How a start value was used: held exactly, or a guess that moved by `moved`."""
 
     name: str
@@ -45,8 +43,7 @@ class Held:
     held: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+class Statistics(Data):
     solver: str  # the one that ran, e.g. `cvode-bdf (native)`
     backend: str
     steps: int = 0
@@ -57,8 +54,7 @@ class Statistics:
     reason: str = ""  # why this solver
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+class Result(Data, dict=True):
     """`data` has a row for each of `time` and a column for each of `stored`, the slots."""
 
     program: Program
@@ -73,10 +69,10 @@ class Result:
     warnings: tuple[Diagnostic, ...] = ()
     #: why the run ended before its stop time (None: it did not), as an error or a note
     ended: Diagnostic | None = None
-    columns: Mapping[str, Column] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "columns", {c.name: c for c in self.program.columns})
+    @cached_property
+    def columns(self) -> Mapping[str, Column]:
+        return {c.name: c for c in self.program.columns}
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """The values of a variable over `time` (shape: rows); KeyError if there is none."""

@@ -29,17 +29,16 @@ where the velocities, `level 1` of three, look like the positions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import Expr
 from planarc.ir.flat import StateSelect
 
 
-@dataclass(frozen=True, slots=True)
-class SourceEquation:
+class SourceEquation(Data):
     """An equation of the reduced system and where it came from.
 
     `derived_from` is the index of the equation whose time derivative this is;
@@ -55,8 +54,7 @@ class SourceEquation:
         return self.equation.span
 
 
-@dataclass(frozen=True, slots=True)
-class Alias:
+class Alias(Data):
     """A variable that needs no computation of its own: sign * symbol, or a constant.
 
     `target` is a symbol (maybe a derivative: `w` is `der(phi)`), or an expression of
@@ -69,21 +67,18 @@ class Alias:
     equation: int | None = None  # the equation that said so
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
+class Assignment(Data):
     target: Expr  # a symbol
     value: Expr
     equation: int  # index in SortedDae.equations
 
 
-@dataclass(frozen=True, slots=True)
-class Residual:
+class Residual(Data):
     value: Expr  # must be zero
     equation: int
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(Data):
     """A torn system. `inner` depends on the tears and is evaluated in its order."""
 
     tears: tuple[Expr, ...]
@@ -99,16 +94,14 @@ class Block:
 Step: TypeAlias = Assignment | Block
 
 
-@dataclass(frozen=True, slots=True)
-class Level:
+class Level(Data):
     """`height` 0 is the top; the states lie in the levels above 0."""
 
     height: int
     steps: tuple[Step, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
+class Candidate(Data):
     """A symbol that can be a state. Its derivative is known in a level above."""
 
     symbol: Expr
@@ -121,8 +114,7 @@ class Candidate:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Fixed:
+class Fixed(Data):
     """What was said of the start of a variable that is no candidate.
 
     Held where `fixed`; a `written` start is held where it is independent of others, as
@@ -140,8 +132,7 @@ class Fixed:
     height: int = 0  # of the candidates that it follows from; 0: of accelerations too
 
 
-@dataclass(frozen=True, slots=True)
-class SortedDae:
+class SortedDae(Data):
     dae: Dae
     equations: tuple[SourceEquation, ...]
     aliases: tuple[Alias, ...]  # every variable is an alias, a candidate, or assigned

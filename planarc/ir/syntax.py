@@ -6,53 +6,45 @@ Language Specification 3.6. Nodes compare by content; spans do not take part.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
+from planarc.core.data import Data, Located
 from planarc.core.source import Span
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
-    span: Span = field(compare=False, repr=False)
+class Node(Located):
+    span: Span
 
 
 # Expressions (chapter 3) ------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
 class Integer(Node):
     value: int
 
 
-@dataclass(frozen=True, slots=True)
 class Real(Node):
     value: float
     text: str  # as written, so that a printed model keeps `1e-6`
 
 
-@dataclass(frozen=True, slots=True)
 class String(Node):
     value: str  # escapes resolved
 
 
-@dataclass(frozen=True, slots=True)
 class Boolean(Node):
     value: bool
 
 
-@dataclass(frozen=True, slots=True)
 class End(Node):
     """`end` inside a subscript (10.5.2)."""
 
 
-@dataclass(frozen=True, slots=True)
 class Colon(Node):
     """`:` as a subscript or a dimension (10.1)."""
 
 
-@dataclass(frozen=True, slots=True)
 class RefPart(Node):
     """One identifier of a reference, quotes kept (`'my name'`), with its subscripts."""
 
@@ -60,7 +52,6 @@ class RefPart(Node):
     subscripts: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Ref(Node):
     """A component reference or name: `a.b[1].c`; `.A.b` is absolute."""
 
@@ -75,7 +66,6 @@ class Ref(Node):
         return ("." if self.absolute else "") + ".".join(self.names)
 
 
-@dataclass(frozen=True, slots=True)
 class Unary(Node):
     """`op` is one of `- + .- .+ not`."""
 
@@ -83,7 +73,6 @@ class Unary(Node):
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Binary(Node):
     """`op` is an operator of 3.4 to 3.5 as written: `+ .+ * ./ ^ < == and ...`."""
 
@@ -92,26 +81,22 @@ class Binary(Node):
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class If(Node):
     branches: tuple[tuple[Expression, Expression], ...]  # (condition, value)
     otherwise: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Range(Node):
     start: Expression
     step: Expression | None
     stop: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class NamedArgument(Node):
     name: str
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class Call(Node):
     """A function call; `der(x)`, `initial()` and `pure(f(x))` are calls too."""
 
@@ -120,7 +105,6 @@ class Call(Node):
     named: tuple[NamedArgument, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class PartialApplication(Node):
     """`function f(a = 1)` as an argument (12.4.2.1)."""
 
@@ -128,13 +112,11 @@ class PartialApplication(Node):
     named: tuple[NamedArgument, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Iterator(Node):
     name: str
     range: Expression | None  # None: deduced from the use as a subscript (11.2.2.1)
 
 
-@dataclass(frozen=True, slots=True)
 class Comprehension(Node):
     """`e for i in r, j in s`, as the argument of a reduction or inside braces."""
 
@@ -142,28 +124,24 @@ class Comprehension(Node):
     iterators: tuple[Iterator, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Array(Node):
     """`{a, b}`; `{e for i in r}` holds one `Comprehension`."""
 
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Matrix(Node):
     """`[a, b; c, d]`."""
 
     rows: tuple[tuple[Expression, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Tuple(Node):
     """`(a, , b)`: the left side of a call with several results; None is left out."""
 
     items: tuple[Expression | None, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Index(Node):
     """`(expression)[i, j]`."""
 
@@ -171,7 +149,6 @@ class Index(Node):
     subscripts: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Member(Node):
     """`(expression).name`."""
 
@@ -205,7 +182,6 @@ Expression: TypeAlias = (
 # Modifications (7.2) ------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
 class Modification(Node):
     """`(arguments) = binding`, either part may be missing; `broken` is `= break`."""
 
@@ -214,7 +190,6 @@ class Modification(Node):
     broken: bool = False
 
 
-@dataclass(frozen=True, slots=True)
 class ElementModification(Node):
     """`each final a.b(...) = e "comment"`."""
 
@@ -225,7 +200,6 @@ class ElementModification(Node):
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
 class ElementRedeclaration(Node):
     """`redeclare ...` or `replaceable ...` as an argument of a modification (7.3)."""
 
@@ -235,7 +209,6 @@ class ElementRedeclaration(Node):
     final: bool = False
 
 
-@dataclass(frozen=True, slots=True)
 class Deselection(Node):
     """`break x` or `break connect(a, b)` in an extends clause (7.4)."""
 
@@ -245,7 +218,6 @@ class Deselection(Node):
 Argument: TypeAlias = ElementModification | ElementRedeclaration | Deselection
 
 
-@dataclass(frozen=True, slots=True)
 class Annotation(Node):
     """`annotation(...)`: its span covers the parenthesised body, parsed when asked for."""
 
@@ -272,7 +244,6 @@ class Flow(Enum):
     NONE = ""
 
 
-@dataclass(frozen=True, slots=True)
 class Import(Node):
     """`import A.B;` `import C = A.B;` `import A.B.*;` `import A.{x, y};` (13.2.1)."""
 
@@ -282,7 +253,6 @@ class Import(Node):
     names: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Constraint(Node):
     """`constrainedby T(...)`, or the older `extends T(...)` in its place (7.3.2)."""
 
@@ -290,7 +260,6 @@ class Constraint(Node):
     modification: Modification | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class Extends(Node):
     base: Ref
     modification: Modification | None = None
@@ -298,8 +267,7 @@ class Extends(Node):
     annotation: Annotation | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Prefixes:
+class Prefixes(Data):
     """The words in front of an element."""
 
     redeclare: bool = False
@@ -310,7 +278,6 @@ class Prefixes:
     protected: bool = False
 
 
-@dataclass(frozen=True, slots=True)
 class Component(Node):
     """One declared name; `Real x, y[2];` gives two of these."""
 
@@ -347,7 +314,6 @@ class ClassKind(Enum):
     OPERATOR = "operator"
 
 
-@dataclass(frozen=True, slots=True)
 class External(Node):
     """`external "C" y = f(x) annotation(...)` (12.9)."""
 
@@ -358,13 +324,11 @@ class External(Node):
     annotation: Annotation | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class EquationSection(Node):
     equations: tuple[Equation, ...]
     initial: bool = False
 
 
-@dataclass(frozen=True, slots=True)
 class AlgorithmSection(Node):
     statements: tuple[Statement, ...]
     initial: bool = False
@@ -373,7 +337,6 @@ class AlgorithmSection(Node):
 Element: TypeAlias = "Import | Extends | Component | ClassDef"
 
 
-@dataclass(frozen=True, slots=True)
 class Composition(Node):
     """The long form of a class: elements and sections in their order."""
 
@@ -382,7 +345,6 @@ class Composition(Node):
     external: External | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class ShortClass(Node):
     """`type T = input Real[3](unit="m")`."""
 
@@ -393,20 +355,17 @@ class ShortClass(Node):
     flow: Flow = Flow.NONE
 
 
-@dataclass(frozen=True, slots=True)
 class EnumerationLiteral(Node):
     name: str
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
 class Enumeration(Node):
     """`enumeration(a, b)`; literals None stands for `enumeration(:)`."""
 
     literals: tuple[EnumerationLiteral, ...] | None
 
 
-@dataclass(frozen=True, slots=True)
 class DerivativeClass(Node):
     """`function f_x = der(f, x)` (12.7.2)."""
 
@@ -414,7 +373,6 @@ class DerivativeClass(Node):
     variables: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class ExtendsClass(Node):
     """`redeclare model extends M(...) ... end M` (7.3.1)."""
 
@@ -425,14 +383,13 @@ class ExtendsClass(Node):
 ClassBody: TypeAlias = Composition | ShortClass | Enumeration | DerivativeClass | ExtendsClass
 
 
-@dataclass(frozen=True, slots=True)
 class ClassDef(Node):
     """A class; `span` covers all of it, `name_span` its name."""
 
     name: str
     kind: ClassKind
     body: ClassBody
-    name_span: Span = field(compare=False, repr=False)
+    name_span: Span
     partial: bool = False
     encapsulated: bool = False
     pure: bool | None = None  # functions: `pure`, `impure` or not said
@@ -442,7 +399,6 @@ class ClassDef(Node):
     annotation: Annotation | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class StoredDefinition(Node):
     """One file; `within` is None when the file does not say, () for `within;`."""
 
@@ -453,37 +409,31 @@ class StoredDefinition(Node):
 # Equations (chapter 8) ----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
 class Equality(Node):
     left: Expression
     right: Expression
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
 class IfEquation(Node):
     branches: tuple[tuple[Expression, tuple[Equation, ...]], ...]
     otherwise: tuple[Equation, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class ForEquation(Node):
     iterators: tuple[Iterator, ...]
     body: tuple[Equation, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhenEquation(Node):
     branches: tuple[tuple[Expression, tuple[Equation, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Connect(Node):
     left: Ref
     right: Ref
 
 
-@dataclass(frozen=True, slots=True)
 class CallEquation(Node):
     """`assert(...)`, `terminate(...)`, `reinit(...)`, `Connections.branch(...)`."""
 
@@ -496,13 +446,11 @@ Equation: TypeAlias = Equality | IfEquation | ForEquation | WhenEquation | Conne
 # Statements (chapter 11) ------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
 class Assignment(Node):
     target: Ref
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
 class TupleAssignment(Node):
     """`(a, , b) := f(x)`."""
 
@@ -510,40 +458,33 @@ class TupleAssignment(Node):
     value: Call
 
 
-@dataclass(frozen=True, slots=True)
 class CallStatement(Node):
     call: Call
 
 
-@dataclass(frozen=True, slots=True)
 class IfStatement(Node):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class ForStatement(Node):
     iterators: tuple[Iterator, ...]
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhileStatement(Node):
     condition: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WhenStatement(Node):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Break(Node):
     """`break;`"""
 
 
-@dataclass(frozen=True, slots=True)
 class Return(Node):
     """`return;`"""
 

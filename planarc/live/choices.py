@@ -18,10 +18,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.handbook.names import Names, elements
 from planarc.ir import syntax
@@ -33,14 +33,12 @@ if TYPE_CHECKING:
 _EXTENDS = re.compile(r"(?:\bextends|=)\s+\.?((?:\w+\.)*\w+)")
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
+class Option(Data):
     name: str  # of the class, in full
     description: str
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Data):
     """`component` is its path in the model, `current` the class that is there now."""
 
     component: str

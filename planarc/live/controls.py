@@ -14,9 +14,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
 
@@ -30,8 +33,7 @@ _NEAR = 0.02
 REST = "Without effect on the motion"
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
+class Field(Data):
     """`value`, `minimum`, `maximum` and the slider's `low` and `high` are in SI units; shown is
     value*factor in `unit`."""
 
@@ -51,8 +53,7 @@ class Field:
     start: bool = False  # a start value of the variable `name`
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(Data):
     title: str  # "" for the model itself
     description: str
     fields: tuple[Field, ...]
@@ -235,6 +236,6 @@ def _symbols(values: Iterable[object]) -> set[str]:
                     found.add(symbol_text(*e.data))
         elif isinstance(value, tuple | list):
             stack.extend(value)
-        elif is_dataclass(value):
-            stack.extend(getattr(value, f.name) for f in fields(value))
+        elif isinstance(value, Struct):
+            stack.extend(getattr(value, name) for name in value.__struct_fields__)
     return found

@@ -13,12 +13,14 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
 from typing import Any
 
+from msgspec import field, to_builtins
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.mistake import mistake
 from planarc.core.options import Backend
@@ -36,8 +38,7 @@ _ROOM = 700_000
 _QUOTED = re.compile(r"`([^`]+)`")
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(Data):
     """What a page asks for. Values by name in SI units; only those that were changed.
 
     `known` is the key of the model whose fields the page shows, `changed` the name of the
@@ -278,8 +279,8 @@ class Session:
             "description": program.description,
             "stop": program.experiment.stop,
             "start": program.experiment.start,
-            "groups": [asdict(g) for g in variant.groups],
-            "choices": [asdict(c) for c in self._choices],
+            "groups": [to_builtins(g) for g in variant.groups],
+            "choices": [to_builtins(c) for c in self._choices],
             "warnings": [["warning", _line(w)] for w in variant.model.warnings],
         }
 

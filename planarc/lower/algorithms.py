@@ -11,7 +11,9 @@ event; outside of it the variables that it assigns keep their values.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+
+from msgspec import field
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -92,7 +94,6 @@ def _before(model: Model, name: str, starts: Mapping[str, Value], span: Span) ->
     return one(value)
 
 
-@dataclass
 class _Section(Runner):
     """A runner that also knows when-statements."""
 

@@ -11,7 +11,7 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import Struct, Tensor, Value, elements, expr, fixed_dims, stack
+from planarc.lower.values import RecordValue, Tensor, Value, elements, expr, fixed_dims, stack
 
 
 def zero_of(type_: flat.Type, table: Exprs) -> Value:
@@ -20,7 +20,7 @@ def zero_of(type_: flat.Type, table: Exprs) -> Value:
         one = zero_of(type_.element(len(dims)), table)
         return Tensor(dims, (one,) * math.prod(dims))
     if type_.base is flat.Base.RECORD:
-        return Struct(tuple((name, zero_of(field, table)) for name, field in type_.fields))
+        return RecordValue(tuple((name, zero_of(field, table)) for name, field in type_.fields))
     return table.false if type_.base is flat.Base.BOOLEAN else table.zero
 
 
@@ -29,7 +29,7 @@ def store(scope: Scope, values: dict[str, Value], target: flat.Target, value: Va
     ones, a record's or an array's parts."""
     if not isinstance(target, flat.Reference):
         parts = value.rows() if isinstance(value, Tensor) else ()
-        if isinstance(value, Struct):
+        if isinstance(value, RecordValue):
             parts = tuple(v for _, v in value.fields)
         for item, part in zip(target.items, parts, strict=True):
             assert isinstance(item, flat.Reference | flat.Record | flat.Array)
@@ -56,8 +56,8 @@ def _replaced(
         return assigned(scope, old, subscripts, value, span)
     if isinstance(old, Tensor):
         return _replaced_in_entry(scope, old, path, subscripts, value, span)
-    assert isinstance(old, Struct)
-    return Struct(
+    assert isinstance(old, RecordValue)
+    return RecordValue(
         tuple(
             (n, _replaced(scope, v, path[1:], subscripts, value, span) if n == path[0] else v)
             for n, v in old.fields

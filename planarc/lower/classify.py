@@ -14,8 +14,10 @@ Promises:  a parameter's value refers to parameters before it only.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass
 
+from msgspec import Struct
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
@@ -42,8 +44,7 @@ KINDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Classified:
+class Classified(Data):
     """Scalars by what they are; `bindings` are the equations that declarations hold."""
 
     parameters: tuple[dae.Parameter, ...]
@@ -258,8 +259,8 @@ def referenced(roots: object) -> Iterator[str]:
             yield node.name
         if isinstance(node, tuple) and not isinstance(node, Span):
             stack.extend(reversed(node))
-        elif is_dataclass(node) and not isinstance(node, flat.Type):
-            stack.extend(getattr(node, f.name) for f in reversed(fields(node)))
+        elif isinstance(node, Struct) and not isinstance(node, flat.Type):
+            stack.extend(getattr(node, name) for name in reversed(node.__struct_fields__))
 
 
 # Unknowns ---------------------------------------------------------------------------------

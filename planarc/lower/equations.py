@@ -14,7 +14,9 @@ Example:
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -24,7 +26,7 @@ from planarc.lower import functions
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import (
-    Struct,
+    RecordValue,
     Tensor,
     Text,
     Value,
@@ -37,8 +39,7 @@ from planarc.lower.values import (
 Pair = tuple[Expr, Expr]
 
 
-@dataclass
-class Lowered:
+class Lowered(Struct):
     """The scalar equations, by what they are."""
 
     continuous: list[dae.Equation] = field(default_factory=list)
@@ -125,7 +126,7 @@ def _equality(scope: Scope, e: flat.Equality) -> Iterator[Pair]:
 
 def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
     """left = right, entry by entry, field by field."""
-    if isinstance(left, Struct) and isinstance(right, Struct):
+    if isinstance(left, RecordValue) and isinstance(right, RecordValue):
         for name, value in left.fields:
             yield from match_values(value, right.field(name), span)
         return
@@ -134,7 +135,7 @@ def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
     if shape_of(left) != shape_of(right):
         raise error("L344", f"dimensions {shape_of(left)} and {shape_of(right)} do not agree", span)
     for a, b in zip(elements(left), elements(right), strict=True):
-        if isinstance(a, Struct):
+        if isinstance(a, RecordValue):
             yield from match_values(a, b, span)
         else:
             yield expr(a), expr(b)

@@ -27,7 +27,7 @@ Reference: Modelica Language Specification 3.6, section 8.6.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from planarc.ir import flat
 from planarc.ir.flat import Base, Variability

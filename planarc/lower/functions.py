@@ -20,7 +20,8 @@ Promises:  no call is left; what cannot be run so is refused with the function's
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
@@ -31,7 +32,7 @@ from planarc.lower import scalar
 from planarc.lower.foreign import call_external
 from planarc.lower.scope import Scope
 from planarc.lower.statements import Runner
-from planarc.lower.values import FunctionValue, Struct, Tensor, Value, each, expr
+from planarc.lower.values import FunctionValue, RecordValue, Tensor, Value, each, expr
 
 MAX_DEPTH = 100  # of calls inside calls
 
@@ -74,8 +75,8 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
 
 
 def _number(scope: Scope, value: Value) -> Value:
-    if isinstance(value, Struct):
-        return Struct(tuple((n, _number(scope, v)) for n, v in value.fields))
+    if isinstance(value, RecordValue):
+        return RecordValue(tuple((n, _number(scope, v)) for n, v in value.fields))
     if isinstance(value, Tensor):
         return Tensor(value.shape, tuple(_number(scope, v) for v in value.items))
     return scope.model.number(value) if isinstance(value, Expr) else value

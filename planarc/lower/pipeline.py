@@ -15,7 +15,8 @@ Promises:  every name in an equation is a variable or parameter of the Dae, or r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.ir import dae, flat

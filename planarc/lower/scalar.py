@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -27,7 +28,7 @@ from planarc.lower.operators import binary
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import (
     FunctionValue,
-    Struct,
+    RecordValue,
     Tensor,
     Text,
     Value,
@@ -99,8 +100,8 @@ def _none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
 
 def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Span) -> Value:
     """`if condition then ... else ...` on values of one type."""
-    if isinstance(then, Struct) and isinstance(otherwise, Struct):
-        return Struct(
+    if isinstance(then, RecordValue) and isinstance(otherwise, RecordValue):
+        return RecordValue(
             tuple(
                 (n, choose(scope, condition, v, otherwise.field(n), span)) for n, v in then.fields
             )
@@ -182,15 +183,15 @@ def _field(scope: Scope, e: flat.Field) -> Value:
     base = lower_expression(scope, e.base)
     if isinstance(base, Tensor):
         return Tensor(
-            base.shape, tuple(v.field(e.name) for v in base.items if isinstance(v, Struct))
+            base.shape, tuple(v.field(e.name) for v in base.items if isinstance(v, RecordValue))
         )
-    assert isinstance(base, Struct)
+    assert isinstance(base, RecordValue)
     return base.field(e.name)
 
 
 def _record(scope: Scope, e: flat.Record) -> Value:
     names = (name for name, _ in e.type.fields)
-    return Struct(
+    return RecordValue(
         tuple((n, lower_expression(scope, i)) for n, i in zip(names, e.items, strict=True))
     )
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from functools import cached_property
 
+from msgspec import Struct, field
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
@@ -16,8 +19,7 @@ from planarc.lower.values import Value
 DELAY = "$delay["
 
 
-@dataclass(slots=True)
-class Model:
+class Model(Struct, dict=True):
     """What all expressions of one model share while it is lowered.
 
     `values` gives every variable and parameter by its flat name; `steady` holds the
@@ -41,15 +43,15 @@ class Model:
     #: what delays need of their own: continuous variables with their equations
     delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
-    time_derivative: Differentiator = field(init=False)
     #: calls of functions that give another value in each, told apart by their number
     impure_calls: int = 0
     #: of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        self.time_derivative = time_derivative(
+    @cached_property
+    def time_derivative(self) -> Differentiator:
+        return time_derivative(
             self.table, lambda name: name in self.parameters or name in self.discretes
         )
 
@@ -92,8 +94,7 @@ class Model:
         return self.table.event(self._relation_of[key])
 
 
-@dataclass(frozen=True, slots=True)
-class Scope:
+class Scope(Data):
     """Where an expression stands.
 
     `locals` are a function's variables (None outside of functions). `events`: relations

@@ -16,9 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
@@ -33,32 +36,28 @@ MAX_WAYS = 1_000  # ways through one call
 MAX_ENTRIES = 1_000_000  # of one array
 
 
-@dataclass(frozen=True, slots=True)
-class _Body:
+class _Body(Data):
     """What is left to run: statements from a position on, or a loop before its next turn."""
 
     statements: Sequence[flat.Statement]
     position: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class _For:
+class _For(Data):
     statement: flat.ForStatement
     domain: Sequence[Value]
     hidden: Value | None  # what the iterator's name meant outside
     turn: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class _While:
+class _While(Data):
     statement: flat.WhileStatement
 
 
 Frame = _Body | _For | _While
 
 
-@dataclass
-class Runner:
+class Runner(Struct):
     """The state of one way through the statements. `values` are the variables that have one."""
 
     scope: Scope

@@ -9,15 +9,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from planarc.core.data import Data
 from planarc.ir import flat
 from planarc.ir.expr import Expr
 
 
-@dataclass(frozen=True, slots=True)
-class Tensor:
+class Tensor(Data):
     """An array: as many `items` as the product of `shape`."""
 
     shape: tuple[int, ...]
@@ -36,8 +35,7 @@ class Tensor:
         return Tensor(inner, self.items[i * size : (i + 1) * size])
 
 
-@dataclass(frozen=True, slots=True)
-class Struct:
+class RecordValue(Data):
     """A record value."""
 
     fields: tuple[tuple[str, Value], ...]
@@ -46,16 +44,14 @@ class Struct:
         return next(v for n, v in self.fields if n == name)
 
 
-@dataclass(frozen=True, slots=True)
-class FunctionValue:
+class FunctionValue(Data):
     """A function given as an argument, with some inputs bound."""
 
     function: str
     bound: tuple[tuple[str, Value], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(Data):
     """A string: constant pieces and numbers to be formatted when it is shown."""
 
     parts: tuple[str | tuple[Expr, str], ...]
@@ -68,7 +64,7 @@ class Text:
         return None
 
 
-Value: TypeAlias = Expr | Tensor | Struct | FunctionValue | Text
+Value: TypeAlias = Expr | Tensor | RecordValue | FunctionValue | Text
 
 
 def shape_of(value: Value) -> tuple[int, ...]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, NamedTuple
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Span

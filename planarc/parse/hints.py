@@ -7,8 +7,9 @@ Out:  Diagnostic        the message for the one who wrote the text
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.parse.expected import expected

@@ -21,10 +21,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Source, Span
 from planarc.parse.unreadable import never_closed, skip_illegal
@@ -57,8 +57,7 @@ class Token(NamedTuple):
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Terminals:
+class Terminals(Data):
     """What the grammar says of words: one expression, and the type of each fixed text."""
 
     pattern: re.Pattern[str]

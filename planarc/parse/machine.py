@@ -7,7 +7,6 @@ only module that imports lark (40 ms); import it where a text is parsed, not bef
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
 from functools import cache
 from threading import Lock
 from typing import Any
@@ -18,6 +17,7 @@ from lark.grammar import Rule
 from lark.lexer import Lexer, PatternStr, TerminalDef
 
 from planarc.core import cache as disk
+from planarc.core.data import Data
 from planarc.core.resources import grammar_file
 from planarc.parse.build import Build
 from planarc.parse.lexer import Terminals, compile_terminals
@@ -34,8 +34,7 @@ class NoLexer(Lexer):
         return iter(())
 
 
-@dataclass(frozen=True, slots=True)
-class Machine:
+class Machine(Data):
     lark: Lark
     build: Build
     terminals: Terminals

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import Source, Span

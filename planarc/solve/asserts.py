@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir import external
@@ -41,8 +43,7 @@ class Rows(Protocol):
 ENOUGH = 200
 
 
-@dataclass
-class _Broken:
+class _Broken(Struct):
     """A warning, with the stretches of time during which it applied."""
 
     first: Diagnostic

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from planarc.ir.expr import Expr, Op, evaluate, postorder
 from planarc.ir.program import Kernel, Let, Program
@@ -22,8 +23,7 @@ from planarc.solve.values import Reader
 SAME = 1e-12
 
 
-@dataclass(slots=True)
-class Sampler:
+class Sampler(Struct):
     slot: int
     start: float
     interval: float

@@ -17,8 +17,9 @@ Reference: J. E. Dennis, R. B. Schnabel, Numerical Methods for Unconstrained
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+
+from planarc.core.data import Data
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,8 +36,7 @@ RANK = 1e-9
 SMALL = 1e-10
 
 
-@dataclass(frozen=True, slots=True)
-class Root:
+class Root(Data):
     point: Vector
     residuals: Vector
     converged: bool

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.ir.dae import Kind
@@ -29,8 +29,7 @@ MOST_ROWS = 20_000_000
 DEFAULT_INTERVALS = 500
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(Data):
     start: float
     stop: float
     grid: NDArray[np.float64]  # the times of the rows, from start to stop

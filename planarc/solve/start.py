@@ -27,10 +27,10 @@ Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
 from planarc.ir.result import Held
 from planarc.solve import newton, start_failure
@@ -46,8 +46,7 @@ if TYPE_CHECKING:
 INDEPENDENT = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
+class Start(Data):
     values: tuple[float, ...]  # of the candidates
     held: tuple[Held, ...]  # of the candidates, then of other variables with a written start
 
@@ -182,8 +181,7 @@ class System:
             yield list(range(self.rows)), list(range(len(self.program.candidates)))
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Data):
     """Which candidates are held, and which other variables besides the fixed ones.
     `redundant`: fixed candidates that are determined without being held, each with those
     among the held that determine it."""
@@ -222,8 +220,7 @@ def _confirmed(system: System, values: Vector, choice: Choice) -> bool:
     return seen is not None and seen.choice == choice
 
 
-@dataclass(frozen=True, slots=True)
-class _Outcome:
+class _Outcome(Data):
     """Which of those that ask to be held were taken, in their order; `plain` where no other
     outcome could hold earlier ones."""
 

@@ -20,9 +20,9 @@ Promises:  an angle is not a whole turn away from its start value where it need 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+from planarc.core.data import Data
 from planarc.ir.flat import StateSelect
 from planarc.solve import newton
 
@@ -47,8 +47,7 @@ PULL = 0.1
 TURN = 6.283185307179586
 
 
-@dataclass(frozen=True, slots=True)
-class Guide:
+class Guide(Data):
     """A coordinate that should stay near its start value; `column` is -1 of no candidate."""
 
     slot: int

@@ -32,10 +32,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
 from operator import mul
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
@@ -61,8 +61,7 @@ PREFERENCE = 1.45
 MUST_STAY = 4 * StateSelect.ALWAYS
 
 
-@dataclass(frozen=True, slots=True)
-class Lost:
+class Lost(Data):
     """A state that must stay one is about to be determined by the others."""
 
     candidate: int

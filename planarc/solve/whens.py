@@ -9,7 +9,8 @@ Reference: Modelica 3.6, sections 8.3.5 and 8.3.6.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import INITIAL, Action, Assertion, Reinit, SetDiscrete, Terminate
@@ -19,8 +20,7 @@ from planarc.solve.event_failure import assertion_diagnostic, no_value
 from planarc.solve.values import Reader, text_of
 
 
-@dataclass(slots=True)
-class Processed:
+class Processed(Struct):
     """What an event did: the states to go on from, and how the run ends, if it does."""
 
     y: list[float]

@@ -28,8 +28,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder
 from planarc.ir.sorted import Alias
@@ -39,8 +39,7 @@ from planarc.structure.signs import Signs
 _SHORT = 6  # unknowns of an equation that is looked at whenever one of them vanishes
 
 
-@dataclass(frozen=True, slots=True)
-class Live:
+class Live(Data):
     """An equation that remains, in the symbols that remain."""
 
     index: int  # of the equation in the Dae
@@ -48,8 +47,7 @@ class Live:
     right: Expr
 
 
-@dataclass(frozen=True, slots=True)
-class Elimination:
+class Elimination(Data):
     kept: tuple[str, ...]  # variables that remain, in declaration order
     live: tuple[Live, ...]
     vanished: tuple[int, ...]  # equations that came to 0 = 0: they follow from others

@@ -15,8 +15,10 @@ Promises:  two `fixed` values that disagree, in an alias set or with a constant,
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.source import Span
 from planarc.ir.dae import Dae, Variable
@@ -27,8 +29,7 @@ from planarc.structure.numbers import ParameterNumbers
 from planarc.structure.places import owner_span
 
 
-@dataclass(frozen=True, slots=True)
-class Attributes:
+class Attributes(Data):
     display: str
     select: StateSelect
     start: Expr | None
@@ -38,8 +39,7 @@ class Attributes:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class _Member:
+class _Member(Data):
     variable: Variable
     sign: int
     place: int  # in the order of declaration

@@ -18,8 +18,9 @@ Promises:  parameters and discrete variables are constant between events.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from msgspec.structs import replace
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae, Equation
@@ -29,8 +30,7 @@ from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Data):
     """An equation of the reduced system: left = right in kept symbols."""
 
     index: int  # in Expansion.equations
@@ -41,8 +41,7 @@ class Form:
         return table.sub(self.left, self.right)
 
 
-@dataclass(frozen=True, slots=True)
-class Expansion:
+class Expansion(Data):
     equations: tuple[SourceEquation, ...]
     forms: tuple[tuple[Form, ...], ...]  # of each live equation: itself, derivatives in order
 

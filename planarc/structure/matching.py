@@ -20,13 +20,11 @@ Reference: A. Pothen, C.-J. Fan, ACM Trans. Math. Softw. 16(4), 1990, 303-324
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from planarc.core.data import Data
 from planarc.structure.graph import Rows, columns_of, reachable
 
 
-@dataclass(frozen=True, slots=True)
-class Matching:
+class Matching(Data):
     """-1 stands for no partner."""
 
     variable: tuple[int, ...]  # of each equation
@@ -94,8 +92,7 @@ def _augment(
     return False
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
+class Parts(Data):
     """Equations and unknowns of the two parts that cannot be solved, in ascending order."""
 
     over_equations: tuple[int, ...]

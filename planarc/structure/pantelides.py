@@ -32,9 +32,9 @@ Reference: C. C. Pantelides, SIAM J. Sci. Stat. Comput. 9(2), 1988, 213-231;
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from planarc.core.data import Data
 from planarc.structure.graph import reachable
 from planarc.structure.matching import Matching, match_equations
 
@@ -42,8 +42,7 @@ from planarc.structure.matching import Matching, match_equations
 Signature: TypeAlias = Sequence[Sequence[tuple[int, int]]]
 
 
-@dataclass(frozen=True, slots=True)
-class Offsets:
+class Offsets(Data):
     differentiated: tuple[int, ...]  # c, of each equation
     highest: tuple[int, ...]  # d, of each unknown
     matching: Matching  # of the equations with the unknowns of highest order

@@ -10,7 +10,8 @@ Equations, variables and visuals stay as they were: messages and results speak o
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import (

@@ -17,16 +17,15 @@ Promises:  blocks of one level do not depend on each other.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.ir.sorted import Assignment, Block, Residual, Step
 from planarc.structure.linear import Degrees
 from planarc.structure.system import System, Systems
 from planarc.structure.tearing import Torn
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(Data):
     """The same as numbers: positions in `Torn.assignments`, unknowns, equations."""
 
     before: tuple[int, ...]

@@ -8,8 +8,8 @@ unknowns are known there, from the levels below.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs
 from planarc.structure.algebra import Algebra
 from planarc.structure.expand import Expansion, Form
@@ -18,8 +18,7 @@ from planarc.structure.pantelides import Offsets
 from planarc.structure.signs import Signs
 
 
-@dataclass(frozen=True, slots=True)
-class Scalar:
+class Scalar(Data):
     """An equation with its unknowns and, for those it can be solved for, the factor."""
 
     form: Form
@@ -31,8 +30,7 @@ class Scalar:
         return [(v, v in self.factors or v in self.solved) for v in self.unknowns]
 
 
-@dataclass(frozen=True, slots=True)
-class System:
+class System(Data):
     height: int
     unknowns: tuple[Expr, ...]
     equations: tuple[Scalar, ...]

@@ -26,12 +26,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
+from planarc.core.data import Data
 
-@dataclass(frozen=True, slots=True)
-class Torn:
+
+class Torn(Data):
     tears: tuple[int, ...]  # in the order of their choice
     assignments: tuple[tuple[int, int], ...]  # (unknown, equation), in order of evaluation
     residuals: tuple[int, ...]  # equations, ascending

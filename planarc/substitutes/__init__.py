@@ -15,8 +15,9 @@ Example: `Modelica.Blocks.Tables.CombiTable1Ds` of the user's library stays and 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from planarc.core.resources import stdlib
 from planarc.ir import syntax

@@ -17,9 +17,9 @@ Promises:  values that are no numbers agree with each other and with nothing els
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.view.table import Table
 
 if TYPE_CHECKING:
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Parting:
+class Parting(Data):
     """A variable that leaves its tube."""
 
     name: str
@@ -41,8 +40,7 @@ class Parting:
     most_time: float
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
+class Comparison(Data):
     compared: int  # variables that are in both
     parted: tuple[Parting, ...]  # in the order in which they part
     only_a: tuple[str, ...]

@@ -21,9 +21,12 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,8 +48,7 @@ class Kind(StrEnum):
     TEXT = "text"
 
 
-@dataclass(frozen=True, slots=True)
-class Item:
+class Item(Data):
     """Something drawn. Lengths in m, angles in rad, colour 0 to 255.
 
     `shape` is the kind of solid (`box`, `cylinder` ...) of a SHAPE; `upright` shows its end,
@@ -71,14 +73,13 @@ class Item:
     points: tuple[tuple[float, float], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
+class Scene(Data):
     """`box` is (left, bottom, right, top) of everything drawn at any time, or None."""
 
     time: NDArray[np.float64]
     items: tuple[Item, ...]
     box: tuple[float, float, float, float] | None
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
 
 def make_scene(result: Result) -> Scene:

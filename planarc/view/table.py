@@ -15,10 +15,10 @@ import mmap
 import re
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.ir.result import Result
 
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".csv", ".mat")
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
+class Table(Data):
     """Columns over time. `units` only holds those that the file told; `model` is the class
     of the model, where it is said."""
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
 from planarc.ir.dae import Dae, Equation, Kind, Parameter, Relation, Variable

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import Dae

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.expr import Op, postorder
@@ -47,8 +48,7 @@ def may_batch(program: Program) -> bool:
     return not any(e.op in _OTHER for e in postorder(let.value for let in lets))
 
 
-@dataclass
-class _Lane:
+class _Lane(Struct):
     """One run: its own kernel at its start."""
 
     index: int
@@ -249,8 +249,7 @@ class Batch:
         )
 
 
-@dataclass
-class _Rows:
+class _Rows(Struct):
     """What the assertions read, as `Recorder` has it."""
 
     time: Any

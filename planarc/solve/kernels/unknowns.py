@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from planarc.ir.expr import text
 from planarc.ir.program import Program, Solve
 
 
-@dataclass
-class Unknowns:
+class Unknowns(Struct):
     """As many as there are residuals, in the order of the blocks.
 
     `rates` are the slots of their derivatives, -1 where these are no variables;

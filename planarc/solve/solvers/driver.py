@@ -11,11 +11,11 @@ when the kernel could not solve its equations.
 from __future__ import annotations
 
 import ctypes as C
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from planarc.core import cache as store
+from planarc.core.data import Data
 from planarc.ir.program import Addresses
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.integrator import AT_REST, Watch
@@ -238,8 +238,7 @@ def _module_text() -> str:
     return "\n".join([*lines, "  br label %step", body])
 
 
-@dataclass(frozen=True, slots=True)
-class Where:
+class Where(Data):
     """CVODE's memory, its vectors (states, and scratch), and where it writes the time."""
 
     memory: int

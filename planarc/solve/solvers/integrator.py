@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from planarc.core.data import Data
 from planarc.ir.program import Kernel
 from planarc.solve.recorder import Recorder
 
@@ -36,8 +36,7 @@ class Cause(Enum):
     STEP = "the step became too small"
 
 
-@dataclass(frozen=True, slots=True)
-class March:
+class March(Data):
     """`directions[i]`: +1 or -1 where the zero function i rises or falls through zero."""
 
     outcome: Outcome
@@ -45,8 +44,7 @@ class March:
     cause: Cause | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Counts:
+class Counts(Data):
     steps: int = 0
     rhs_calls: int = 0
     jacobians: int = 0
@@ -68,8 +66,7 @@ class Past(Protocol):
         """The step from `begin` to where the stepper is; false where the run cannot go on."""
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Data):
     """What does not change during a run."""
 
     tolerance: float

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from planarc.core.data import Data
 
 #: A point of an icon; y grows upwards, as in the language.
 Point = tuple[float, float]
 Color = tuple[int, int, int]
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
+class Link(Data):
     """A text, and the full name of the class it leads to, None where there is none."""
 
     text: str
     target: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Graphic:
+class Graphic(Data):
     """One primitive of an icon, in the coordinates of its class.
 
     `shape` is `line`, `polygon`, `rectangle`, `ellipse` or `text`; a rectangle, an ellipse and
@@ -37,8 +35,7 @@ class Graphic:
     arrows: tuple[bool, bool] = (False, False)  # heads at the begin and the end of a line
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
+class Placed(Data):
     """The icon of a connector inside of an icon: its extent there, and a turn about a point."""
 
     graphics: tuple[Graphic, ...]
@@ -47,8 +44,7 @@ class Placed:
     rotation: float = 0.0  # degrees, counter-clockwise
 
 
-@dataclass(frozen=True, slots=True)
-class Icon:
+class Icon(Data):
     """What a class looks like: inherited graphics first, then its own, then its connectors."""
 
     graphics: tuple[Graphic, ...] = ()
@@ -58,8 +54,7 @@ class Icon:
         return bool(self.graphics or self.connectors)
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Data):
     """A component: `origin` is the base class that declares it, None for the class itself."""
 
     name: str
@@ -70,8 +65,7 @@ class Row:
     origin: Link | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class ClassPage:
+class ClassPage(Data):
     """One class of the handbook."""
 
     name: str  # full

@@ -6,7 +6,7 @@ world, downwards on the picture. Sizes are in pixels and even, as films need the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from planarc.core.data import Data
 
 #: Pixels around what is drawn, as a share of the width, and as many as a label needs.
 _MARGIN, _LABEL = 0.05, 20
@@ -14,8 +14,7 @@ _MARGIN, _LABEL = 0.05, 20
 _HIGHEST, _LOWEST = 1.0, 0.4
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
+class Camera(Data):
     width: int
     height: int
     scale: float  # pixels a metre

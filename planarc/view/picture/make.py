@@ -9,10 +9,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec import field
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
 from planarc.view.picture.camera import Camera, fit_camera
@@ -35,8 +38,7 @@ _SAMPLES = 6
 _NARROWEST, _WIDEST = 64, 4096
 
 
-@dataclass(frozen=True, slots=True)
-class PictureOptions:
+class PictureOptions(Data):
     """`at`: one instant (s) instead of a motion. `width` in pixels; the height follows.
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
@@ -50,8 +52,7 @@ class PictureOptions:
     traces: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Made:
+class Made(Data):
     """What a picture shows."""
 
     frames: int

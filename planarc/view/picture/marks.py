@@ -6,14 +6,14 @@ Lengths in metres, y upwards; colours 0 to 255 with an opacity 0 to 1. A printer
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from planarc.core.data import Data
 
 Point: TypeAlias = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Paint:
+class Paint(Data):
     red: float
     green: float
     blue: float
@@ -36,8 +36,7 @@ class Paint:
         return "#" + "".join(f"{c:02x}" for c in channels)
 
 
-@dataclass(frozen=True, slots=True)
-class Style:
+class Style(Data):
     """`width` is that of the line."""
 
     fill: Paint | None = None
@@ -45,8 +44,7 @@ class Style:
     width: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Outline:
+class Outline(Data):
     """Straight lines through points, closed or not; joints and ends of lines are round."""
 
     style: Style
@@ -54,8 +52,7 @@ class Outline:
     closed: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Bar:
+class Bar(Data):
     """A rectangle around the x-axis, from `left` to `right`, its corners rounded by `radius`.
 
     `low` and `high` are its lower and upper edge.
@@ -69,16 +66,14 @@ class Bar:
     radius: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Disc:
+class Disc(Data):
     style: Style
     x: float
     y: float
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(Data):
     """A text that stays upright, centred at (x, y)."""
 
     style: Style

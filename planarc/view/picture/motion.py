@@ -13,9 +13,11 @@ Example: 2 s shown at 25 frames a second and at half speed
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.view.scene import Item, Scene, Track
 
@@ -32,8 +34,7 @@ _SHORTEST, _LONGEST = 2.0, 12.0
 _MOST_FRAMES = 20_000
 
 
-@dataclass(frozen=True, slots=True)
-class When:
+class When(Data):
     """What is shown of a run. Times in s of the run; None: from its start, to its end.
 
     `speed` is seconds of the run in a second of the picture, None chooses it.
@@ -45,8 +46,7 @@ class When:
     rate: float = 25.0  # frames a second
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(Data):
     """Items whose tracks have one value for each of `times`; `shown` is how long, in s."""
 
     times: Vector

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
+from planarc.core.data import Data
 from planarc.view.picture.marks import Bar, Disc, Label, Mark, Outline, Paint, Point, Style
 from planarc.view.scene import Item, Kind
 
@@ -17,8 +17,7 @@ _LINE = 1.2  # pixels: the edge of a solid
 _THIN = 1.6  # pixels: the least width of what is only a line
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
+class _Look(Data):
     """An item at an instant, with its paints."""
 
     length: float

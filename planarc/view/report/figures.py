@@ -8,8 +8,9 @@ gave. What does not change makes no curve.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
 
 if TYPE_CHECKING:
     from planarc.ir.insight import Insight
@@ -21,8 +22,7 @@ LIMIT = 16
 _BODIES = (".Body", ".PointMass")
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Data):
     """`on`: shown when the page opens."""
 
     title: str

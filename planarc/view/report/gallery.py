@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from dataclasses import dataclass
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from planarc.core.data import Data
 from planarc.view.report import assets
 from planarc.view.report.data import scene_data
 
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 ROWS = 160
 
 
-@dataclass(frozen=True, slots=True)
-class Card:
+class Card(Data):
     """`facts` is one line; `report` the file of the whole report, relative to the page."""
 
     title: str
