@@ -8,6 +8,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     area      float64   residuals, Jacobian and Newton's method of each block
     vector    pointer   SUNDIALS' N_VGetArrayPointer
     past      int64     the past of delayed signals (`history.Memory`)
+    passing   pointer   what derivatives are passed on in (`Passing`), where they are
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -33,6 +34,7 @@ class Frame(IntEnum):
     AREA = 3
     VECTOR = 4
     PAST = 5
+    PASSING = 6
 
 
 class Number(IntEnum):
@@ -106,11 +108,12 @@ TEAR_ARRAYS: Final = 3
 def place(program: Program) -> Placement:
     """The same for a given program, whoever asks."""
     blocks = program.blocks
-    largest = max((len(b.residuals) for b in blocks), default=0)
+    matrices = ((len(b.residuals), len(b.tears)) for b in blocks)
+    largest = max((m * max(m + 1, n) for m, n in matrices), default=0)
     total = sum(len(b.tears) for b in blocks)
     derivative = {c.slot: c.derivative for c in program.candidates}
     shared = 0
-    area = largest * (largest + 1)
+    area = largest
     solved = Number.FIRST_STATE + 2 * program.state_count
     accepted = 0
     records = []

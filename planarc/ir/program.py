@@ -277,6 +277,9 @@ class Addresses(Data):
     cv_roots   int (double t, N_Vector y, double *g, void *context)       as CVRootFn
     outputs    int (void *context, double t, const double *y)             as Kernel.outputs
     accept     int (void *context, double t)                              as Kernel.accept
+    look       double (void *context, const int64_t *blocks, int64_t count, double *scales)
+               the largest sensitivity of what is determined in these blocks to a state; the
+               scales are those of their tears. A block is told by its place in `records`
     context    what the functions above take
     workspace  the first number of `Kernel.w`
 
@@ -287,6 +290,8 @@ class Addresses(Data):
     cv_roots: int
     outputs: int
     accept: int
+    look: int
+    records: tuple[int, ...]
     context: int
     workspace: int
 

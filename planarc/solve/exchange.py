@@ -11,15 +11,11 @@ from typing import TYPE_CHECKING
 
 from planarc.ir.result import StateChoice
 from planarc.solve import failure
-from planarc.solve.refuge import Refuge
 from planarc.solve.solvers.integrator import March
 from planarc.solve.states import lost_diagnostic
 
 if TYPE_CHECKING:
     from planarc.solve.run import Run
-
-#: So often the run goes back to one place for a better choice of states.
-MOST_VISITS = 6
 
 
 def watch(run: Run) -> None:
@@ -35,21 +31,18 @@ def watch(run: Run) -> None:
     elif changed and run.kernel.outputs(t, y) == 0:
         exchange(run, t, run.integrator.last_step())
     elif not changed:
-        run.refuge = Refuge(run.kernel, run.program, run.recorder)
+        run.refuge.keep(t, y)
 
 
 def go_back(run: Run) -> bool:
     """To the last place where the choice of states was good, and on in shorter looks."""
     refuge = run.refuge
-    if refuge is None or refuge.visits >= MOST_VISITS or run.delays.present:
+    if run.delays.present or not refuge.enter(run.integrator.t):
         return False
-    refuge.visits += 1
-    refuge.enter(run.kernel, run.recorder)
     run.asserts.forget(run.recorder.count)
     run.selector.restore(run.selection)
-    run.selector.outlook.hurry(run.selector.paces())
-    run.restart(refuge.t, run.state_values())
-    run.refuge = refuge
+    run.selector.hurry()
+    run.restart(refuge.t, refuge.y)
     return True
 
 

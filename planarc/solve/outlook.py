@@ -3,8 +3,8 @@
 In:   the sensitivities at a look, the coordinates and their velocities
 Out:  Watch    how far a coordinate, and how much faster than the states, may move before
 
-A look at the sensitivities X costs as much as ten steps of the integrator, so it is put
-off. Two things bring it about. The ratio of velocities, compared after every step: as the
+In Python a look at the sensitivities X costs as much as ten steps of the integrator, so
+it is put off. Two things bring it about. The ratio of velocities, compared after every step: as the
 velocities of what is determined are -X times those of the states, it is the sensitivity
 itself where a mechanism has one degree of freedom, and a bound for it where it has more.
 And the way of the coordinates: what X is in other directions than that of the motion
@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 from operator import sub
 
 from planarc.ir.program import Kernel, Program
-from planarc.solve.solvers.integrator import Watch
+from planarc.solve.solvers.watch import GROWN, Watch
 
 #: Turning of psi with the coordinates (per radian or metre) that is reckoned with at least.
 RATE = 0.5
@@ -38,8 +38,6 @@ BESIDE = 1e-4
 SOON = 0.5
 #: Sensitivities so small are far from a dead centre: what was seen on the way is enough.
 CALM = 2.0
-#: A ratio of velocities that was looked at must grow by this factor to be looked at again.
-GROWN = 1.3
 
 Rows = Sequence[Sequence[float]]
 #: A velocity's slot with its weight, negative for a state: groups of a block after another.
@@ -53,18 +51,17 @@ class Outlook:
         self,
         program: Program,
         kernel: Kernel,
-        slots: Sequence[int],
-        paced: int,
+        watch: Watch,
         sensitivities: Callable[[], Sequence[Rows]],
     ) -> None:
-        self.watch = Watch(slots, paced)
+        self.watch = watch
         self._kernel = kernel
         self._motion = [(c.slot, c.derivative) for c in program.candidates]
         self._slots = self.watch.slots.tolist()
         rates = {c.slot: c.derivative for c in program.candidates}
         self._velocities = [rates[s] for s in self._slots]
         self._sensitivities = sensitivities
-        self._seen = [0.0] * len(slots)
+        self._seen = [0.0] * len(self._slots)
         self._psi, self._rate = 0.0, RATE
 
     def plan(self, worst: float, bound: float, changed: bool, paces: Paces) -> None:
@@ -96,7 +93,7 @@ class Outlook:
         watch = self.watch
         watch.speeds[:] = [slot for slot, _ in paces]
         watch.weights[:] = [weight for _, weight in paces]
-        watch.bound = max(bound, GROWN * watch.ratio(self._kernel.w))
+        watch.pace = max(bound, GROWN * watch.ratio(self._kernel.w))
 
     def heads_for_dead_centre(self) -> bool:
         """Whether the largest psi grows so fast that it is a right angle before long."""

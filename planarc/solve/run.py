@@ -50,7 +50,6 @@ class Run:
         self.events = Events(program, kernel, request.span)
         self._chatter = Chatter(program, self.events.crossings, request)
         self.schedule = Schedule(program, kernel, request.start)
-        self.selector = Selector(program, kernel)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
         self.delays = Delays(program, kernel, request.start, request.span)
@@ -66,8 +65,10 @@ class Run:
         self.integrator, self.reason = make_integrator(
             request.solver, kernel, program.state_count, settings
         )
+        self.selector = Selector(program, kernel, self.integrator.looks)
         self.selection: list[int] = []
-        self.refuge: Refuge | None = None
+        self.refuge = Refuge(kernel, program, self.recorder)
+        self.selector.watch.refuge = self.refuge
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
         self.states: list[StateChoice] = []
@@ -153,7 +154,7 @@ class Run:
         self._judge_open(t, y)
         self.delays.resume(t)
         if self.selector.open:
-            self.refuge = Refuge(self.kernel, self.program, self.recorder)
+            self.refuge.keep(t, y)
         directions = self.events.crossings.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
 
@@ -193,7 +194,7 @@ class Run:
                 steps = 2
             elif self._happens(march):
                 steps = 2
-            elif march.outcome is Outcome.BUDGET:
+            elif march.outcome is Outcome.LOOK:
                 exchange.watch(self)
         if self.ended is None:
             self._finish()
@@ -207,7 +208,8 @@ class Run:
 
     def _happens(self, march: March) -> bool:
         """Treats the event at the time reached, if there is one."""
-        if march.outcome is Outcome.BUDGET and not self.events.present:
+        on_the_way = march.outcome in (Outcome.BUDGET, Outcome.LOOK)
+        if on_the_way and not self.events.present:
             return False
         t, stop = self.integrator.t, self.request.stop
         crossing = self._crossings(march)
@@ -216,7 +218,7 @@ class Run:
             t = stop if same(known, stop) else known
             crossing |= self.schedule.switching(t)
         fired = self.schedule.firing(t)
-        if not crossing and march.outcome is Outcome.BUDGET:
+        if not crossing and on_the_way:
             crossing = self.events.crossings.missed(t, self.integrator.y)
             self._chatter.found_late(crossing)
         if crossing or fired:

@@ -16,8 +16,9 @@ number serves for both: exchange when |x| > WORST, at which point the opposite e
 is WORST^2 away (hysteresis), and keep the choice where all are equally bad (a point
 at which the mechanism itself is singular).
 
-A look at X is put off until a coordinate has moved far enough (`outlook`). Where one
-came too late all the same, the run goes back to the last place with a good choice
+In machine code X is measured at every accepted step (`solvers.watch`). In Python a look
+is put off until a coordinate has moved far enough (`outlook`). Where one came too late
+all the same, the run goes back to the last place with a good choice
 (`Selector.overdue`): with a state that hardly moves any more, nothing says how fast the
 others do.
 

@@ -13,7 +13,7 @@ from planarc.ir.flat import StateSelect
 from planarc.solve import exchange
 from planarc.solve.run import Run
 from planarc.solve.simulate import simulate
-from planarc.solve.solvers.integrator import Watch
+from planarc.solve.solvers.watch import Watch
 from planarc.solve.states import Selector
 
 START = 0.4

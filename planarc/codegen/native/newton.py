@@ -43,7 +43,7 @@ def open_frame(frame: Value) -> tuple[Value, Value, Value, Value]:
     return w, numbers, accepted, area
 
 
-class _Block:
+class Block:
     """A block's numbers and arrays, by the names of `numpy_block`."""
 
     def __init__(self, frame: Value, record: Value) -> None:
@@ -75,7 +75,7 @@ class _Block:
 def _start() -> str:
     c = Code("pc_start", "void", [(POINTER, "frame"), (REAL, "t"), (POINTER, "record")])
     frame, t, record = c.arguments
-    b = _Block(frame, record)
+    b = Block(frame, record)
     b.state.store(0.0, COUNT)
     top, below, moved = c.label(), c.label(), c.label()
     c.branch(b.below, below, top)
@@ -105,7 +105,7 @@ def _start() -> str:
     return c.text()
 
 
-def _is_open(b: _Block) -> Value:
+def _is_open(b: Block) -> Value:
     """Whether nothing is to be solved, not even in the top level."""
     return b.numbers.load(INT, Number.MODE).equals(Mode.RESIDUALS)
 
@@ -113,7 +113,7 @@ def _is_open(b: _Block) -> Value:
 def _step() -> str:
     c = Code("pc_step", FLAG, [(POINTER, "frame"), (POINTER, "record")])
     frame, record = c.arguments
-    b = _Block(frame, record)
+    b = Block(frame, record)
     with c.when((b.below & (b.numbers.load(INT, Number.MODE) > 0)) | _is_open(b), leaves=True):
         c.give(DONE)
 
@@ -159,7 +159,7 @@ def _linear() -> str:
     """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
     c = Code("pc_linear", FLAG, [(POINTER, "frame"), (POINTER, "record")])
     frame, record = c.arguments
-    b = _Block(frame, record)
+    b = Block(frame, record)
     right = b.matrix.at(b.m * b.m)
     given = c.variable(0, INT)
     with c.when(b.below | _is_open(b)):
@@ -189,7 +189,7 @@ def _linear() -> str:
     return c.text()
 
 
-def _eliminate(c: Code, b: _Block, right: Value, frame: Value, record: Value) -> None:
+def _eliminate(c: Code, b: Block, right: Value, frame: Value, record: Value) -> None:
     """The change from matrix and right side; where there is none, the function ends."""
     flag = c.variable(c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m), FLAG)
     with c.when(flag.get().equals(UNSOLVED) & b.modal):
@@ -199,12 +199,12 @@ def _eliminate(c: Code, b: _Block, right: Value, frame: Value, record: Value) ->
         c.give(flag.get())
 
 
-def _fail(c: Code, b: _Block) -> None:
+def _fail(c: Code, b: Block) -> None:
     b.numbers.store(b.index, Number.FAILED)
     c.give(UNSOLVED)
 
 
-def _norm(c: Code, b: _Block) -> Value:
+def _norm(c: Code, b: Block) -> Value:
     """The largest residual, each relative to the size of its row."""
     norm = c.variable(0.0)
     with c.loop(b.m) as i:
@@ -213,7 +213,7 @@ def _norm(c: Code, b: _Block) -> Value:
     return norm.get()
 
 
-def _halve_if_worse(c: Code, b: _Block, position: Callable[[Value], Value]) -> None:
+def _halve_if_worse(c: Code, b: Block, position: Callable[[Value], Value]) -> None:
     worse = ~(_norm(c, b) <= b.state.load(REAL, NORM))
     with c.when(worse, leaves=True):
         factor = b.state.load(REAL, FACTOR) * 0.5
@@ -226,7 +226,7 @@ def _halve_if_worse(c: Code, b: _Block, position: Callable[[Value], Value]) -> N
         c.give(MORE)
 
 
-def _finish(c: Code, b: _Block) -> None:
+def _finish(c: Code, b: Block) -> None:
     """Converged; below the top only when not far from where it started."""
     far = c.variable(0, INT)
     with c.when(b.below), c.loop(b.m) as k:
@@ -316,7 +316,7 @@ def _open() -> str:
     present values)."""
     c = Code("pc_open", FLAG, [(POINTER, "frame"), (POINTER, "record")])
     frame, record = c.arguments
-    b = _Block(frame, record)
+    b = Block(frame, record)
     a, m, x = b.matrix, b.m, b.change
     r = a.at(m * m)
     kept, used = b.before, b.origin  # of a block in the top these are free here

@@ -4,18 +4,21 @@
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
     pc_past                                                `planarc.ir.history.History.value`
 
-and Newton's method (`newton`). The model's own functions are `printer`'s.
+Newton's method (`newton`) and looks at the choice of states (`look`). The model's own
+functions are `printer`'s.
 """
 
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.look import look_function
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.ir.history import DEGREE, TERMS, Memory
 
 _DECLARED = """
 declare double @llvm.fabs.f64(double)
+declare double @llvm.sqrt.f64(double)
 declare i32 @pc_levels(ptr, double)
 declare i32 @pc_rest(ptr, double)
 declare i32 @pc_initial(ptr, double, ptr)
@@ -28,6 +31,7 @@ def runtime_text() -> str:
     """The whole module."""
     functions = (
         *newton_functions(),
+        look_function(),
         _states(),
         _rhs(),
         _outputs(),

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from planarc.ir.program import Program
 from planarc.solve.batch.block import solve
 from planarc.solve.batch.kernel import BatchKernel
-from planarc.solve.states import LOST, MUST_STAY, PREFERENCE, WORST, classes_of, leaders_of
+from planarc.solve.solvers.watch import WORST
+from planarc.solve.states import LOST, MUST_STAY, PREFERENCE, classes_of, leaders_of
 
 if TYPE_CHECKING:
     import numpy as np

@@ -39,11 +39,11 @@ from planarc.solve.solvers.integrator import (
     March,
     Outcome,
     Settings,
-    Watch,
     march_steps,
 )
 from planarc.solve.solvers.scipy import FEWEST_DERIVED
 from planarc.solve.solvers.sundials import Unavailable, open_sundials
+from planarc.solve.solvers.watch import Watch
 
 _ADAMS, _BDF = 1, 2
 _ONE_STEP = 2
@@ -54,6 +54,8 @@ LONGEST_STEP = 1 / 50
 
 #: Larger systems are solved by GMRES.
 LARGEST_DENSE = 200
+#: So many right-hand sides a run spends on differences before formulas are compiled.
+MOST_DIFFERENCES = 4000
 #: Vectors that GMRES keeps before it gives up; the number CVODE recommends.
 KRYLOV_VECTORS = 5
 #: More evaluations a step than this mean that GMRES does not converge well.
@@ -98,10 +100,13 @@ class Cvode:
         self._memory = C.c_void_p()
         self._matrix = self._linear = None
         self.krylov = states > LARGEST_DENSE
+        self.formulas = False  # whether a native right-hand side has a native Jacobian
+        self._for_differences = 0
         self._user = user
         self._time = C.c_double()
         self._total = Counts()
         self._driver = self._native_driver()
+        self.looks = self._driver is not None
         self._arguments: Arguments | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if isinstance(getattr(kernel, "addresses", None), Addresses):
@@ -141,11 +146,13 @@ class Cvode:
         return _RHS(self._guarded(rhs)), _ROOTS(self._guarded(roots))
 
     def _jacobian_function(self) -> Any:
-        """The Jacobian of a kernel in Python, from its formulas. With a native right-hand
-        side CVODE's differences take a tenth of the time, and there is none."""
+        """The Jacobian from the kernel's formulas. Those of a native one are compiled only
+        where they pay (`MOST_DIFFERENCES`)."""
         kernel, size, data = self._kernel, self._size, self._lib.SUNDenseMatrix_Data
+        if self._user is not None:
+            return self._native_jacobian() if self.formulas else None
         known = getattr(kernel, "state_jacobian", None)
-        if known is None or self._user is not None or size < FEWEST_DERIVED:
+        if known is None or size < FEWEST_DERIVED:
             return None
 
         def jacobian(t: float, y: int, f: int, matrix: int, *_: object) -> int:
@@ -163,6 +170,24 @@ class Cvode:
             return 0
 
         return _JACOBIAN(self._guarded(jacobian))
+
+    def _native_jacobian(self) -> Any:
+        scales = [1e3 * a for a in self._absolute]
+        address = self._kernel.cv_jacobian(scales)  # type: ignore[attr-defined]
+        return C.c_void_p(address) if address else None
+
+    def _judge_differences(self) -> None:
+        """From here on formulas, where differences have cost as much as compiling these."""
+        if self.formulas or self._differenced() < MOST_DIFFERENCES:
+            return
+        self.formulas = True
+        self._jacobian = self._jacobian_function()
+        if self._jacobian is not None:
+            self._lib.CVodeSetJacFn(self._memory, self._jacobian)
+
+    def _differenced(self) -> int:
+        """Right-hand sides taken for differences since the run began."""
+        return self._for_differences + self._number("NumLinRhsEvals")
 
     def _guarded(self, function: Callable[..., int]) -> Callable[..., int]:
         """No exception passes through C: it is kept, and raised when CVODE has returned."""
@@ -209,7 +234,7 @@ class Cvode:
         if self._memory.value is None:
             self._create(t)
         else:
-            self._total = self.counts()
+            self._total, self._for_differences = self.counts(), self._differenced()
             self._check(lib.CVodeReInit(self._memory, t, self._vectors[0]), "CVodeReInit")
         lib.CVodeSVtolerances(self._memory, self._settings.tolerance, self._vectors[2])
         lib.CVodeSetInitStep(self._memory, step or 0.0)
@@ -283,6 +308,8 @@ class Cvode:
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         if self.krylov:
             self._judge_krylov()
+        elif self._user is not None and not self._adams:
+            self._judge_differences()
         self._lib.CVodeSetStopTime(self._memory, limit)
         if self._driver is None:
             past = self._settings.past
@@ -292,8 +319,11 @@ class Cvode:
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
             addresses: Addresses = self._kernel.addresses  # type: ignore[attr-defined]
             self._arguments = self._driver.prepare(where, addresses, recorder, watch)
-        flag, failed = self._driver.march(self._arguments, limit, recorder, watch, steps)
-        return March(Outcome.FAILED, cause=Cause.BLOCK) if failed else self._meaning(flag)
+        driver, arguments = self._driver, self._arguments
+        flag, failed, looks = driver.march(arguments, limit, recorder, watch, steps)
+        if failed:
+            return March(Outcome.FAILED, cause=Cause.BLOCK)
+        return March(Outcome.LOOK) if looks else self._meaning(flag)
 
     def step(self, limit: float) -> March:
         self._raised = None

@@ -11,6 +11,7 @@ when the kernel could not solve its equations.
 from __future__ import annotations
 
 import ctypes as C
+import struct
 from functools import cache
 from typing import Any
 
@@ -18,8 +19,9 @@ from planarc.core import cache as store
 from planarc.core.data import Data
 from planarc.ir.program import Addresses
 from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.integrator import AT_REST, Watch
+from planarc.solve.refuge import Refuge
 from planarc.solve.solvers.sundials import Sundials
+from planarc.solve.solvers.watch import GROWN, WORST, Watch
 
 _P, _D, _L = C.c_void_p, C.c_double, C.c_int64
 
@@ -53,22 +55,30 @@ class Arguments(C.Structure):
         ("count", _L),
         ("steps", _L),
         ("failed", _L),
-        ("watched", _P),  # int32: slots
-        ("reference", _P),
-        ("watch_count", _L),
-        ("watch_limit", _D),
-        ("paced", _P),  # int32: slots of velocities
-        ("pace_weights", _P),
-        ("pace_count", _L),
-        ("pace_bound", _D),
+        ("sensitivity", _P),  # `look` of the kernel's addresses
+        ("blocks", _P),
+        ("block_count", _L),
+        ("scales", _P),
+        ("bound", _D),
+        ("looks", _L),
+        ("kept_slots", _P),  # int32, of the refuge
+        ("kept_count", _L),
+        ("guess", _P),
+        ("state", _P),
+        ("states", _L),
+        ("kept_rows", _P),
         ("edition", _L),  # of the recorder that `rows` and `times` belong to
     )
+    #: What must live as long as the addresses above.
+    held: tuple[object, ...] = ()
 
 
-#: `next`, `count` and `failed` are written back through %next_at, %count_at, %failed_at.
+#: `next`, `count`, `bound`, `looks` and `failed` are written back through %next_at and so on.
+#: Where no row was taken the point reached is accepted as it was evaluated last, when
+#: CVODE's corrector converged: it lies within the tolerance, and blocks only start there.
 _IR = """
 step:
-  %done = phi i64 [ 0, %entry ], [ %done_now, %pace ]
+  %done = phi i64 [ 0, %entry ], [ %done_now, %again ]
   %flag = call i32 %cvode(ptr %memory, double %limit, ptr %y, ptr %time, i32 2)
   %bad = icmp slt i32 %flag, 0
   br i1 %bad, label %finish, label %reached
@@ -84,6 +94,11 @@ reached:
   br label %row
 
 accepted:
+  %evaluated = load double, ptr %workspace
+  %is_here = fcmp oeq double %evaluated, %t
+  br i1 %is_here, label %tell, label %evaluate
+
+evaluate:
   %rhs_flag = call i32 %rhs(double %t, ptr %y, ptr %dense, ptr %context)
   %rhs_bad = icmp ne i32 %rhs_flag, 0
   br i1 %rhs_bad, label %fail, label %tell
@@ -115,25 +130,7 @@ row_copy:
   store double %due, ptr %stamp
   %offset = mul i64 %filled, %columns
   %line = getelementptr double, ptr %rows, i64 %offset
-  br label %copy
-
-copy:
-  %column = phi i64 [ 0, %row_copy ], [ %column_next, %copy_one ]
-  %copying = icmp slt i64 %column, %columns
-  br i1 %copying, label %copy_one, label %row_done
-
-copy_one:
-  %slot_at = getelementptr i32, ptr %slots, i64 %column
-  %slot32 = load i32, ptr %slot_at
-  %slot = sext i32 %slot32 to i64
-  %from = getelementptr double, ptr %workspace, i64 %slot
-  %number = load double, ptr %from
-  %to = getelementptr double, ptr %line, i64 %column
-  store double %number, ptr %to
-  %column_next = add i64 %column, 1
-  br label %copy
-
-row_done:
+  call void @gather(ptr %workspace, ptr %slots, i64 %columns, ptr %line)
   %filled_next = add i64 %filled, 1
   store i64 %filled_next, ptr %count_at
   %row_accept_flag = call i32 %accept(ptr %context, double %due)
@@ -150,65 +147,41 @@ after_rows:
 after_step:
   %done_now = add i64 %done, 1
   %budget = icmp slt i64 %done_now, %steps
-  %again = and i1 %ordinary, %budget
-  br i1 %again, label %watch, label %finish
+  br i1 %ordinary, label %watch, label %finish
 
 watch:
-  %index = phi i64 [ 0, %after_step ], [ %index_next, %watch_one ]
-  %watching = icmp slt i64 %index, %watch_count
-  br i1 %watching, label %watch_one, label %pace
+  %watched = icmp sgt i64 %block_count, 0
+  br i1 %watched, label %look, label %again
 
-watch_one:
-  %watched_at_one = getelementptr i32, ptr %watched, i64 %index
-  %watched32 = load i32, ptr %watched_at_one
-  %watched_slot = sext i32 %watched32 to i64
-  %present_at = getelementptr double, ptr %workspace, i64 %watched_slot
-  %present = load double, ptr %present_at
-  %past_at = getelementptr double, ptr %reference, i64 %index
-  %past = load double, ptr %past_at
-  %way = fsub double %present, %past
-  %length = call double @llvm.fabs.f64(double %way)
-  %far = fcmp ogt double %length, %watch_limit
-  %index_next = add i64 %index, 1
-  br i1 %far, label %finish, label %watch
+look:
+  %worst = call double %sensitivity(ptr %context, ptr %blocks, i64 %block_count, ptr %scales)
+  %before_look = load double, ptr %bound_at
+  %good = fcmp ole double %worst, %before_look
+  br i1 %good, label %keep, label %ask
 
-pace:
-  %k = phi i64 [ 0, %watch ], [ %k_next, %pace_next ]
-  %slowest = phi double [ 0.0, %watch ], [ %slowest_next, %pace_next ]
-  %was_solved = phi i1 [ true, %watch ], [ %solved, %pace_next ]
-  %pacing = icmp slt i64 %k, %pace_count
-  br i1 %pacing, label %pace_one, label %step
+ask:
+  store i64 1, ptr %looks_at
+  br label %finish
 
-pace_one:
-  %paced_at_one = getelementptr i32, ptr %paced, i64 %k
-  %paced32 = load i32, ptr %paced_at_one
-  %paced_slot = sext i32 %paced32 to i64
-  %velocity_at = getelementptr double, ptr %workspace, i64 %paced_slot
-  %velocity = load double, ptr %velocity_at
-  %weight_at = getelementptr double, ptr %pace_weights, i64 %k
-  %weight = load double, ptr %weight_at
-  %solved = fcmp ogt double %weight, 0.0
-  %weighed = fmul double %velocity, %weight
-  %pace_here = call double @llvm.fabs.f64(double %weighed)
-  br i1 %solved, label %pace_solved, label %pace_free
+keep:
+  %ordinary_size = fcmp ole double %worst, WORST
+  %grown = fmul double %worst, GROWN
+  %bound_here = select i1 %ordinary_size, double WORST, double %grown
+  %lower = fcmp olt double %bound_here, %before_look
+  %bound_now = select i1 %lower, double %bound_here, double %before_look
+  store double %bound_now, ptr %bound_at
+  call void @gather(ptr %workspace, ptr %kept_slots, i64 %kept_count, ptr %guess)
+  store double %t, ptr %state
+  %state_values = getelementptr double, ptr %state, i64 1
+  call void @copy(ptr %y_numbers, i64 %states, ptr %state_values)
+  store i64 %count_after, ptr %kept_rows
+  %kept_next = getelementptr i64, ptr %kept_rows, i64 1
+  %next_now = load i64, ptr %next_at
+  store i64 %next_now, ptr %kept_next
+  br label %again
 
-pace_free:
-  %before_this = select i1 %was_solved, double 0.0, double %slowest
-  %faster = fcmp ogt double %pace_here, %before_this
-  %slowest_now = select i1 %faster, double %pace_here, double %before_this
-  br label %pace_next
-
-pace_solved:
-  %allowed = fmul double %pace_bound, %slowest
-  %over = fcmp ogt double %pace_here, %allowed
-  %moving = fcmp ogt double %pace_here, AT_REST
-  %too_fast = and i1 %over, %moving
-  br i1 %too_fast, label %finish, label %pace_next
-
-pace_next:
-  %slowest_next = phi double [ %slowest_now, %pace_free ], [ %slowest, %pace_solved ]
-  %k_next = add i64 %k, 1
-  br label %pace
+again:
+  br i1 %budget, label %step, label %finish
 
 fail:
   store i64 1, ptr %failed_at
@@ -221,20 +194,67 @@ finish:
 """
 
 
+#: to[i] = from[slots[i]], and to[i] = from[i].
+_COPIES = """
+define internal void @gather(ptr %from, ptr %slots, i64 %count, ptr %to) {
+entry:
+  br label %test
+test:
+  %i = phi i64 [ 0, %entry ], [ %next, %one ]
+  %more = icmp slt i64 %i, %count
+  br i1 %more, label %one, label %done
+one:
+  %slot_at = getelementptr i32, ptr %slots, i64 %i
+  %slot32 = load i32, ptr %slot_at
+  %slot = sext i32 %slot32 to i64
+  %source = getelementptr double, ptr %from, i64 %slot
+  %number = load double, ptr %source
+  %target = getelementptr double, ptr %to, i64 %i
+  store double %number, ptr %target
+  %next = add i64 %i, 1
+  br label %test
+done:
+  ret void
+}
+
+define internal void @copy(ptr %from, i64 %count, ptr %to) {
+entry:
+  br label %test
+test:
+  %i = phi i64 [ 0, %entry ], [ %next, %one ]
+  %more = icmp slt i64 %i, %count
+  br i1 %more, label %one, label %done
+one:
+  %source = getelementptr double, ptr %from, i64 %i
+  %number = load double, ptr %source
+  %target = getelementptr double, ptr %to, i64 %i
+  store double %number, ptr %target
+  %next = add i64 %i, 1
+  br label %test
+done:
+  ret void
+}
+"""
+
+
+def _exact(value: float) -> str:
+    return f"0x{struct.pack('>d', value).hex().upper()}"
+
+
 def _module_text() -> str:
     """The function `march(arguments)`: all fields are loaded first, under their names."""
     kinds = {_P: "ptr", _D: "double", _L: "i64"}
     fields = [(name, kinds[kind]) for name, kind in Arguments._fields_]
     lines = [
         f"%arguments = type {{ {', '.join(kind for _, kind in fields)} }}",
-        "declare double @llvm.fabs.f64(double)",
+        _COPIES,
         "define i64 @march(ptr %a) {",
         "entry:",
     ]
     for i, (name, kind) in enumerate(fields):
         lines.append(f"  %{name}_at = getelementptr %arguments, ptr %a, i32 0, i32 {i}")
         lines.append(f"  %{name} = load {kind}, ptr %{name}_at")
-    body = _IR.replace("AT_REST", f"{AT_REST:e}")
+    body = _IR.replace("WORST", _exact(WORST)).replace("GROWN", _exact(GROWN))
     return "\n".join([*lines, "  br label %step", body])
 
 
@@ -262,7 +282,10 @@ class Driver:
         self, where: Where, kernel: Addresses, recorder: Recorder, watch: Watch
     ) -> Arguments:
         """What stays the same as long as the run and CVODE's memory do."""
-        return Arguments(
+        import numpy as np
+
+        blocks = np.array([kernel.records[i] for i in watch.blocks], dtype=np.int64)
+        arguments = Arguments(
             memory=where.memory,
             y=where.y,
             y_numbers=self._numbers(where.y),
@@ -281,29 +304,39 @@ class Driver:
             near=recorder.near,
             columns=len(recorder.slots),
             grid_end=len(recorder.grid),
-            watched=watch.slots.ctypes.data,
-            reference=watch.reference.ctypes.data,
-            watch_count=len(watch.slots),
-            paced=watch.speeds.ctypes.data,
-            pace_weights=watch.weights.ctypes.data,
-            pace_count=len(watch.speeds),
+            sensitivity=kernel.look,
+            blocks=blocks.ctypes.data,
+            block_count=len(blocks),
+            scales=watch.scales.ctypes.data,
             edition=-1,
         )
+        arguments.held = (blocks,)
+        if watch.refuge is not None:
+            _keep_in(watch.refuge, arguments)
+        return arguments
 
     def march(
         self, a: Arguments, limit: float, recorder: Recorder, watch: Watch, steps: int
-    ) -> tuple[int, bool]:
-        """CVODE's last flag, and whether the kernel failed. Rows go to the recorder."""
+    ) -> tuple[int, bool, bool]:
+        """CVODE's last flag, whether the kernel failed, and whether the choice of states is
+        to be looked at. Rows go to the recorder."""
         recorder.reserve(len(recorder.grid) - recorder.next + 2)
         if a.edition != recorder.edition:
             a.rows = recorder.data.ctypes.data
             a.times = recorder.time.ctypes.data
             a.edition = recorder.edition
-        a.limit, a.steps, a.watch_limit, a.pace_bound = limit, steps, watch.limit, watch.bound
-        a.next, a.count, a.failed = recorder.next, recorder.count, 0
+        a.limit, a.steps, a.bound = limit, steps, watch.bound
+        a.next, a.count, a.failed, a.looks = recorder.next, recorder.count, 0, 0
         flag: int = self._call(C.byref(a))
-        recorder.next, recorder.count = a.next, a.count
-        return flag, bool(a.failed)
+        recorder.next, recorder.count, watch.bound = a.next, a.count, a.bound
+        return flag, bool(a.failed), bool(a.looks)
+
+
+def _keep_in(refuge: Refuge, a: Arguments) -> None:
+    a.kept_slots, a.kept_count = refuge.slots.ctypes.data, len(refuge.slots)
+    a.guess, a.state = refuge.guess.ctypes.data, refuge.state.ctypes.data
+    a.states, a.kept_rows = len(refuge.state) - 1, refuge.rows.ctypes.data
+    a.held = (*a.held, refuge)
 
 
 @cache

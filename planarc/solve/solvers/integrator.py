@@ -16,12 +16,14 @@ from typing import Protocol
 from planarc.core.data import Data
 from planarc.ir.program import Kernel
 from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.watch import Watch
 
 
 class Outcome(Enum):
     LIMIT = "the limit was reached"
     ROOT = "a relation switches here"
     BUDGET = "the steps allowed are used up"
+    LOOK = "the choice of states is to be looked at"
     FAILED = "no further step was possible"
 
 
@@ -77,53 +79,9 @@ class Settings(Data):
     fixed_step: float | None = None  # seconds
 
 
-#: A velocity that small says nothing about ratios.
-AT_REST = 1e-9
-
-
-class Watch:
-    """Lets a march end when a watched slot has moved by more than `limit`, or when what is
-    determined moves more than `bound` times as fast as what determines it.
-
-    `speeds` are slots of velocities with their `weights`, group by group: first those of
-    the states, with negative weights, then those of what follows from them.
-    """
-
-    def __init__(self, slots: Sequence[int], speeds: int = 0) -> None:
-        import numpy as np
-
-        self.slots = np.array(slots, dtype=np.int32)
-        self.reference = np.zeros(len(slots))
-        self.limit = 0.0
-        self.speeds = np.zeros(speeds, dtype=np.int32)
-        self.weights = np.ones(speeds)
-        self.bound = 0.0
-
-    def begin(self, values: Sequence[float], limit: float) -> None:
-        self.reference[:] = values
-        self.limit = limit
-
-    def moved(self, w: Sequence[float]) -> bool:
-        pairs = zip(self.slots.tolist(), self.reference.tolist(), strict=True)
-        if any(abs(w[slot] - value) > self.limit for slot, value in pairs):
-            return True
-        return self.ratio(w) > self.bound
-
-    def ratio(self, w: Sequence[float]) -> float:
-        """The greatest ratio of velocities; 0 where nothing moves."""
-        greatest, slowest, solved = 0.0, 0.0, True
-        for slot, weight in zip(self.speeds.tolist(), self.weights.tolist(), strict=True):
-            speed = abs(w[slot] * weight)
-            if weight < 0:
-                slowest = max(speed, 0.0 if solved else slowest)
-            elif speed > AT_REST:
-                greatest = max(greatest, speed / slowest if slowest else math.inf)
-            solved = weight > 0
-        return greatest
-
-
 class Integrator(Protocol):
     name: str
+    looks: bool  # whether a march measures the choice of states at every step
 
     @property
     def t(self) -> float: ...
@@ -199,7 +157,7 @@ def march_steps(
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             kernel.accept(t)
         if watch.moved(kernel.w):
-            break
+            return March(Outcome.LOOK)
     return March(Outcome.BUDGET)
 
 

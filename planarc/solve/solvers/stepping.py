@@ -17,16 +17,17 @@ from planarc.solve.solvers.integrator import (
     March,
     Outcome,
     Settings,
-    Watch,
     march_steps,
 )
 from planarc.solve.solvers.locate import crossed, locate
+from planarc.solve.solvers.watch import Watch
 
 
 class SteppingIntegrator(ABC):
     """See `Integrator` and `Stepper`. No step is longer than `longest` times the run."""
 
     name = ""
+    looks = False
     longest = 1 / 50
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:

@@ -1,0 +1,75 @@
+"""When a march ends, so that the choice of states is looked at again (`states`).
+
+A march in machine code measures the sensitivities at every accepted step: that costs less
+than an evaluation of the right-hand side. It ends where one passes `bound`, and keeps the
+point before as a refuge. In Python a look costs as much as ten steps, and is put off by
+what can be compared quickly: the ways and velocities that `outlook` gives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from planarc.solve.refuge import Refuge
+
+#: The greatest sensitivity of a determined candidate to a state that is accepted.
+WORST = 5.0
+#: What was accepted although it is worse must grow by this factor to be looked at again.
+GROWN = 1.3
+#: A velocity that small says nothing about ratios.
+AT_REST = 1e-9
+
+
+def bound_after(worst: float) -> float:
+    """The sensitivity to look at again, after a look that found and accepted `worst`."""
+    return WORST if worst <= WORST else GROWN * worst
+
+
+class Watch:
+    """Looked at are `blocks`; `scales` are the largest columns seen of their Jacobians, one
+    block after another.
+
+    In Python a march ends when a watched slot has moved by more than `limit`, or when what
+    is determined moves more than `pace` times as fast as what determines it. `speeds` are
+    slots of velocities with their `weights`, group by group: first those of the states,
+    with negative weights, then those of what follows from them.
+    """
+
+    def __init__(
+        self, slots: Sequence[int], speeds: int = 0, blocks: Sequence[int] = (), tears: int = 0
+    ) -> None:
+        import numpy as np
+
+        self.blocks = tuple(blocks)
+        self.scales = np.zeros(tears)
+        self.bound = WORST
+        self.refuge: Refuge | None = None
+        self.slots = np.array(slots, dtype=np.int32)
+        self.reference = np.zeros(len(slots))
+        self.limit = 0.0
+        self.speeds = np.zeros(speeds, dtype=np.int32)
+        self.weights = np.ones(speeds)
+        self.pace = 0.0
+
+    def begin(self, values: Sequence[float], limit: float) -> None:
+        self.reference[:] = values
+        self.limit = limit
+
+    def moved(self, w: Sequence[float]) -> bool:
+        pairs = zip(self.slots.tolist(), self.reference.tolist(), strict=True)
+        if any(abs(w[slot] - value) > self.limit for slot, value in pairs):
+            return True
+        return self.ratio(w) > self.pace
+
+    def ratio(self, w: Sequence[float]) -> float:
+        """The greatest ratio of velocities; 0 where nothing moves."""
+        greatest, slowest, solved = 0.0, 0.0, True
+        for slot, weight in zip(self.speeds.tolist(), self.weights.tolist(), strict=True):
+            speed = abs(w[slot] * weight)
+            if weight < 0:
+                slowest = max(speed, 0.0 if solved else slowest)
+            elif speed > AT_REST:
+                greatest = max(greatest, speed / slowest if slowest else math.inf)
+            solved = weight > 0
+        return greatest
