@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from planarc.codegen.sections import Sections
+from planarc.core.unit import rate_text
 from planarc.ir.dae import Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Op, evaluate, symbol_text
 from planarc.ir.program import (
@@ -33,6 +34,7 @@ class Tables:
         self._dae = sorted.dae
         self._sections = sections
         self._layout = sections.layout
+        self._units = {v.name: v.unit for v in sorted.dae.variables}
 
     # Columns
 
@@ -72,7 +74,15 @@ class Tables:
     def _derivative_columns(self, c: Candidate) -> list[Column]:
         slot = self._layout[self._dae.table.der(c.symbol)]
         names = dict.fromkeys((f"der({c.display})", f"der({c.symbol})"))
-        return [Column(name, slot, 1, Kind.REAL) for name in names]
+        unit = rate_text(self._unit(c.display))
+        return [Column(name, slot, 1, Kind.REAL, unit) for name in names]
+
+    def _unit(self, shown: str) -> str:
+        """The unit of a variable, or of a derivative `der(x)`."""
+        inner = shown.removeprefix("der(")
+        if inner != shown:
+            return rate_text(self._unit(inner.removesuffix(")")))
+        return self._units.get(shown, "")
 
     # Values that are set or held
 

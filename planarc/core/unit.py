@@ -160,3 +160,30 @@ def _named(dimension: Dimension) -> list[tuple[str, Fraction]]:
 
 def _with_exponent(name: str, exponent: Fraction) -> str:
     return name if exponent == 1 else f"{name}{exponent}"
+
+
+_QUOTIENT = re.compile(r"(?P<above>[^/]+)/(?:\((?P<several>[^()]+)\)|(?P<one>[^/()]+))")
+_SECONDS = re.compile(r"s(\d*)")
+
+
+def rate_text(unit: str) -> str:
+    """The unit of a time derivative, as a person writes it: `m/s` as `m/s2`, `N/m` as `N/(m.s)`.
+
+    Empty of an unknown unit.
+    """
+    if parse(unit) is None:
+        return ""
+    if "/" not in unit:
+        return f"{unit}/s"
+    quotient = _QUOTIENT.fullmatch(unit)
+    if quotient is None:
+        return ""
+    below = (quotient["several"] or quotient["one"]).split(".")
+    for i, factor in enumerate(below):
+        if seconds := _SECONDS.fullmatch(factor):
+            below[i] = f"s{int(seconds[1] or 1) + 1}"
+            break
+    else:
+        below.append("s")
+    text = ".".join(below)
+    return f"{quotient['above']}/{f'({text})' if len(below) > 1 else text}"

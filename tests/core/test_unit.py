@@ -54,3 +54,28 @@ def test_the_text_of_a_dimension_is_that_dimension(dimension: unit.Dimension) ->
 @given(st.tuples(*[exponents] * 7), st.tuples(*[exponents] * 7))
 def test_division_undoes_multiplication(a: unit.Dimension, b: unit.Dimension) -> None:
     assert unit.divide(unit.multiply(a, b), b) == a
+
+
+@pytest.mark.parametrize(
+    ("text", "rate"),
+    [
+        ("m", "m/s"),
+        ("rad/s", "rad/s2"),
+        ("m/s2", "m/s3"),
+        ("1", "1/s"),
+        ("N.m", "N.m/s"),
+        ("N/m", "N/(m.s)"),
+        ("J/(kg.K)", "J/(kg.K.s)"),
+        ("W/(m2.s)", "W/(m2.s2)"),
+        ("", ""),
+        ("smoots", ""),
+        ("m/s/s", ""),
+    ],
+)
+def test_the_unit_of_a_derivative(text: str, rate: str) -> None:
+    assert unit.rate_text(text) == rate
+    if rate:
+        before, after = unit.parse(text), unit.parse(rate)
+        seconds = unit.parse("s")
+        assert before is not None and after is not None and seconds is not None
+        assert unit.multiply(after, seconds) == before
