@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -35,7 +35,8 @@ class Result:
     """What a run gave. `result["crank.phi"]` is an array over `result.time`.
 
     Values are in SI units, as `unit(name)` says. A variable that does not change has an
-    array too.
+    array too. The name of an array, `result["body.r_0"]`, gives an array with one more axis
+    for each of its subscripts. Going through a result gives the names of its variables.
     """
 
     def __init__(self, rows: Rows) -> None:
@@ -43,12 +44,38 @@ class Result:
 
     def __getitem__(self, name: str) -> Vector:
         """Raises UnknownName (a UsageError and a KeyError)."""
-        if not isinstance(name, str) or name not in self.rows:
-            raise unknown_name("variable", name, self.rows.columns)
-        return self.rows[name]
+        if isinstance(name, str) and name in self.rows:
+            return self.rows[name]
+        import numpy as np
+
+        names, shape = self._elements(name)
+        return np.stack([self.rows[n] for n in names], axis=-1).reshape(len(self), *shape)
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name in self.rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.rows.columns)
+
+    def _elements(self, name: Any) -> tuple[list[str], tuple[int, ...]]:
+        """The scalars of an array, the last subscript fastest, and its sizes."""
+        from math import prod
+
+        from planarc.values import elements_of
+
+        found = elements_of(name, self.rows.columns) if isinstance(name, str) else {}
+        shape = tuple(max(at) for at in zip(*found, strict=True))
+        if not found or prod(shape) != len(found):
+            raise unknown_name("variable", name, self.rows.columns)
+        return [found[at] for at in sorted(found)], shape
+
+    def _scalars(self, names: Iterable[str]) -> list[str]:
+        """The names with those of the elements in the place of arrays."""
+        scalars: list[str] = []
+        for name in names:
+            known = name == "time" or name in self.rows.columns
+            scalars += [name] if known else self._elements(name)[0]
+        return scalars
 
     def __len__(self) -> int:
         """The number of rows."""
@@ -115,22 +142,20 @@ class Result:
 
     def unit(self, name: str) -> str:
         """The unit of a variable, empty where it has none."""
-        if name == "time":
-            return "s"
-        if name not in self.rows.columns:
-            raise unknown_name("variable", name, self.rows.columns)
-        return self.rows.columns[name].unit
+        return "s" if name == "time" else self.rows.columns[self._scalars([name])[0]].unit
 
     def description(self, name: str) -> str:
-        if name not in self.rows.columns:
-            raise unknown_name("variable", name, self.rows.columns)
-        return self.rows.columns[name].description
+        return self.rows.columns[self._scalars([name])[0]].description
 
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
         """Values at other times, on straight lines between the rows."""
         import numpy as np
 
-        return np.interp(times, self.time, self[name])
+        values = self[name]
+        if values.ndim == 1:
+            return np.interp(times, self.time, values)
+        columns = [np.interp(times, self.time, c) for c in values.reshape(len(self), -1).T]
+        return np.stack(columns, axis=-1).reshape(*np.shape(times), *values.shape[1:])
 
     def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
         """Names: all variables that change, those of a list, or those that match a regex."""
@@ -150,11 +175,7 @@ class Result:
             if not found:
                 raise unknown_name("variable", variables, columns)
             return found
-        names = list(variables)
-        for name in names:
-            if name != "time" and name not in columns:
-                raise unknown_name("variable", name, columns)
-        return names
+        return self._scalars(variables)
 
     # Tables
 
@@ -231,6 +252,7 @@ class Result:
 
             asked = shown_names(self.rows)
         table = chart.table_of(self.rows)
+        asked = tuple(self._scalars(asked))
         chart.check_names(table, (*asked, x))
         panels = chart.panels_of(table, asked) if axes is None else [asked]
         if axes is None:
@@ -295,9 +317,7 @@ class Result:
         from planarc.view.report.page import render_page
         from planarc.view.scene import make_scene
 
-        for name in curves or ():
-            self[name]
-        shown = None if curves is None else tuple(curves)
+        shown = None if curves is None else tuple(self._scalars(curves))
         scene, insight = make_scene(self.rows), study(self.rows)
         return Page(render_page(self.rows, scene, self._summary(), shown, insight))
 
@@ -307,10 +327,9 @@ class Result:
         from planarc.view.report import write_report
         from planarc.view.scene import make_scene
 
-        for name in curves or ():
-            self[name]
+        shown = None if curves is None else self._scalars(curves)
         scene, insight = make_scene(self.rows), study(self.rows)
-        write_report(Path(path), self.rows, scene, self._summary(), curves, insight)
+        write_report(Path(path), self.rows, scene, self._summary(), shown, insight)
         return Path(path)
 
     def _summary(self) -> tuple[tuple[str, str], ...]:

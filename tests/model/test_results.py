@@ -25,6 +25,22 @@ def test_columns_have_units_and_the_length_of_time(result: Result) -> None:
     assert result.description("revA.w").startswith("Relative")
 
 
+def test_an_array_has_an_axis_for_each_subscript(result: Result) -> None:
+    position = result["couplerBody.r_0CM"]
+    assert position.shape == (101, 2)
+    assert np.array_equal(position[:, 1], result["couplerBody.r_0CM[2]"])
+    assert (result.unit("couplerBody.r_0CM"), result.unit("crank.r")) == ("m", "m")
+    assert result.at("couplerBody.r_0CM", [0.0, 1.0]).tolist() == position[[0, -1]].tolist()
+    assert result.select(["crank.r", "revA.w"]) == ["crank.r[1]", "crank.r[2]", "revA.w"]
+    with pytest.raises(UsageError, match=r"no variable `couplerBody\.r_0`"):
+        result["couplerBody.r_0"]
+
+
+def test_a_result_is_gone_through_by_name(result: Result) -> None:
+    assert tuple(result) == result.names
+    assert dict.fromkeys(result).keys() >= {"revA.phi", "crankBody.m"}
+
+
 def test_values_between_the_rows_lie_between(result: Result) -> None:
     between = result.at("revA.phi", [0.0, 0.005, 0.01])
     assert between[1] == pytest.approx((between[0] + between[2]) / 2)
