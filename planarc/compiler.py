@@ -29,11 +29,12 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
-from planarc.core.options import Backend, RunOptions
+from planarc.core.options import ACCEPTING, Backend, Redundant, RunOptions
 from planarc.request import Request, Target, open_target
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
+    from planarc.ir.derivatives import Scope
     from planarc.ir.flat import FlatModel
     from planarc.ir.insight import Insight
     from planarc.ir.mechanism import Mechanism, Mobility
@@ -65,12 +66,20 @@ class Compiled(Data):
     code: str | bytes  # NumPy source, or a native object file
     warnings: tuple[Diagnostic, ...] = ()
     remembered: bool = False  # True when it came from the cache
+    _slopes: dict[Scope, str | bytes | None] = field(default_factory=dict)
 
     def load(self) -> Kernel:
         """A kernel with a workspace of its own."""
         from planarc.solve.kernels import load
 
-        return load(self.program, self.code)
+        return load(self.program, self.code, self.slopes)
+
+    def slopes(self, scope: Scope) -> str | bytes | None:
+        """The code of derivatives, made when it is first asked for and remembered; None
+        where the model calls a function that has none."""
+        if scope not in self._slopes:
+            self._slopes[scope] = to_slopes(self, scope)
+        return self._slopes[scope]
 
 
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
@@ -128,6 +137,7 @@ def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, 
     known = found[0].hint or ""
     too_many = "there are too many joints or bars, leave some out:"
     hint = f"{known + ';' if TWICE in known else too_many} {count_text(mechanism)}"
+    hint += f"; those that fit are accepted with {ACCEPTING}"
     return (replace(found[0], hint=hint), *found[1:])
 
 
@@ -144,10 +154,34 @@ def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> s
         if backend is Backend.NUMPY:
             from planarc.codegen.numpy.printer import source
 
-            return source(program, slopes=True)
+            return source(program)
         from planarc.codegen.native.machine import compile_object
 
         return compile_object(program)
+
+
+def to_slopes(compiled: Compiled, scope: Scope) -> str | bytes | None:
+    """See `Compiled.slopes`; an empty entry of the cache stands for None."""
+    from planarc.core import cache
+
+    native = compiled.backend is Backend.NATIVE
+    key = cache.key("slopes", scope.value, compiled.code)  # native code holds its processor
+    known = cache.load("slopes", key)
+    if known is None:
+        with _no_collection():
+            known = _derivatives(compiled, scope)
+        cache.store("slopes", key, known)
+    return (known if native else known.decode()) or None
+
+
+def _derivatives(compiled: Compiled, scope: Scope) -> bytes:
+    if compiled.backend is Backend.NATIVE:
+        from planarc.codegen.native.machine import compile_slopes
+
+        return compile_slopes(compiled.program, scope) or b""
+    from planarc.codegen.numpy.printer import slopes_source
+
+    return (slopes_source(compiled.program, scope) or "").encode()
 
 
 @contextmanager
@@ -218,15 +252,28 @@ def compile_model(
         model = flatten(target, clock)
         try:
             dae = to_dae(model, clock)
-            program = to_program(to_sorted(dae, clock), clock)
+            program, notes = _find_program(dae, request.redundant, clock)
         except PlanarcError as problem:  # a warning may tell what led to it
             told = {(e.code, e.span) for e in problem.diagnostics}
-            warnings = (w for w in model.warnings if (w.code, w.span) not in told)
-            raise PlanarcError((*warnings, *problem.diagnostics)) from None
-        program = replace(program, figures=model.figures, mechanism=find_mechanism(dae))
+            others = (w for w in model.warnings if (w.code, w.span) not in told)
+            raise PlanarcError((*others, *problem.diagnostics)) from None
+        program = replace(program, figures=model.figures)
         code = to_code(program, backend, clock)
-    remember(request, backend, target.reader, Remembered(program, code, model.warnings))
-    return Compiled(program, backend, code, model.warnings)
+    warnings = (*model.warnings, *notes)
+    remember(request, backend, target.reader, Remembered(program, code, warnings))
+    return Compiled(program, backend, code, warnings)
+
+
+def _find_program(
+    dae: Dae, redundant: Redundant, clock: Clock
+) -> tuple[Program, tuple[Diagnostic, ...]]:
+    """With what is to be told of it."""
+    mechanism = find_mechanism(dae)
+    if redundant is Redundant.ACCEPT and mechanism is not None:
+        from planarc.acceptance import accept_redundancy
+
+        return accept_redundancy(dae, mechanism, clock)
+    return replace(to_program(to_sorted(dae, clock), clock), mechanism=mechanism), ()
 
 
 def run(
@@ -267,5 +314,7 @@ def simulate(
 ) -> Result:
     """Compile and run a file, or a class of a library."""
     options = options or RunOptions()
-    request = Request(file, class_name, tuple(libraries))
+    request = Request(
+        file, class_name, tuple(libraries), redundant=options.redundant or Redundant.REFUSE
+    )
     return run(compile_model(request, options.backend), options)

@@ -1,139 +1,306 @@
-"""The Jacobian of the right-hand side as a sparse linear system: the implicit function theorem.
+"""Derivatives of a program: the implicit function theorem as a list of small sums.
 
-In:   Program
-Out:  `Slopes`: formulas of coefficients, and where they stand
+In:   Program, Scope
+Out:  `Slopes`: formulas of coefficients, and the order in which motions are passed on
 
 Every value that the levels compute is a node, and moves when the states move: by d for
 each. A formula ties its target's motion to those of what it reads; the residual of a
 block ties the motions of its tears, though none of them has a formula; each state moves
-as it is told. That is as many equations as nodes, and solving them for a motion of each
-state gives the columns of the Jacobian, through torn blocks and for any choice of states.
+as it is told. Passed on in the order of evaluation, with one small linear system a block,
+these give all columns of the Jacobian at once, through torn blocks and for any choice of
+states.
 
-    x = L*cos(phi)           d(x) + L*sin(phi)*d(phi) = 0
-    residual x*y - a         y*d(x) + x*d(y) = 0
+    x = L*cos(phi)           d(x) = -L*sin(phi)*d(phi)
+    residual x*y - a         0 = y*d(x) + x*d(y)
     state phi                d(phi) = 1
 
-Coefficients are read at the present point: tears are taken from the workspace, where
-solving has left them. A linear block's residual is its residual at zero and the product
-of its matrix with the tears; of one that is solved by elimination, the residual itself.
+Parameters and inputs are leaves as the states are, where all derivatives are asked for;
+parameters that are computed from others move by their formulas.
+
+Coefficients are read at the present point: tears, and all that has a slot, are taken from
+the workspace, where the last evaluation has left them. A linear block's residual is its
+residual at zero and the product of its matrix with the tears; of one that is solved by
+elimination, the residual itself.
 
 Needs:     formulas that can be differentiated; `derive_slopes` gives None where the
            program calls functions that cannot.
-Promises:  only nodes are kept that the derivatives of candidates, or tears, depend on.
+Promises:  only nodes are kept that move, and that the derivatives asked for, or tears,
+           depend on.
 Reference: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008,
-           section 15.3 (extended Jacobian systems).
+           sections 3.1 and 15.3 (extended Jacobian systems).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
+from msgspec import Struct
+
+from planarc.codegen.statements import Lister, Temporaries
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
+from planarc.ir.dae import Kind
+from planarc.ir.derivatives import Group, Head, Scope
 from planarc.ir.expr import Expr, Op, postorder, symbols, text
-from planarc.ir.program import BlockCode, Let, Program, Solve
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+
+
+class Row(Data):
+    """The target's motion is the sum of (source, slope): as nodes and formula."""
+
+    target: int
+    terms: tuple[tuple[int, Expr], ...]
+
+
+class Run(Data):
+    """Rows `first` to `stop`. In a block, tears are solved for so that its residuals do not
+    move; those from `inner` on are only for these."""
+
+    first: int
+    inner: int
+    stop: int
+    tears: tuple[int, ...] = ()
+    residuals: tuple[int, ...] = ()
+    block: int = -1
 
 
 class Slopes(Data):
-    """`body` gives the present values without solving anything; `entries` are the rows of
-    the system by number of equation and node. The rows of states are not among them."""
+    """`body` computes what the coefficients share, without solving or storing anything."""
 
     nodes: tuple[Expr, ...]
+    slots: tuple[int, ...]  # of each node: -1 where it has none
     body: tuple[Let, ...]
-    entries: tuple[tuple[int, int, Expr], ...]
-    equations: int
+    coefficients: tuple[Expr, ...]  # row by row
+    rows: tuple[Row, ...]
+    runs: tuple[Run, ...]
     #: For each candidate the nodes of itself and of its derivative (-1: it does not move).
     candidates: tuple[tuple[int, int], ...]
 
+    def tape(self) -> list[int]:
+        """The numbers of `planarc.ir.derivatives`."""
+        starts = [0]
+        for row in self.rows:
+            starts.append(starts[-1] + len(row.terms))
+        owners = [-1] * len(self.nodes)
+        for i, run in enumerate(self.runs):
+            if run.residuals:
+                own = [*run.tears, *(row.target for row in self.rows[run.first : run.stop])]
+                for node in own:
+                    owners[node] = i
+        lists: list[Sequence[int]] = [
+            starts,
+            [row.target for row in self.rows],
+            [source for row in self.rows for source, _ in row.terms],
+            owners,
+            self.slots,
+        ]
+        begins = [len(Head)]
+        for part in lists:
+            begins.append(begins[-1] + len(part))
+        members = begins[-1] + len(Group) * len(self.runs)
+        table: list[int] = []
+        listed: list[int] = []
+        for run in self.runs:
+            sizes = len(run.tears), len(run.residuals)
+            table += [run.first, run.inner, run.stop, *sizes, members + len(listed), run.block]
+            listed += [*run.tears, *run.residuals]
+        pairs = [node for pair in self.candidates for node in pair]
+        begins.append(members + len(listed))
+        head = [
+            begins[-1] + len(pairs),
+            len(self.nodes),
+            len(self.rows),
+            starts[-1],
+            len(self.runs),
+            max((len(run.residuals) for run in self.runs), default=0),
+            len(self.candidates),
+            *begins,
+        ]
+        return [*head, *(n for part in lists for n in part), *table, *listed, *pairs]
 
-def derive_slopes(program: Program) -> Slopes | None:
-    return _Deriver(program).derive()
+
+def derive_slopes(program: Program, scope: Scope = Scope.RATES) -> Slopes | None:
+    return _Deriver(program, scope).derive()
+
+
+class _Piece(Struct):
+    """Statements of one run, before it is known which of them count."""
+
+    lets: list[Let]
+    inner: int
+    tears: tuple[Expr, ...] = ()
+    residuals: tuple[Expr, ...] = ()
+    block: int = -1
 
 
 class _Deriver:
-    def __init__(self, program: Program) -> None:
-        self._program, self._table = program, program.table
-        self._lets: list[Let] = []  # a value by its formula
-        self._tears: list[Expr] = []
-        self._vanish: list[Expr] = []  # symbols that are zero: residuals
+    def __init__(self, program: Program, scope: Scope) -> None:
+        self._program, self._table, self._scope = program, program.table, scope
+        self._pieces: list[_Piece] = []
         self._partials: dict[Expr, Differentiator] = {}
+        self._numbers: dict[Expr, int] = {}  # nodes
 
     def derive(self) -> Slopes | None:
-        for level in self._program.levels:
-            for s in level:
-                if isinstance(s, Let):
-                    self._lets.append(s)
-                else:
-                    self._block(s)
-        lets = self._needed()
-        if any(e.op in (Op.APPLY, Op.PAST) for e in postorder(let.value for let in lets)):
+        program = self._program
+        everything = self._scope is Scope.ALL
+        if everything:
+            self._statements(program.parameters)
+        for level in program.levels:
+            self._statements(level)
+        if everything:
+            self._statements(program.rest)
+        lets = {let.target: let for piece in self._pieces for let in piece.lets}
+        self._drop(self._needed())
+        rows, runs = self._rows()
+        found = [slope for row in rows for _, slope in row.terms]
+        body, coefficients = self._listed(lets, found)
+        if any(self._unknown(e) for e in postorder((*coefficients, *(let.value for let in body)))):
             return None
-        return self._system(lets)
+        slots = tuple(self._slot(e) for e in self._numbers)
+        places = {slot: node for node, slot in enumerate(slots)}
+        return Slopes(
+            tuple(self._numbers),
+            slots,
+            body,
+            coefficients,
+            rows,
+            runs,
+            tuple((places[c.slot], places.get(c.derivative, -1)) for c in program.candidates),
+        )
 
-    def _block(self, s: Solve) -> None:
-        code = self._program.blocks[s.block]
-        self._tears.extend(code.tears)
+    def _unknown(self, e: Expr) -> bool:
+        """Functions without a derivative; the past changes with parameters, no formula tells."""
+        if e.op is Op.APPLY:
+            return bool(e.data[2])
+        return e.op is Op.PAST and self._scope is Scope.ALL
+
+    def _slot(self, e: Expr) -> int:
+        return self._program.slots.get(text(e), -1)
+
+    # The statements as runs
+
+    def _statements(self, statements: Iterable[Statement]) -> None:
+        for s in statements:
+            if isinstance(s, Solve):
+                code = self._program.blocks[s.block]
+                if code.residuals:
+                    self._pieces.append(self._block(s.block, code))
+                else:  # its tears are states
+                    self._plain().tears += code.tears
+                    self._plain().lets.extend(code.body)
+            else:
+                self._plain().lets.append(s)
+
+    def _plain(self) -> _Piece:
+        """The piece that statements outside of blocks go to."""
+        if not self._pieces or self._pieces[-1].residuals:
+            self._pieces.append(_Piece([], 0))
+        return self._pieces[-1]
+
+    def _block(self, block: int, code: BlockCode) -> _Piece:
+        inner = list(code.body[: code.inner])
         if code.direct is not None:
-            self._lets.extend((*code.body[: code.inner], *code.direct.check))
-            self._vanish.extend(code.direct.residuals)
+            lets, residuals = [*inner, *code.direct.check], code.direct.residuals
         elif code.linear and code.residuals:
-            self._lets.extend(code.body[: code.inner])
-            self._linear(code)
+            more, residuals = self._linear(code)
+            lets = [*inner, *more]
         else:
-            self._lets.extend(code.body)
-            self._vanish.extend(code.residuals)
+            lets, residuals = list(code.body), code.residuals
+        return _Piece(lets, len(inner), code.tears, residuals, block)
 
-    def _linear(self, code: BlockCode) -> None:
+    def _linear(self, code: BlockCode) -> tuple[list[Let], tuple[Expr, ...]]:
         """The residuals at the tears, from those at zero and the matrix."""
-        table = self._table
+        table, lets = self._table, list[Let]()
         sums = [[r] for r in code.residuals]
         if code.tangent is not None:
             pairs = zip(code.tangent.seeds, code.tears, strict=True)
-            self._lets.extend(Let(seed, tear) for seed, tear in pairs)
-            self._lets.extend(code.tangent.body)
+            lets.extend(Let(seed, tear) for seed, tear in pairs)
+            lets.extend(code.tangent.body)
             for i, entry in enumerate(code.tangent.entries):
                 sums[i].append(entry)
         for i, j, value in code.jacobian:
             sums[i].append(table.mul(value, code.tears[j]))
-        for r, terms in zip(code.residuals, sums, strict=True):
-            name = table.symbol(f"$whole({text(r)})")
-            self._lets.append(Let(name, table.add(*terms)))
-            self._vanish.append(name)
+        names = tuple(table.symbol(f"$whole({text(r)})") for r in code.residuals)
+        lets.extend(Let(n, table.add(*terms)) for n, terms in zip(names, sums, strict=True))
+        return lets, names
 
-    def _needed(self) -> list[Let]:
-        wanted = set(self._vanish)
-        by_slot = {self._program.slots.get(text(let.target)): let.target for let in self._lets}
-        for c in self._program.candidates:
-            if c.derivative in by_slot:
-                wanted.add(by_slot[c.derivative])
-        kept = []
-        for let in reversed(self._lets):
-            if let.target in wanted:
-                kept.append(let)
-                wanted.update(symbols(let.value))
-        return kept[::-1]
+    # What counts
 
-    def _system(self, lets: list[Let]) -> Slopes:
-        nodes = [*self._tears, *(let.target for let in lets)]
-        number = {e: i for i, e in enumerate(nodes)}
-        entries: list[tuple[int, int, Expr]] = []
-        for row, let in enumerate(lets):
-            entries.append((row, number[let.target], self._table.const(-1.0)))
-            for s in sorted(s for s in symbols(let.value) if s in number):
-                slope = self._partial(s)(let.value)
-                if slope is not self._table.zero:
-                    entries.append((row, number[s], slope))
-        for row, name in enumerate(self._vanish, len(lets)):
-            entries.append((row, number[name], self._table.one))
-        places = {self._program.slots.get(text(e)): i for e, i in number.items()}
-        return Slopes(
-            tuple(nodes),
-            tuple(lets),
-            tuple(entries),
-            len(lets) + len(self._vanish),
-            tuple((places[c.slot], places.get(c.derivative, -1)) for c in self._program.candidates),
-        )
+    def _needed(self) -> set[Expr]:
+        """Targets that what is asked for depends on."""
+        wanted = {r for piece in self._pieces for r in piece.residuals}
+        targets = [let.target for piece in self._pieces for let in piece.lets]
+        if self._scope is Scope.ALL:
+            wanted.update(e for e in targets if self._slot(e) >= 0)
+        else:
+            rates = {c.derivative for c in self._program.candidates}
+            wanted.update(e for e in targets if self._slot(e) in rates)
+        for piece in reversed(self._pieces):
+            for let in reversed(piece.lets):
+                if let.target in wanted:
+                    wanted.update(symbols(let.value))
+        return wanted
+
+    def _drop(self, wanted: set[Expr]) -> None:
+        for piece in self._pieces:
+            inner = [let for let in piece.lets[: piece.inner] if let.target in wanted]
+            others = [let for let in piece.lets[piece.inner :] if let.target in wanted]
+            piece.lets, piece.inner = [*inner, *others], len(inner)
+
+    # Rows
+
+    def _rows(self) -> tuple[tuple[Row, ...], tuple[Run, ...]]:
+        program, number = self._program, self._numbers
+        if self._scope is Scope.ALL:
+            real = [p.name for p in program.parameter_slots if p.settable and p.kind is Kind.REAL]
+            for name in dict.fromkeys((*real, *program.inputs)):
+                number[self._table.symbol(name)] = len(number)
+        rows: list[Row] = []
+        runs: list[Run] = []
+        for piece in self._pieces:
+            tears = tuple(number.setdefault(e, len(number)) for e in piece.tears)
+            first = inner = len(rows)
+            kept = set(piece.residuals)
+            for i, let in enumerate(piece.lets):
+                terms = self._terms(let)
+                if terms or let.target in kept:
+                    node = number.setdefault(let.target, len(number))
+                    rows.append(Row(node, terms))
+                    inner += i < piece.inner
+            residuals = tuple(number[e] for e in piece.residuals)
+            runs.append(Run(first, inner, len(rows), tears, residuals, piece.block))
+        return tuple(rows), tuple(runs)
+
+    def _terms(self, let: Let) -> tuple[tuple[int, Expr], ...]:
+        found = []
+        for s in sorted(s for s in symbols(let.value) if s in self._numbers):
+            slope = self._partial(s)(let.value)
+            if slope is not self._table.zero:
+                found.append((self._numbers[s], slope))
+        return tuple(found)
 
     def _partial(self, symbol: Expr) -> Differentiator:
         found = self._partials.get(symbol)
         if found is None:
             found = self._partials[symbol] = partial(self._table, symbol)
         return found
+
+    # Coefficients
+
+    def _listed(
+        self, lets: dict[Expr, Let], slopes: Sequence[Expr]
+    ) -> tuple[tuple[Let, ...], tuple[Expr, ...]]:
+        """Shared parts, behind the temporaries that they need."""
+        count = sum(1 for e in self._table.all if e.op is Op.SYMBOL and e.name.startswith("$t"))
+        lister = Lister(self._table, Temporaries(self._table, count), slopes)
+        own: list[Let] = []
+        written = tuple(lister.value(own, e) for e in slopes)
+        needed: dict[Expr, None] = {}
+        stack = [*(let.value for let in own), *written]
+        for value in stack:  # grows on the way
+            for s in symbols(value):
+                if s in lets and s not in needed and self._slot(s) < 0:
+                    needed[s] = None
+                    stack.append(lets[s].value)
+        before = [let for target, let in lets.items() if target in needed]
+        return (*before, *own), written

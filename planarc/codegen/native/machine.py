@@ -17,11 +17,14 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from planarc.codegen.native.printer import ir
+from planarc.codegen.native.passing import passing_text
+from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
+from planarc.codegen.slopes import derive_slopes
 from planarc.core import cache as store
 
 if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
     from planarc.ir.program import Program
 
 #: Above so many lines of LLVM a program is compiled in the quickest way.
@@ -30,11 +33,19 @@ LARGEST_OPTIMISED = 3000
 
 def compile_object(program: Program) -> bytes:
     """The program's object code."""
-    text = ir(program)
+    return _joined(_runtime(), ir(program))
+
+
+def compile_slopes(program: Program, scope: Scope) -> bytes | None:
+    """The object code of derivatives, to be added to the program's own; None where the
+    program calls a function that has none."""
+    slopes = derive_slopes(program, scope)
+    return None if slopes is None else _joined(_passing(), slopes_ir(program, slopes, scope))
+
+
+def _joined(runtime: bytes, text: str) -> bytes:
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
-    runtime = _runtime()
-    model = _compiled(text, level, ())
-    return len(runtime).to_bytes(8, "little") + runtime + model
+    return len(runtime).to_bytes(8, "little") + runtime + _compiled(text, level, ())
 
 
 def key() -> str:
@@ -50,7 +61,16 @@ def key() -> str:
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models, and kept on disk."""
-    text = runtime_text()
+    return _shared(runtime_text())
+
+
+@cache
+def _passing() -> bytes:
+    """What passes derivatives on, likewise."""
+    return _shared(passing_text())
+
+
+def _shared(text: str) -> bytes:
     name = store.key("runtime", key(), text)
     known = store.load("native", name)
     if known is None:

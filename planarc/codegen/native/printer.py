@@ -33,6 +33,8 @@ from collections.abc import Iterable, Sequence
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import DECLARATIONS, formula, real
 from planarc.codegen.native.newton import NOT_FINITE
+from planarc.codegen.slopes import Slopes
+from planarc.ir.derivatives import Scope
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
@@ -60,11 +62,23 @@ def ir(program: Program) -> str:
         _Section(program, placement, "pc_parameters").text(program.parameters),
         _Section(program, placement, "pc_levels").levels(below, top),
         _Section(program, placement, "pc_rest").text(program.rest),
-        _Section(program, placement, "pc_initial").text(program.initial, program.initial_residuals),
-        _Section(program, placement, "pc_zeros").text(program.roots, zeros),
+        _Section(program, placement, "pc_initial", results=True).text(
+            program.initial, program.initial_residuals
+        ),
+        _Section(program, placement, "pc_zeros", results=True).text(program.roots, zeros),
         _Section(program, placement, "pc_discrete").text(program.discrete),
     )
     return "\n".join((DECLARATIONS + _RUNTIME, _records(placement), *functions))
+
+
+def slopes_ir(program: Program, slopes: Slopes, scope: Scope) -> str:
+    """The module of a program's derivatives: `pc_slopes_*` as `pc_initial`, and `pc_tape_*`
+    (`planarc.ir.derivatives`)."""
+    numbers = slopes.tape()
+    row = ", ".join(f"i64 {n}" for n in numbers)
+    tape = f"@pc_tape_{scope.value} = constant [{len(numbers)} x i64] [{row}]\n"
+    section = _Section(program, place(program), f"pc_slopes_{scope.value}", results=True)
+    return "\n".join((DECLARATIONS + _RUNTIME, tape, section.coefficients(slopes)))
 
 
 def _records(placement: Placement) -> str:
@@ -76,12 +90,13 @@ def _records(placement: Placement) -> str:
 class _Section:
     """One function."""
 
-    def __init__(self, program: Program, placement: Placement, name: str) -> None:
+    def __init__(
+        self, program: Program, placement: Placement, name: str, results: bool = False
+    ) -> None:
         self._program = program
         self._placement = placement
-        self._results = name in ("pc_initial", "pc_zeros")
         arguments = [(POINTER, "frame"), (REAL, "t")]
-        if self._results:
+        if results:
             arguments.append((POINTER, "results"))
         self._code = c = Code(name, FLAG, arguments)
         self._frame, self._time = c.arguments[:2]
@@ -90,6 +105,16 @@ class _Section:
         self._values: dict[Expr, Value] = {}
         self._slots: dict[Expr, int | None] = {}
         self._next_break = LONGEST_BLOCK
+
+    def coefficients(self, slopes: Slopes) -> str:
+        """The coefficients of derivatives at the present point, as `results`."""
+        c = self._code
+        self._write(slopes.body)
+        for i, e in enumerate(slopes.coefficients):
+            c.arguments[2].store(real(c, self._value(e)), i)
+            self._break()
+        c.give(0)
+        return c.text()
 
     def levels(self, below: Iterable[Statement], top: Iterable[Statement]) -> str:
         """May end before the top level."""
@@ -137,14 +162,17 @@ class _Section:
         return formula(self._code, e, self._leaf)
 
     def _let(self, let: Let) -> None:
-        if len(self._code.lines) > self._next_break:
-            self._code.break_block()
-            self._next_break = len(self._code.lines) + LONGEST_BLOCK
+        self._break()
         value = self._value(let.value)
         slot = self._slot(let.target)
         self._values[let.target] = value
         if slot is not None:
             self._w.store(real(self._code, value), slot)
+
+    def _break(self) -> None:
+        if len(self._code.lines) > self._next_break:
+            self._code.break_block()
+            self._next_break = len(self._code.lines) + LONGEST_BLOCK
 
     # Blocks
 

@@ -4,13 +4,14 @@
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
     pc_past                                                `planarc.ir.history.History.value`
 
-Newton's method (`newton`) and looks at the choice of states (`look`). The model's own
-functions are `printer`'s.
+Newton's method (`newton`), looks at the choice of states (`look`) and what the start needs
+(`differences`). The model's own functions are `printer`'s.
 """
 
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.ir.frame import Frame, Mode, Number, Record
@@ -32,6 +33,7 @@ def runtime_text() -> str:
     functions = (
         *newton_functions(),
         look_function(),
+        *difference_functions(),
         _states(),
         _rhs(),
         _outputs(),

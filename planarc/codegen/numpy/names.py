@@ -18,7 +18,7 @@ _TAKEN = """
     sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan
     abs min max sign floor ceil div mod rem safe safe_div
     parameters levels rest initial roots discrete external past
-    slopes slope_system
+    slopes tape
 """
 
 

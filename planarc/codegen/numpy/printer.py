@@ -28,22 +28,21 @@ Promises:  only names made by `names.Names` and numbers; no text of the user is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from planarc.codegen.numpy.formulas import evaluated_always
 from planarc.codegen.numpy.function import FunctionText, Parts, all_lets, is_part, taken_values
 from planarc.codegen.numpy.names import Names, comment
-from planarc.codegen.slopes import Slopes, derive_slopes
-from planarc.codegen.statements import Lister, Temporaries
-from planarc.ir.expr import Expr, Op
+from planarc.codegen.slopes import derive_slopes
+from planarc.ir.derivatives import Scope
+from planarc.ir.expr import Expr
 from planarc.ir.program import Program
 
 
-def source(program: Program, *, arrays: bool = False, slopes: bool = False) -> str:
+def source(program: Program, *, arrays: bool = False) -> str:
     """The Python text of a program; with `arrays` for many runs at once.
 
-    Then every value in `w` is a number or an array over the runs. With `slopes` there
-    is a function more, of the coefficients of the Jacobian's system (`codegen.slopes`).
+    Then every value in `w` is a number or an array over the runs.
     """
     names = Names()
     always = _evaluated_always(program)
@@ -73,43 +72,27 @@ def source(program: Program, *, arrays: bool = False, slopes: bool = False) -> s
     for name, title, parts, results in sections:
         lines += ["", "", f"def {name}(t, w, blocks):", f'    """{title}"""']
         lines += FunctionText(program, names, always, parts, arrays).lines(results)
-    if slopes and (system := derive_slopes(program)) is not None:
-        lines += _slopes(program, names, system)
     return "\n".join(lines) + "\n"
 
 
-def _slopes(program: Program, names: Names, system: Slopes) -> list[str]:
-    """The function `slopes`, and where in the system its values stand."""
-    values = [e for _, _, e in system.entries]
-    temporaries = Temporaries(program.table, sum(1 for _ in _temporary_names(program)))
-    lister = Lister(program.table, temporaries, values)
-    lets = list(system.body)
-    written = [lister.value(lets, e) for e in values]
-    always = evaluated_always(lets, written, lambda e: is_part(program, e))
-    text = FunctionText(program, names, always, [("", tuple(lets))])
-    return [
-        "",
-        "",
+def slopes_source(program: Program, scope: Scope) -> str | None:
+    """The text of the function `slopes`, which computes the coefficients of derivatives, and
+    of the `tape` (`planarc.ir.derivatives`); None where there are none."""
+    slopes = derive_slopes(program, scope)
+    if slopes is None:
+        return None
+    values = slopes.coefficients
+    always = evaluated_always(slopes.body, values, lambda e: is_part(program, e))
+    text = FunctionText(program, Names(), always, [("", slopes.body)])
+    lines = [
         "def slopes(t, w, blocks):",
-        '    """Coefficients of the system whose solution is the Jacobian."""',
-        *text.lines_of(written),
+        '    """Coefficients of derivatives, in the order of the tape."""',
+        *text.lines_of(values),
         "",
         "",
-        "# Nodes, equations and nodes of the entries, nodes of candidates and their derivatives.",
-        "slope_system = (",
-        f"    {len(system.nodes)},",
-        f"    {[row for row, _, _ in system.entries]},",
-        f"    {[column for _, column, _ in system.entries]},",
-        f"    {list(system.candidates)},",
-        ")",
+        f"tape = {tuple(slopes.tape())}",
     ]
-
-
-def _temporary_names(program: Program) -> Iterator[str]:
-    """At least as many as there are temporaries."""
-    for e in program.table.all:
-        if e.op is Op.SYMBOL and e.name.startswith("$t"):
-            yield e.name
+    return "\n".join(lines) + "\n"
 
 
 def _evaluated_always(program: Program) -> set[Expr]:

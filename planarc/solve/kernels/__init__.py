@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from planarc.ir.derivatives import Scope
 from planarc.ir.program import Kernel, Program
 
 
-def load(program: Program, code: str | bytes) -> Kernel:
+def load(
+    program: Program,
+    code: str | bytes,
+    slopes: Callable[[Scope], str | bytes | None] | None = None,
+) -> Kernel:
     """A kernel with a workspace of its own, from NumPy source text or native object code.
 
-    Loading the same code again is cheap: compiled text and linked objects are kept.
+    Loading the same code again is cheap: compiled text and linked objects are kept. `slopes`
+    gives the code of derivatives when it is asked for; without it the kernel has none.
     """
     if isinstance(code, str):
         from planarc.solve.kernels.numpy_kernel import NumpyKernel
 
-        return NumpyKernel(program, code)
+        return NumpyKernel(program, code, slopes)
     from planarc.solve.kernels.native_kernel import NativeKernel
 
-    return NativeKernel(program, code)
+    return NativeKernel(program, code, slopes)

@@ -25,6 +25,7 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
         "pc_rhs": (*_FRAME_AND_TIME, _POINTER, _POINTER),
         "pc_roots": (*_FRAME_AND_TIME, _POINTER, _POINTER),
         "pc_evaluate": (_POINTER, ctypes.c_int64, _POINTER),
+        "pc_differences": (_POINTER, _POINTER, _POINTER),
     }
 )
 
@@ -58,14 +59,36 @@ class Engine:
         if sys.platform == "win32":
             _name_library(llvm)
         llvm.add_symbol("pc_external", ctypes.cast(_CALLED, _POINTER).value)
+        self._known: set[bytes] = set()
+        self.add(code)
+        self.functions = {name: self._function(name) for name in _SIGNATURES}
+
+    def add(self, code: bytes) -> None:
+        """Link both parts, what is the same for all models once."""
+        import llvmlite.binding as llvm
+
         split = 8 + int.from_bytes(code[:8], "little")
         for part in (code[8:split], code[split:]):
-            self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))
+            if part not in self._known:
+                self._known.add(part)
+                self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))
         self._engine.finalize_object()
-        self.functions = {name: self._function(name) for name in _SIGNATURES}
 
     def address(self, name: str) -> int:
         return int(self._engine.get_function_address(name))
+
+    def value(self, name: str) -> int:
+        """The address of a constant."""
+        return int(self._engine.get_global_value_address(name))
+
+    def passing(self) -> tuple[Callable[..., int], ...]:
+        """`pc_ranges`, `pc_pass` and `pc_gather`, once code of derivatives was added."""
+        shapes: dict[str, tuple[Any, ...]] = {
+            "pc_ranges": (None, _POINTER),
+            "pc_pass": (ctypes.c_int, _POINTER, _REAL),
+            "pc_gather": (ctypes.c_int, _POINTER, _POINTER, ctypes.c_int64, _POINTER),
+        }
+        return tuple(ctypes.CFUNCTYPE(*shape)(self.address(name)) for name, shape in shapes.items())
 
     def _function(self, name: str) -> Callable[..., int]:
         made = ctypes.CFUNCTYPE(ctypes.c_int, *_SIGNATURES[name])

@@ -9,21 +9,27 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, MutableSequence, Sequence
 from functools import lru_cache
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planarc.ir.frame import Frame, Mode, Number, Record, place
+from planarc.core.data import Data
+from planarc.ir.derivatives import Scope
+from planarc.ir.frame import Frame, Mode, Number, Placement, Record, place
 from planarc.ir.history import History
 from planarc.ir.program import Addresses, Program
 from planarc.solve.kernels.engine import Engine
 from planarc.solve.kernels.failures import first_not_finite
+from planarc.solve.kernels.native_derivatives import NativeDerivatives
 from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Vector = NDArray[np.float64]
+    Indices = NDArray[np.intp]
 
 
 @lru_cache(maxsize=8)
@@ -31,15 +37,56 @@ def _engine(code: bytes) -> Engine:
     return Engine(code)
 
 
+class _Made(Data):
+    """What all kernels of a program have in common; the arrays are never written."""
+
+    place: Placement
+    results: Indices  # slots that must be finite in a row
+    candidates: Indices  # slots
+    residuals: Indices  # places in `area` of the residuals below the top
+    tear_starts: Indices  # slots of the start values of all tears
+    parameters: Indices  # slots of parameters with a default
+    defaults: Vector
+    asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
+
+
+@once
+def _made(program: Program) -> _Made:
+    placed = place(program)
+    starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+    tears = (s for r in placed.records for s in r[Record.SLOTS :][: r[Record.TEARS]])
+    residuals = (
+        placed.residuals(k) + i
+        for k, code in enumerate(program.blocks)
+        if code.height
+        for i in range(len(code.residuals))
+    )
+    given = [p for p in program.parameter_slots if p.default is not None]
+    return _Made(
+        placed,
+        np.array(sorted({c.slot for c in program.columns if not c.constant}), np.intp),
+        np.array([c.slot for c in program.candidates], np.intp),
+        np.array(list(residuals), np.intp),
+        np.array([starts[s] for s in tears], np.intp),
+        np.array([p.slot for p in given], np.intp),
+        np.array([p.default for p in given], float),
+        {},
+    )
+
+
 class NativeKernel:
     """See `planarc.ir.program.Kernel`; `w` is a NumPy array."""
 
     w: Any
 
-    def __init__(self, program: Program, code: bytes) -> None:
+    def __init__(
+        self, program: Program, code: bytes, slopes: Callable[[Scope], Any] | None = None
+    ) -> None:
         self._program = program
+        self._slopes, self._derivatives = slopes, dict[Scope, NativeDerivatives | None]()
         self._engine = engine = _engine(code)
-        self._place = place(program)
+        made = _made(program)
+        self._place = made.place
         n = program.state_count
         self.w = np.zeros(program.size)
         self._numbers = np.zeros(self._place.numbers, np.int64)
@@ -58,31 +105,15 @@ class NativeKernel:
             self._frame[where] = array.ctypes.data
         self.history = History(len(program.delays))
         self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
-        results = sorted({c.slot for c in program.columns if not c.constant})
-        self._results = np.array(results, np.intp)
-        self._candidate_slots = np.array([c.slot for c in program.candidates], np.intp)
-        self._residual_places = np.array(
-            [
-                self._place.residuals(k) + i
-                for k, code in enumerate(program.blocks)
-                if code.height
-                for i in range(len(code.residuals))
-            ],
-            np.intp,
-        )
-        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
-        self._tear_starts = np.array(
-            [starts[s] for r in self._place.records for s in r[Record.SLOTS :][: r[Record.TEARS]]],
-            np.intp,
-        )
+        self._results, self._tear_starts = made.results, made.tear_starts
+        self._candidate_slots, self._residual_places = made.candidates, made.residuals
+        self._asked = made.asked
         self._bind(engine)
         self._numbers[Number.STATES] = n
         self._numbers[Number.OPEN] = -1
         self._addresses: Addresses | None = None
         self._started = False
-        for p in program.parameter_slots:
-            if p.default is not None:
-                self.w[p.slot] = p.default
+        self.w[made.parameters] = made.defaults
         self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
 
     def _bind(self, engine: Engine) -> None:
@@ -105,6 +136,10 @@ class NativeKernel:
         self._call_discrete = bound("pc_discrete")
         evaluate = f["pc_evaluate"]
         self._call_evaluate: Callable[[int], int] = lambda mode: evaluate(frame, mode, initial)
+        differences = f["pc_differences"]
+        self._call_differences: Callable[[int, int], int] = lambda table, out: differences(
+            frame, table, out
+        )
 
     @property
     def failed_block(self) -> int:
@@ -157,6 +192,8 @@ class NativeKernel:
             cv_roots=at("pc_cv_roots"),
             outputs=at("pc_outputs"),
             accept=at("pc_accept"),
+            look=at("pc_look"),
+            records=tuple(accumulate(map(len, self._place.records), initial=1)),
             context=self._frame.ctypes.data,
             workspace=self.w.ctypes.data,
         )
@@ -181,6 +218,9 @@ class NativeKernel:
                 solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
                 at = record[Record.SOLVED]
                 numbers[at : at + len(solved)] = solved
+        for derivatives in self._derivatives.values():
+            if derivatives is not None:
+                derivatives.select(selection)
 
     def accept(self, t: float) -> None:
         self._started = True
@@ -216,6 +256,36 @@ class NativeKernel:
         at = self._place.jacobian(block)
         return self._area[at : at + m * n].reshape(m, n).copy()  # type: ignore[return-value]
 
+    def differences(
+        self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> Vector | None:
+        """Row 0: the residuals of the blocks below the top, with all candidates as `u`, then
+        those of the initial equations, then the values of some slots; below it their
+        derivatives by the candidates `columns`, a row for each, by differences. `below`: the
+        blocks' residuals alone, whatever the top. None where a number is not finite."""
+        table, width = self._tables(columns, slots, below)
+        out = np.empty((1 + len(columns), width))
+        self._begin()
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        flag = self._call_differences(table.ctypes.data, out.ctypes.data)
+        return None if flag else out
+
+    def _tables(
+        self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> tuple[NDArray[np.int64], int]:
+        """What `pc_differences` reads, and the length of its rows."""
+        key = columns, slots, below
+        if key not in self._asked:
+            initial = 0 if below else len(self._initial)
+            places = self._residual_places
+            counts = (len(columns), len(places), initial, len(slots))
+            moved = self._candidate_slots[list(columns)]
+            mode = Mode.BELOW if below else Mode.GIVEN
+            table = np.concatenate([(mode, *counts), moved, places, slots]).astype(np.int64)
+            self._asked[key] = table, sum(counts[1:])
+        return self._asked[key]
+
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         self._begin()
         self._y[:] = y
@@ -247,6 +317,55 @@ class NativeKernel:
         self.w[unknowns.slots] = u
         flag = self._evaluate(Mode.RESIDUALS)
         return flag, self.w[numbers[first + n : first + 2 * n]], self._area[unknowns.places]
+
+    # Derivatives: see `NumpyKernel`
+
+    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
+        self._begin()
+        self._y[:] = y
+        if self._call_rhs(t):
+            return None
+        found = self._derivatives_of(Scope.RATES)
+        return None if found is None else found.by_states(t)
+
+    def derivatives(self, t: float, y: Sequence[float], slots: Sequence[int]) -> Any:
+        if self.outputs(t, y):
+            return None
+        found = self._derivatives_of(Scope.ALL)
+        return None if found is None else found.of_all(t, slots)
+
+    def residual_jacobian(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> Any:
+        if self.residual_form(t, y, u, unknowns)[0]:
+            return None
+        found = self._derivatives_of(Scope.RATES)
+        return None if found is None else found.of_residuals(t, unknowns)
+
+    def cv_jacobian(self, scales: Sequence[float]) -> int:
+        """The address of the Jacobian as CVODE calls it, for the present choice of states, or
+        0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`."""
+        found = self._derivatives_of(Scope.RATES)
+        if found is None:
+            return 0
+        from planarc.solve.solvers.sundials import open_sundials
+
+        found.prepare(scales, open_sundials().address("SUNDenseMatrix_Data"))
+        self._frame[Frame.PASSING] = found.memory.ctypes.data
+        return self._engine.address("pc_cv_jacobian")
+
+    def _derivatives_of(self, scope: Scope) -> NativeDerivatives | None:
+        if scope not in self._derivatives:
+            code = self._slopes(scope) if self._slopes is not None else None
+            made = None
+            if code is not None:
+                self._engine.add(code)
+                made = NativeDerivatives(
+                    self._program, self._engine, scope, self._frame.ctypes.data
+                )
+                made.select(self._selection)
+            self._derivatives[scope] = made
+        return self._derivatives[scope]
 
     # Below the protocol
 

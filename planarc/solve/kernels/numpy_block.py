@@ -49,6 +49,7 @@ class Block:
         self.evaluating = False  # candidates are given: only residuals are wanted
         self.matrix_asked = False  # even where it is not needed
         self.open = False  # the equations left unknowns open when it was solved last
+        self.lenient = False  # where it cannot be solved its unknowns are zero
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
         self._w = w
@@ -198,6 +199,9 @@ class Block:
         for equation, r, row in zip(self._equations, residuals, matrix, strict=True):
             if not math.isfinite(r + sum(row)):
                 raise NotFiniteError(equation)
+        if self.lenient:
+            self.done = True
+            return [0.0] * len(residuals)
         raise UnsolvedError(self.index)
 
     def _finish(self) -> None:

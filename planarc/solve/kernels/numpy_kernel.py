@@ -9,13 +9,14 @@ from functools import lru_cache
 from types import CodeType
 from typing import Any
 
+from planarc.ir.derivatives import Scope
 from planarc.ir.history import History
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
+from planarc.solve.kernels.numpy_derivatives import NumpyDerivatives
 from planarc.solve.kernels.numpy_pair import PairBlock
 from planarc.solve.kernels.numpy_support import NAMESPACE
-from planarc.solve.kernels.state_jacobian import StateJacobian
 from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
 
 _FILE = "<planarc numpy>"
@@ -30,8 +31,11 @@ def _compiled(source: str) -> CodeType:
 class NumpyKernel:
     """See `planarc.ir.program.Kernel`."""
 
-    def __init__(self, program: Program, source: str) -> None:
+    def __init__(
+        self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
+    ) -> None:
         self._program = program
+        self._slopes, self._derivatives = slopes, dict[Scope, NumpyDerivatives | None]()
         self._source = source
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
@@ -47,7 +51,6 @@ class NumpyKernel:
         self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, **own}
         exec(_compiled(source), self._functions)
         self._levels = self._functions["levels"]
-        self._state_jacobian: StateJacobian | None = None
         self._state_slots: list[int] = []
         self._derivative_slots: list[int] = []
         self._results = sorted({c.slot for c in program.columns if not c.constant})
@@ -64,6 +67,12 @@ class NumpyKernel:
     def sway(self, block: int, amount: float) -> None:
         self._blocks[block].sway(amount)
 
+    def forgive(self) -> None:
+        """Go on with zeros where accelerations and forces cannot be solved for: asked for by
+        those who want to know of positions alone."""
+        for block, code in zip(self._blocks, self._program.blocks, strict=True):
+            block.lenient = code.height == 0
+
     # The protocol
 
     def parameters(self) -> int:
@@ -72,7 +81,8 @@ class NumpyKernel:
 
     def select(self, selection: Sequence[int]) -> None:
         program = self._program
-        self._selection, self._state_jacobian = tuple(selection), None
+        self._selection = tuple(selection)
+        self._derivatives = {k: d for k, d in self._derivatives.items() if d is None}
         chosen = [program.candidates[i] for i in selection]
         self._state_slots = [c.slot for c in chosen]
         self._derivative_slots = [c.derivative for c in chosen]
@@ -124,14 +134,38 @@ class NumpyKernel:
 
         None where it is not known: a function without derivative, a singular point.
         """
-        system: Any = self._functions.get("slope_system")
-        if system is None or self._run_levels(t, y):
+        if self._run_levels(t, y):
             return None
-        if self._state_jacobian is None:
-            self._state_jacobian = StateJacobian(*system)
-            self._state_jacobian.select(self._selection)
-        failure, values = self._run("slopes")
-        return None if failure else self._state_jacobian.solve(values)
+        found = self._derivatives_of(Scope.RATES)
+        return None if found is None else found.by_states(t)
+
+    def derivatives(self, t: float, y: Sequence[float], slots: Sequence[int]) -> Any:
+        """d(all values)/d(states, then parameters or inputs in `slots`), a row for each slot
+        of the workspace, which is filled; None as above."""
+        if self.outputs(t, y):
+            return None
+        found = self._derivatives_of(Scope.ALL)
+        return None if found is None else found.of_all(t, slots)
+
+    def residual_jacobian(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> Any:
+        """d(what `residual_form` gives)/d(states, then unknowns), or None."""
+        if self.residual_form(t, y, u, unknowns)[0]:
+            return None
+        found = self._derivatives_of(Scope.RATES)
+        return None if found is None else found.of_residuals(t, unknowns)
+
+    def _derivatives_of(self, scope: Scope) -> NumpyDerivatives | None:
+        if scope not in self._derivatives:
+            text = self._slopes(scope) if self._slopes is not None else None
+            made = None
+            if text is not None:
+                space = dict(self._functions)
+                exec(_compiled(text), space)
+                made = NumpyDerivatives(self._program, self._selection, space, self.w)
+            self._derivatives[scope] = made
+        return self._derivatives[scope]
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         code = self._run_levels(t, y)

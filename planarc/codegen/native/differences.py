@@ -1,0 +1,85 @@
+"""Residuals and their derivatives by differences, at the start, in LLVM.
+
+    pc_point(frame, table, row) -> flag        the numbers at the workspace's candidates
+    pc_differences(frame, table, out) -> flag  that row, then a row of differences for each
+                                               candidate moved; flag -1: one is not finite
+
+The numbers are residuals of blocks below the top, residuals of the initial equations and
+variables; which ones, the `table` says: int64 numbers
+
+    mode, how many candidates, residuals, initial equations, variables;
+    the slots of the candidates, the places of the residuals in `area`, the slots of the variables
+
+One call for a whole Jacobian, since a call from Python costs more than an evaluation. The
+workspace is left at the point, and evaluated.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.newton import open_frame
+from planarc.ir.newton import DIFFERENCE
+
+_HEAD = 5
+
+
+def difference_functions() -> tuple[str, str]:
+    return _point(), _differences()
+
+
+def _counts(table: Value) -> list[Value]:
+    return [table.load(INT, i) for i in range(1, _HEAD)]
+
+
+def _point() -> str:
+    c = Code("pc_point", FLAG, [(POINTER, "frame"), (POINTER, "table"), (POINTER, "row")])
+    frame, table, row = c.arguments
+    w, _, _, area = open_frame(frame)
+    moved, residuals, initial, variables = _counts(table)
+    places = table.at(moved + _HEAD)
+    slots = places.at(residuals)
+    flag = c.call(FLAG, "pc_evaluate", frame, table.load(INT), row.at(residuals))
+    with c.when(~flag.equals(0), leaves=True):
+        c.give(flag)
+    with c.loop(residuals) as i:
+        row.store(area.load(REAL, places.load(INT, i)), i)
+    values = row.at(residuals + initial)
+    with c.loop(variables) as i:
+        values.store(w.load(REAL, slots.load(INT, i)), i)
+    total = c.variable(0.0)
+    with c.loop(residuals + initial + variables) as i:
+        total.set(total.get() + row.load(REAL, i) * 0.0)
+    c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(-1, FLAG)))
+    return c.text()
+
+
+def _differences() -> str:
+    c = Code("pc_differences", FLAG, [(POINTER, "frame"), (POINTER, "table"), (POINTER, "out")])
+    frame, table, out = c.arguments
+    w, _, _, _ = open_frame(frame)
+    moved, residuals, initial, variables = _counts(table)
+    width = residuals + initial + variables
+    first = c.call(FLAG, "pc_point", frame, table, out)
+    with c.when(~first.equals(0), leaves=True):
+        c.give(first)
+    with c.loop(moved) as j:
+        slot, row = table.load(INT, j + _HEAD), out.at((j + 1) * width)
+        x = w.load(REAL, slot)
+        size = c.largest(c.absolute(x), c.constant(1.0, REAL)) * DIFFERENCE
+        there = c.variable(x + size)
+        w.store(there.get(), slot)
+        flag = c.variable(c.call(FLAG, "pc_point", frame, table, row), FLAG)
+        with c.when(~flag.get().equals(0)):  # where there is no value on one side
+            there.set(x - size)
+            w.store(there.get(), slot)
+            flag.set(c.call(FLAG, "pc_point", frame, table, row))
+        w.store(x, slot)
+        with c.when(~flag.get().equals(0), leaves=True):
+            c.give(flag.get())
+        step = there.get() - x
+        with c.loop(width) as i:
+            row.store((row.load(REAL, i) - out.load(REAL, i)) / step, i)
+    with c.when(moved > 0):
+        c.call(FLAG, "pc_point", frame, table, out)
+    c.give(0)
+    return c.text()

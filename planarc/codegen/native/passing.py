@@ -1,0 +1,423 @@
+"""Passing derivatives on along a tape, in LLVM: the same for every model.
+
+    pc_ranges(passing)                        where they differ from zero, once a choice of seeds
+    pc_pass(passing, t) -> flag               the motions of all nodes, at the present point
+    pc_gather(passing, nodes, count, out)     motions of some nodes, a row each
+    pc_cv_jacobian                            the Jacobian as CVODE calls it
+
+See `planarc.ir.derivatives`; `codegen.slopes` tells the method. A row of motions has a
+column for each seed; the columns that are not zero lie within a range, so that of a long
+chain only the half that moves is computed. A group that solves is passed
+twice: with its tears at rest and, beside it, with each of them moving by one, which gives
+the matrix and right sides of a linear system; then with the motions of the tears.
+
+Flags are 0, or 1 where a group's matrix is singular or a derivative is not finite. Then
+`pc_cv_jacobian` takes differences.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, Variable
+from planarc.ir.derivatives import CHUNK, Group, Head, Passing
+from planarc.ir.frame import Frame, Number
+from planarc.ir.newton import SINGULAR
+
+_DECLARED = """
+declare double @llvm.fabs.f64(double)
+declare i32 @pc_rhs(ptr, double, ptr, ptr)
+"""
+#: The step of a difference, relative to the state or its scale: the root of the rounding.
+STEP = 1.5e-8
+#: So many columns are passed on along all rows before the next ones, so that they stay in
+#: the processor's memory.
+PANEL = 32
+_WIDE = "<4 x double>"
+
+
+def passing_text() -> str:
+    """The whole module."""
+    return _DECLARED + "\n".join(
+        (_ranges(), _rows(), _eliminate(), _pass(), _gather(), _cv_jacobian())
+    )
+
+
+class _Tape:
+    """The pointers of a tape and of what is passed on along it."""
+
+    def __init__(self, passing: Value) -> None:
+        def pointer(which: Passing) -> Value:
+            return passing.load(POINTER, which)
+
+        self.numbers = pointer(Passing.TAPE)
+        self.values, self.columns = pointer(Passing.VALUES), pointer(Passing.COLUMNS)
+        self.motions, self.ranges = pointer(Passing.MOTIONS), pointer(Passing.RANGES)
+        self.local, self.scratch = pointer(Passing.LOCAL), pointer(Passing.SCRATCH)
+        self.width = passing.load(INT, Passing.WIDTH)
+        self.stride = passing.load(INT, Passing.STRIDE)
+
+    def count(self, head: Head) -> Value:
+        return self.numbers.load(INT, head)
+
+    def list(self, head: Head) -> Value:
+        return self.numbers.at(self.count(head))
+
+    def motion(self, node: Value) -> Value:
+        return self.motions.at(node * self.width)
+
+    def range(self, node: Value) -> tuple[Value, Value]:
+        return self.ranges.load(INT, node * 2), self.ranges.load(INT, node * 2 + 1)
+
+    def set_range(self, node: Value, low: Value, high: Value) -> None:
+        self.ranges.store(low, node * 2)
+        self.ranges.store(high, node * 2 + 1)
+
+    def beside(self, node: Value) -> Value:
+        return self.local.at(node * self.stride)
+
+
+class _Union:
+    """The smallest range that holds all that are given; empty ones do not count."""
+
+    def __init__(self, c: Code, width: Value) -> None:
+        self._code = c
+        self._low, self._high = c.variable(width, INT), c.variable(0, INT)
+
+    def take(self, low: Value, high: Value) -> None:
+        a, b = self._low.get(), self._high.get()
+        self._low.set(self._code.select(low < a, low, a))
+        self._high.set(self._code.select(high > b, high, b))
+
+    def get(self) -> tuple[Value, Value]:
+        return self._low.get(), self._high.get()
+
+
+def _ranges() -> str:
+    """Where motions may differ from zero: it depends on what is told to move alone."""
+    c = Code("pc_ranges", "void", [(POINTER, "passing")])
+    (passing,) = c.arguments
+    tape = _Tape(passing)
+    starts, targets = tape.list(Head.STARTS), tape.list(Head.TARGETS)
+    sources, groups = tape.list(Head.SOURCES), tape.list(Head.TABLE)
+
+    def rows(first: Value, stop: Value) -> None:
+        with c.loop(stop, first) as row:
+            union = _Union(c, tape.width)
+            with c.loop(starts.load(INT, row + 1), starts.load(INT, row)) as e:
+                union.take(*tape.range(sources.load(INT, e)))
+            tape.set_range(targets.load(INT, row), *union.get())
+
+    with c.loop(tape.count(Head.NODES)) as node:
+        column = tape.columns.load(INT, node)
+        tape.set_range(node, tape.width, c.constant(0, INT))
+        with c.when(column >= 0):
+            low = column / CHUNK * CHUNK
+            tape.set_range(node, low, low + CHUNK)
+    with c.loop(tape.count(Head.GROUPS)) as i:
+        group = _Group(tape, groups.at(i * len(Group)))
+        rows(group.first, group.stop)
+        union = _Union(c, tape.width)
+        with c.loop(group.residuals) as k:
+            union.take(*tape.range(group.members.load(INT, group.tears + k)))
+        with c.when(group.residuals > 0):
+            with c.loop(group.tears) as k:
+                node = group.members.load(INT, k)
+                with c.when(tape.columns.load(INT, node) < 0):
+                    tape.set_range(node, *union.get())
+            rows(group.first, group.inner)
+    c.give()
+    return c.text()
+
+
+class _Group:
+    """A record of the tape's table."""
+
+    def __init__(self, tape: _Tape, record: Value) -> None:
+        self.first, self.inner, self.stop = (
+            record.load(INT, i) for i in (Group.FIRST, Group.INNER, Group.STOP)
+        )
+        self.tears = record.load(INT, Group.TEARS)
+        self.residuals = record.load(INT, Group.RESIDUALS)
+        self.members = tape.numbers.at(record.load(INT, Group.LIST))
+
+
+class _Sum:
+    """`CHUNK` columns of a sum of rows, in registers."""
+
+    def __init__(self, c: Code) -> None:
+        self._code = c
+        zero = Value(c, _WIDE, "zeroinitializer")
+        self._parts = [Variable(c, zero) for _ in range(CHUNK // 4)]
+
+    def add(self, factor: Value, row: Value) -> None:
+        c = self._code
+        one = c.emit(_WIDE, f"insertelement {_WIDE} poison, double {factor.text}, i64 0")
+        four = c.emit(
+            _WIDE, f"shufflevector {_WIDE} {one.text}, {_WIDE} poison, <4 x i32> zeroinitializer"
+        )
+        for i, part in enumerate(self._parts):
+            x = c.emit(_WIDE, f"load {_WIDE}, ptr {row.at(4 * i).text}, align 8")
+            product = c.emit(_WIDE, f"fmul contract {_WIDE} {four.text}, {x.text}")
+            sum = f"fadd contract {_WIDE} {part.get().text}, {product.text}"
+            part.set(c.emit(_WIDE, sum))
+
+    def store(self, row: Value) -> None:
+        for i, part in enumerate(self._parts):
+            place = row.at(4 * i).text
+            self._code.line(f"store {_WIDE} {part.get().text}, ptr {place}, align 8")
+
+
+def _rows() -> str:
+    """Rows `first` to `stop`; of group >= 0 the motions beside them too, of so many tears.
+
+    What a range leaves out stays zero in memory, so that chunks need no care.
+    """
+    c = Code(
+        "pc_rows",
+        "void",
+        [(POINTER, "passing"), (INT, "first"), (INT, "stop"), (INT, "group"), (INT, "tears")],
+    )
+    passing, first, stop, group, tears = c.arguments
+    tape = _Tape(passing)
+    starts, targets = tape.list(Head.STARTS), tape.list(Head.TARGETS)
+    sources, owners = tape.list(Head.SOURCES), tape.list(Head.OWNERS)
+    solves = group >= 0
+    chunks = (tears + (CHUNK - 1)) / CHUNK
+    with c.loop((tape.width + (PANEL - 1)) / PANEL) as panel, c.loop(stop, first) as row:
+        target = targets.load(INT, row)
+        begin, end = starts.load(INT, row), starts.load(INT, row + 1)
+        low, high = tape.range(target)
+        left, right = panel * PANEL, panel * PANEL + PANEL
+        low, high = c.select(low < left, left, low), c.select(high > right, right, high)
+        motion = tape.motion(target)
+        with c.loop(high / CHUNK, low / CHUNK) as chunk:
+            total, at = _Sum(c), chunk * CHUNK
+            with c.loop(end, begin) as e:
+                source = tape.motion(sources.load(INT, e))
+                total.add(tape.values.load(REAL, e), source.at(at))
+            total.store(motion.at(at))
+    with c.when(solves), c.loop(stop, first) as row:
+        target = targets.load(INT, row)
+        begin, end = starts.load(INT, row), starts.load(INT, row + 1)
+        with c.loop(chunks) as chunk:
+            total, at = _Sum(c), chunk * CHUNK
+            with c.loop(end, begin) as e:
+                source = sources.load(INT, e)
+                with c.when(owners.load(INT, source).equals(group)):
+                    total.add(tape.values.load(REAL, e), tape.beside(source).at(at))
+            total.store(tape.beside(target).at(at))
+    c.give()
+    return c.text()
+
+
+def _eliminate() -> str:
+    """Gaussian elimination with many right sides, in place: a*x = r, x in r.
+
+    Rows of r are `stride` long, of which `count` numbers count.
+    """
+    names = ("m", "count", "stride")
+    c = Code(
+        "pc_eliminate",
+        FLAG,
+        [(POINTER, "a"), (POINTER, "r"), (POINTER, "sizes"), *((INT, n) for n in names)],
+    )
+    a, r, sizes, m, count, stride = c.arguments
+    with c.loop(m) as i:
+        largest = c.variable(0.0)
+        with c.loop(m) as k:
+            largest.set(c.largest(largest.get(), c.absolute(a.load(REAL, i * m + k))))
+        with c.when(~(largest.get() < 1e300) | largest.get().equals(0.0), leaves=True):
+            c.give(1)
+        sizes.store(largest.get(), i)
+    with c.loop(m) as k:
+        best, most = c.variable(k, INT), c.variable(0.0)
+        with c.loop(m, k) as i:
+            pivot = c.absolute(a.load(REAL, i * m + k)) / sizes.load(REAL, i)
+            with c.when(pivot > most.get()):
+                best.set(i)
+                most.set(pivot)
+        with c.when(~(most.get() > SINGULAR), leaves=True):
+            c.give(1)
+        p = best.get()
+        with c.when(~p.equals(k)):
+            _exchange(c, a.at(p * m), a.at(k * m), m)
+            _exchange(c, r.at(p * stride), r.at(k * stride), count)
+            _exchange(c, sizes.at(p), sizes.at(k), c.constant(1, INT))
+        pivot_row = a.at(k * m)
+        inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, k)
+        with c.loop(m, k + 1) as i:
+            row = a.at(i * m)
+            factor = row.load(REAL, k) * inverse
+            with c.when(~factor.equals(0.0)):
+                c.subtract(row.at(k + 1), pivot_row.at(k + 1), factor, m - k - 1)
+                c.subtract(r.at(i * stride), r.at(k * stride), factor, count)
+    with c.loop(m) as back:
+        i = m - 1 - back
+        row, right = a.at(i * m), r.at(i * stride)
+        with c.loop(m, i + 1) as j:
+            factor = row.load(REAL, j)
+            with c.when(~factor.equals(0.0)):
+                c.subtract(right, r.at(j * stride), factor, count)
+        inverse = c.constant(1.0, REAL) / row.load(REAL, i)
+        with c.loop(count) as j:
+            right.store(right.load(REAL, j) * inverse, j)
+    c.give(0)
+    return c.text()
+
+
+def _exchange(c: Code, a: Value, b: Value, count: Value) -> None:
+    with c.loop(count) as j:
+        one, two = a.load(REAL, j), b.load(REAL, j)
+        a.store(two, j)
+        b.store(one, j)
+
+
+def _pass() -> str:
+    c = Code("pc_pass", FLAG, [(POINTER, "passing"), (REAL, "t")])
+    passing, t = c.arguments
+    tape = _Tape(passing)
+    compute, frame = passing.load(POINTER, Passing.COEFFICIENTS), passing.load(POINTER)
+    arguments = f"ptr {frame.text}, double {t.text}, ptr {tape.values.text}"
+    flag = c.emit(FLAG, f"call i32 {compute.text}({arguments})")
+    with c.when(~flag.equals(0), leaves=True):
+        c.give(1)
+    groups = tape.list(Head.TABLE)
+    with c.loop(tape.count(Head.GROUPS)) as number:
+        _group(c, passing, tape, number, _Group(tape, groups.at(number * len(Group))))
+    c.give(0)
+    return c.text()
+
+
+def _group(c: Code, passing: Value, tape: _Tape, number: Value, group: _Group) -> None:
+    unknowns = c.variable(0, INT)
+    with c.when(group.residuals > 0), c.loop(group.tears) as i:
+        node = group.members.load(INT, i)
+        beside = tape.beside(node)
+        with c.loop(tape.stride) as j:
+            beside.store(0.0, j)
+        with c.when((tape.columns.load(INT, node) < 0) & (unknowns.get() < group.residuals)):
+            beside.store(1.0, unknowns.get())
+            unknowns.set(unknowns.get() + 1)
+            motion, (low, high) = tape.motion(node), tape.range(node)
+            with c.loop(high, low) as j:
+                motion.store(0.0, j)
+    m = unknowns.get()
+    solves = m > 0
+
+    def rows(until: Value, which: Value) -> None:
+        numbers = ", ".join(f"i64 {n.text}" for n in (group.first, until, which, m))
+        c.line(f"call void @pc_rows(ptr {passing.text}, {numbers})")
+
+    rows(group.stop, c.select(solves, number, c.constant(-1, INT)))
+    with c.when(solves):
+        with c.when(~m.equals(group.residuals), leaves=True):
+            c.give(1)
+        right = tape.scratch.at(m * m)
+        union = _Union(c, tape.width)
+        with c.loop(m) as i:
+            node = group.members.load(INT, group.tears + i)
+            union.take(*tape.range(node))
+            beside = tape.beside(node)
+            with c.loop(m) as j:
+                tape.scratch.store(beside.load(REAL, j), i * m + j)
+            row, motion = right.at(i * tape.width), tape.motion(node)
+            with c.loop(tape.width) as j:
+                row.store(0.0, j)
+            low, high = tape.range(node)
+            with c.loop(high, low) as j:
+                row.store(motion.load(REAL, j), j)
+        low, high = union.get()
+        count = c.select(low < high, high - low, c.constant(0, INT))
+        sizes = right.at(m * tape.width)
+        flag = c.call(
+            FLAG, "pc_eliminate", tape.scratch, right.at(low), sizes, m, count, tape.width
+        )
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(1)
+        k = c.variable(0, INT)
+        with c.loop(group.tears) as i:
+            node = group.members.load(INT, i)
+            with c.when(tape.columns.load(INT, node) < 0):
+                row, motion = right.at(k.get() * tape.width), tape.motion(node)
+                with c.loop(high, low) as j:
+                    motion.store(row.load(REAL, j).negative(), j)
+                k.set(k.get() + 1)
+        rows(group.inner, c.constant(-1, INT))
+
+
+def _gather() -> str:
+    """Zeros outside of ranges, and of nodes < 0, which do not move; the flag tells whether
+    all are finite."""
+    c = Code(
+        "pc_gather",
+        FLAG,
+        [(POINTER, "passing"), (POINTER, "nodes"), (INT, "count"), (POINTER, "out")],
+    )
+    passing, nodes, count, out = c.arguments
+    tape = _Tape(passing)
+    total = c.variable(0.0)
+    with c.loop(count) as i:
+        node, row = nodes.load(INT, i), out.at(i * tape.width)
+        with c.loop(tape.width) as j:
+            row.store(0.0, j)
+        with c.when(node >= 0):
+            motion = tape.motion(node)
+            low, high = tape.range(node)
+            with c.loop(high, low) as j:
+                value = motion.load(REAL, j)
+                row.store(value, j)
+                total.set(total.get() + value * 0.0)
+    c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(1, FLAG)))
+    return c.text()
+
+
+def _cv_jacobian() -> str:
+    """Column by column, from a point where blocks are solved once."""
+    pointers = ("y", "f", "matrix", "frame", "a", "b", "c")
+    c = Code("pc_cv_jacobian", FLAG, [(REAL, "t"), *((POINTER, p) for p in pointers)])
+    t, y, f, matrix, frame = c.arguments[:5]
+    passing = frame.load(POINTER, Frame.PASSING)
+    tape = _Tape(passing)
+    get, data = frame.load(POINTER, Frame.VECTOR), passing.load(POINTER, Passing.DATA)
+    y, f = (c.emit(POINTER, f"call ptr {get.text}(ptr {v.text})") for v in (y, f))
+    out = c.emit(POINTER, f"call ptr {data.text}(ptr {matrix.text})")
+    moved = passing.load(POINTER, Passing.MOVED)
+    n = frame.load(POINTER, Frame.NUMBERS).load(INT, Number.STATES)
+    flag = c.variable(c.call(FLAG, "pc_rhs", frame, t, y, moved), FLAG)
+    with c.when(~flag.get().equals(0), leaves=True):
+        c.give(1)
+    flag.set(c.call(FLAG, "pc_pass", passing, t))
+    rates = passing.load(POINTER, Passing.RATES)
+    columns = passing.load(POINTER, Passing.STATE_COLUMNS)
+    total = c.variable(0.0)
+    with c.when(flag.get().equals(0)), c.loop(n) as i:
+        with c.loop(n) as j:
+            out.store(0.0, j * n + i)
+        node = rates.load(INT, i)
+        with c.when(node >= 0):
+            motion = tape.motion(node)
+            low, high = tape.range(node)
+            with c.loop(n) as j:
+                column = columns.load(INT, j)
+                with c.when((column >= low) & (column < high)):
+                    value = motion.load(REAL, column)
+                    out.store(value, j * n + i)
+                    total.set(total.get() + value * 0.0)
+    with c.when(flag.get().equals(0) & total.get().equals(0.0), leaves=True):
+        c.give(0)
+    passing.store(passing.load(INT, Passing.DIFFERENCES) + 1, Passing.DIFFERENCES)
+    scales = passing.load(POINTER, Passing.SCALES)
+    with c.loop(n) as j:
+        with c.loop(n) as i:
+            moved.store(y.load(REAL, i), i)
+        size = c.largest(c.absolute(y.load(REAL, j)), scales.load(REAL, j))
+        there = y.load(REAL, j) + size * STEP
+        moved.store(there, j)
+        step = there - y.load(REAL, j)
+        column = out.at(j * n)
+        flag.set(c.call(FLAG, "pc_rhs", frame, t, moved, column))
+        with c.when(~flag.get().equals(0), leaves=True):
+            c.give(1)
+        with c.loop(n) as i:
+            column.store((column.load(REAL, i) - f.load(REAL, i)) / step, i)
+    c.give(0)
+    return c.text()
