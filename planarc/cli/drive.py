@@ -47,7 +47,7 @@ def drive(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Inverse dynamics: move joints as given, and find the torques or forces for it.
+    """Inverse dynamics: find the torques and forces that a motion needs.
 
     For example --motion "revA.phi=1 + 2*time"; the result holds all joint forces.
     """

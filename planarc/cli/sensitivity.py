@@ -51,7 +51,7 @@ def sensitivity(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Derivatives of variables with respect to parameters, over time.
+    """Tell how results change with parameters, over time.
 
     They are integrated together with the motion.
     """

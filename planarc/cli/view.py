@@ -56,7 +56,7 @@ def view(
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
     library: Libraries = None,
 ) -> int:
-    """Show a result as a page: the moving mechanism, curves, all variables.
+    """Show a result file as a page: motion, curves, energy.
 
     The model is looked for: a library's class, or a file beside the result (or here) that declares
     the class. A .mat names it; a .csv should be called <Class>.csv. Without a model there are

@@ -15,11 +15,19 @@ if TYPE_CHECKING:
     from planarc.solve.run import Run
 
 
-def parameter_not_finite(program: Program, kernel: Kernel) -> str:
-    """The name of the first parameter without a finite value, or nothing."""
+def constant_not_finite(program: Program, kernel: Kernel) -> str:
+    """The first parameter, constant or variable that never changes without a finite value,
+    or nothing."""
+    # Their slots stand before those of the candidates; a sum tells of all at once.
+    end = program.candidates[0].slot if program.candidates else len(kernel.w)
+    if math.isfinite(sum(kernel.w[:end])):
+        return ""
     for p in program.parameter_slots:
         if not math.isfinite(kernel.w[p.slot]):
-            return p.name
+            return f"parameter `{p.name}`"
+    for c in program.columns:
+        if c.constant and not math.isfinite(kernel.w[c.slot]):
+            return f"`{c.name}`"
     return ""
 
 

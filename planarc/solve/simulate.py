@@ -74,12 +74,12 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
         elif p.default is not None:
             w[p.slot] = p.default
     flag = kernel.parameters()
-    bad = failure.parameter_not_finite(program, kernel)
+    bad = failure.constant_not_finite(program, kernel)
     if flag != 0 or bad:
         raise error(
             "R414",
-            f"parameter `{bad}` has no finite value" if bad else "the parameters have no value",
-            hint="check the parameters it is computed from",
+            f"{bad} has no finite value" if bad else "the parameters have no value",
+            hint="check the parameters and constants it is computed from",
         )
     for slot, value in request.starts.items():
         w[slot] = value
