@@ -100,6 +100,7 @@ def _key(request: Request, *more: str) -> str:
         request.text or "",
         request.class_name or "",
         request.units.value,
+        request.redundant.value,
         *(str(r) for r in roots),
         *listed,
         *more,

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from planarc.compiler import Compiled, compile_model
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
-from planarc.core.options import Backend, RunOptions, Solver
+from planarc.core.options import Backend, Redundant, RunOptions, Solver
 from planarc.request import Request
 from planarc.results import Result, RunStopped
 from planarc.values import Value, finite, parameter_values, start_values
@@ -56,11 +56,14 @@ def load(
     *,
     libraries: Sequence[str | Path] = (),
     backend: str | None = None,
+    redundant: str | Redundant = Redundant.REFUSE,
 ) -> Model:
     """A model from a file, a class of a library (`PlanarMultiBody.Examples...`), or a text.
 
     `class_name` names the class in a file or text that holds several; `backend` is
-    `native` or `numpy` (by default native where llvmlite is installed).
+    `native` or `numpy` (by default native where llvmlite is installed). `redundant="accept"`:
+    joints may hold the same motion more than once, as a third parallel bar does; of their
+    forces, in N and N.m at all frames of all joints, those of least squares are taken.
     Raises PlanarcError with all diagnostics when the model is wrong.
     """
     folders = tuple(Path(p) for p in libraries)
@@ -78,7 +81,8 @@ def load(
         request = Request(None, source, folders)
     else:
         request = Request(Path(source), class_name, folders)
-    return Model(request, _backend(backend))
+    choice = _choice(Redundant, "treatment of redundant joints", redundant)
+    return Model(replace(request, redundant=choice), _backend(backend))
 
 
 class Model:
@@ -90,6 +94,7 @@ class Model:
         self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
         self._variables: dict[str, Variable] | None = None
         self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
+        self._otherwise: Model | None = None  # redundant joints treated in the other way
 
     def __repr__(self) -> str:
         p = self.program
@@ -111,7 +116,7 @@ class Model:
         self._compiled = {
             b: Compiled(program, b, code, state["warnings"]) for b, code in state["codes"].items()
         }
-        self._variants, self._variables, self._driven = {}, None, {}
+        self._variants, self._variables, self._driven, self._otherwise = {}, None, {}, None
 
     # What it has
 
@@ -188,12 +193,14 @@ class Model:
         solver: str | Solver = Solver.AUTO,
         fixed_step: float | None = None,
         backend: str | Backend | None = None,
+        redundant: str | Redundant | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """Run the model; what is not given is as the model's experiment annotation says.
 
         `parameters` and `start` set values by name (SI units), `inputs` are numbers,
-        functions of time or tables. Raises UsageError for a wrong request, PlanarcError
+        functions of time or tables. `redundant`: see `planarc.load`; by default as the model
+        was loaded. Raises UsageError for a wrong request, PlanarcError
         where there is no start, RunStopped (with the `result` so far) where the run fails.
         """
         model, settable = self.with_parameters(parameters)
@@ -206,6 +213,9 @@ class Model:
             solver=_choice(Solver, "solver", solver),
             fixed_step=_time("fixed_step", fixed_step),
             backend=self.backend if backend is None else _backend(backend),
+            redundant=None
+            if redundant is None
+            else _choice(Redundant, "treatment of redundant joints", redundant),
             values=settable,
             starts=start_values(model.program, start),
         )
@@ -220,6 +230,8 @@ class Model:
         """As `simulate`, with options that were checked already."""
         from planarc.solve.simulate import simulate
 
+        if options.redundant not in (None, self.request.redundant):
+            return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
         kernel = self.forced(compiled.load(), options, inputs)
         result = Result(simulate(compiled.program, kernel, options, progress=progress))
@@ -227,6 +239,12 @@ class Model:
         if ended is not None and ended.severity is Severity.ERROR:
             raise RunStopped(ended, result)
         return result
+
+    def _with_redundant(self, choice: Redundant) -> Model:
+        if self._otherwise is None:
+            self._otherwise = Model(replace(self.request, redundant=choice), self.backend)
+            self._otherwise.take_name(self.program)
+        return self._otherwise
 
     def forced(
         self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None

@@ -18,7 +18,7 @@ from msgspec import Struct, field
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.core.options import Units
+from planarc.core.options import Redundant, Units
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
 
@@ -41,6 +41,7 @@ class Request(Data):
     libraries: tuple[Path, ...] = ()
     text: str | None = None
     units: Units = Units.WARN
+    redundant: Redundant = Redundant.REFUSE
 
 
 class Reader(Struct):

@@ -102,6 +102,7 @@ def parameters_of(program: Program, kernel: Kernel) -> dict[str, Parameter]:
             literals=p.literals,
         )
         for p in program.parameter_slots
+        if not p.name.startswith("$")
     }
 
 

@@ -13,7 +13,7 @@ import math
 
 from planarc.codegen.sections import Sections
 from planarc.core.unit import rate_text
-from planarc.ir.dae import Kind, Parameter, Variable
+from planarc.ir.dae import SHARING, Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Op, evaluate, symbol_text
 from planarc.ir.program import (
     CandidateSlot,
@@ -41,14 +41,16 @@ class Tables:
     def columns(self) -> tuple[Column, ...]:
         found: dict[str, Column] = {}
         for v in self._dae.variables:
-            found[v.name] = self._column(v, *self._home(v.name))
+            if not v.name.startswith(SHARING):
+                found[v.name] = self._column(v, *self._home(v.name))
         for c in self._sorted.candidates:
             for column in self._derivative_columns(c):
                 found.setdefault(column.name, column)
         for d in (*self._dae.discretes, *self._dae.inputs):
             found[d.name] = self._column(d, self._layout[d.name], 1)
         for p in self._dae.parameters:
-            found[p.name] = self._column(p, self._layout[p.name], 1)
+            if p.name != SHARING:
+                found[p.name] = self._column(p, self._layout[p.name], 1)
         return tuple(found.values())
 
     def _home(self, name: str) -> tuple[int, int]:

@@ -38,6 +38,17 @@ class Units(StrEnum):
     OFF = "off"
 
 
+class Redundant(StrEnum):
+    """What becomes of joints that hold a motion which others hold already."""
+
+    REFUSE = "refuse"
+    ACCEPT = "accept"  # the forces that they leave open are those of least squares
+
+
+#: How redundant joints are accepted, in a hint.
+ACCEPTING = "`--redundant accept` (in Python `redundant=\"accept\"`)"
+
+
 class RunOptions(Data):
     """Times in seconds. None takes what the model's `experiment` annotation says.
 
@@ -52,5 +63,6 @@ class RunOptions(Data):
     solver: Solver = Solver.AUTO
     fixed_step: float | None = None  # seconds; `auto` is then `rk4`
     backend: Backend = Backend.NATIVE
+    redundant: Redundant | None = None  # None: as the model was compiled
     values: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)

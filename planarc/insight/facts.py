@@ -54,12 +54,16 @@ def closeness_facts(
 
     if mechanism is None:
         return []
+    sharing = result.program.sharing
+    shared = sharing.open if sharing is not None and not sharing.everywhere else 0
+    rank = mechanism.mobility + shared
     if found is None:
-        return [("mobility by rank", f"{mechanism.mobility}, no loop is closed")]
+        return [("mobility by rank", f"{rank}, no loop is closed")]
+    those = f"without {_number(shared, 'redundant one', 'redundant ones')} " if shared else ""
     rows = [
         (
             "mobility by rank",
-            f"{mechanism.mobility} at the start: the conditions of the loops are independent"
+            f"{rank} at the start: {those}the conditions of the loops are independent"
             f" (smallest singular value {found.loops[0]:.2g} of the largest)",
         )
     ]

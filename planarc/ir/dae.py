@@ -26,6 +26,9 @@ INITIAL = "$initial"
 TERMINAL = "$terminal"
 #: A parameter: the time at which the run starts, for start values that depend on it.
 START_TIME = "$start"
+#: A parameter of models with redundant joints, which moves the forces that are open; with an
+#: index the multipliers that make these least squares (`structure.sharing`). None is a result.
+SHARING = "$sharing"
 
 
 class Kind(Enum):

@@ -214,6 +214,14 @@ class EquationInfo(Data):
     component: str
 
 
+class Sharing(Data):
+    """Of a model with redundant joints: what they leave open is shared, see `solve.sharing`."""
+
+    open: int  # cut forces and torques that the equations leave open
+    conditions: int  # of the last initial equations: they follow from the equations
+    everywhere: bool = False  # forces at all frames share, not only those of joints
+
+
 class Program(Data):
     """See the fields' types. Statement lists:
 
@@ -261,6 +269,7 @@ class Program(Data):
     inputs: tuple[str, ...] = ()  # of the model itself
     outputs: tuple[str, ...] = ()
     delays: tuple[DelayCode, ...] = ()
+    sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
 
     @property
     def state_count(self) -> int:

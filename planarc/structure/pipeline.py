@@ -44,7 +44,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
     number = {name: i for i, name in enumerate(kept)}
     contents = Contents(number.__contains__)
     signature = [
-        _highest_orders(contents.ordered(table.sub(e.left, e.right)), number)
+        highest_orders(contents.ordered(table.sub(e.left, e.right)), number)
         for e in elimination.live
     ]
     check_regular(dae, elimination, [[v for v, _ in row] for row in signature])
@@ -105,7 +105,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
     )
 
 
-def _highest_orders(symbols: list[Expr], number: dict[str, int]) -> list[tuple[int, int]]:
+def highest_orders(symbols: list[Expr], number: dict[str, int]) -> list[tuple[int, int]]:
     """The unknowns of an equation, each with its highest order there."""
     highest: dict[int, int] = {}
     for s in symbols:

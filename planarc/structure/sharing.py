@@ -1,0 +1,206 @@
+"""Forces that redundant constraints leave open: the equations that make them the smallest.
+
+In:   Dae without the constraints that follow from others; the names of cut forces and torques
+Out:  Dae of as many equations as unknowns
+
+Where joints hold a motion more than once, as many forces are open as constraints are redundant:
+whatever they are, the motion is the same. Of all forces that fit, those are given whose sum of
+squares is the smallest. With the equations c(x) = 0 of the part that is open, differentiated as
+index reduction asks, and the cut forces f among its unknowns x, (f - b)*(f - b)/2 is stationary
+where, with a multiplier m_e for each equation,
+
+    f_i - b_i + sum_e (dc_e/dx_i)*m_e = 0        of a cut force
+                sum_e (dc_e/dx_i)*m_e = 0        of an acceleration, or any other unknown
+
+These are as many equations more as there are unknowns, linear in the multipliers. b is zero; it
+is there to be changed, since what changes with it was open (`solve.sharing`).
+
+Example: two rods a, b side by side carry p. a + b = p is one equation for two forces. With m:
+a + m = 0, b + m = 0, so that a = b = p/2.
+
+Needs:     the left out constraints follow from the others (`solve.start_redundancy`).
+Promises:  what the equations determine alone stays as it is; forces depend neither on the order
+           of equations and unknowns nor on which of the dependent constraints were left out.
+Reference: Lagrange's multipliers; F. E. Udwadia, R. E. Kalaba, Analytical Dynamics, 1996,
+           chapter 3, for accelerations that do not depend on how reactions are shared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.ir.dae import SHARING, Dae, Equation, Kind, Parameter, Variable
+from planarc.ir.expr import Expr, Exprs, Op, text
+from planarc.ir.flat import StateSelect
+from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
+from planarc.structure.expand import expand_equations
+from planarc.structure.linear import Contents, coefficients
+from planarc.structure.matching import Parts, find_singular_parts, match_equations
+from planarc.structure.pantelides import Offsets, reduce_index
+from planarc.structure.pipeline import highest_orders
+from planarc.structure.rewrite import expressions_of_rest
+from planarc.structure.signs import Signs
+
+Rows = list[list[tuple[int, int]]]
+
+
+class Shared(Data):
+    dae: Dae
+    open: int  # cut forces and torques that the equations leave open
+
+
+class _Reduced(Data):
+    """The model after alias elimination, by numbers."""
+
+    elimination: Elimination
+    contents: Contents
+    rows: Rows  # the unknowns of each equation, each with its highest order there
+
+    @property
+    def unknowns(self) -> list[list[int]]:
+        return [[v for v, _ in row] for row in self.rows]
+
+
+def surplus_equations(dae: Dae) -> tuple[int, ...]:
+    """The equations that find no unknown, as numbers in the Dae: by structure alone."""
+    reduced = _reduce(dae)
+    matching = match_equations(reduced.unknowns, len(reduced.elimination.kept))
+    return tuple(reduced.elimination.live[e].index for e in matching.exposed)
+
+
+def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
+    """`forces`: the variables whose squares are summed. The same Dae where nothing is open, or
+    more than these.
+
+    Raises PlanarcError S316 where open forces stand in an equation that is not linear in them.
+    """
+    reduced = _reduce(dae)
+    kept = reduced.elimination.kept
+    if not match_equations(reduced.unknowns, len(kept)).complete:
+        return Shared(dae, 0)
+    offsets = _offsets(dae, reduced)
+    active = offsets.active(reduced.rows)
+    parts = find_singular_parts(active, len(kept), offsets.matching)
+    open_ = {v: dae.table.symbol(kept[v], offsets.highest[v]) for v in parts.under_variables}
+    weights = _Weights(dae.table, reduced.elimination, forces)
+    if not open_ or not _are_forces(active, parts, {v for v, s in open_.items() if s in weights}):
+        return Shared(dae, 0)
+    live = reduced.elimination.live
+    forms = expand_equations(dae, live, offsets).forms
+    sums: dict[Expr, list[Expr]] = {symbol: weights.terms(symbol) for symbol in open_.values()}
+    multipliers: list[Variable] = []
+    for e in parts.under_equations:
+        source = dae.equations[live[e].index]
+        multiplier = dae.table.symbol(f"{SHARING}[{len(multipliers) + 1}]")
+        multipliers.append(_multiplier(multiplier.name, source))
+        factors = coefficients(dae.table, reduced.contents, forms[e][-1].residual(dae.table))
+        for v in active[e]:
+            symbol = open_.get(v)
+            if symbol is None:
+                continue
+            factor = factors[symbol]
+            if factor is None:
+                raise _not_linear(source, symbol)
+            sums[symbol].append(dae.table.mul(factor, multiplier))
+    stationary = (
+        Equation(dae.table.add(*terms), dae.table.zero, component=_owner(symbol))
+        for symbol, terms in sums.items()
+    )
+    bias = Parameter(SHARING, Kind.REAL, dae.table.zero, settable=True, protected=True)
+    full = replace(
+        dae,
+        variables=(*dae.variables, *multipliers),
+        parameters=(*dae.parameters, bias),
+        equations=(*dae.equations, *stationary),
+    )
+    return Shared(full, len(parts.under_variables) - len(parts.under_equations))
+
+
+def _reduce(dae: Dae) -> _Reduced:
+    elimination = eliminate_aliases(dae, Signs(dae.parameters))
+    number = {name: i for i, name in enumerate(elimination.kept)}
+    contents = Contents(number.__contains__)
+    rows = [
+        highest_orders(contents.ordered(dae.table.sub(e.left, e.right)), number)
+        for e in elimination.live
+    ]
+    return _Reduced(elimination, contents, rows)
+
+
+def _offsets(dae: Dae, reduced: _Reduced) -> Offsets:
+    others = [reduced.elimination.rewrite(e) for e in expressions_of_rest(dae)]
+    least = orders_needed(reduced.elimination, reduced.contents, others)
+    return reduce_index(reduced.rows, [least[name] for name in reduced.elimination.kept])
+
+
+def _are_forces(active: Sequence[Sequence[int]], parts: Parts, forces: set[int]) -> bool:
+    """Whether all other unknowns of the open part have an equation, so that forces alone are
+    open."""
+    of: dict[int, list[int]] = {v: [] for v in parts.under_variables if v not in forces}
+    number = {e: i for i, e in enumerate(parts.under_equations)}
+    for e, i in number.items():
+        for v in active[e]:
+            if v in of:
+                of[v].append(i)
+    return match_equations(list(of.values()), len(number)).complete
+
+
+class _Weights:
+    """The sum of squares, in the symbols that remain: a joint's force may be another's."""
+
+    def __init__(self, table: Exprs, elimination: Elimination, forces: Sequence[str]) -> None:
+        self._table = table
+        self._counts: dict[Expr, tuple[int, float]] = {}
+        for i, name in enumerate(forces):
+            e, sign = elimination.rewrite(table.symbol(name)), 1
+            if e.op is Op.NEG:
+                e, sign = e.args[0], -1
+            if e.is_symbol:
+                count, bias = self._counts.get(e, (0, 0.0))
+                # Any numbers will do for the bias that have nothing to do with each other.
+                self._counts[e] = count + 1, bias + sign * math.cos(1.0 + i)
+
+    def __contains__(self, symbol: object) -> bool:
+        return symbol in self._counts
+
+    def terms(self, symbol: Expr) -> list[Expr]:
+        """Of the slope of the sum of squares."""
+        if symbol not in self._counts:
+            return []
+        t, (count, bias) = self._table, self._counts[symbol]
+        return [
+            t.mul(t.const(float(count)), symbol),
+            t.neg(t.mul(t.const(bias), t.symbol(SHARING))),
+        ]
+
+
+def _multiplier(name: str, source: Equation) -> Variable:
+    return Variable(
+        name,
+        state_select=StateSelect.NEVER,
+        protected=True,
+        component=source.component,
+        span=source.span,
+    )
+
+
+def _owner(symbol: Expr) -> str:
+    return symbol.name.rpartition(".")[0].rpartition(".")[0]
+
+
+def _not_linear(equation: Equation, symbol: Expr) -> PlanarcError:
+    shown = f"`{text(equation.left)} = {text(equation.right)}`"
+    return PlanarcError(
+        Diagnostic(
+            "S316",
+            f"redundant joints leave forces open, and {shown} is not linear in "
+            f"`{symbol.name}`: the motion depends on how they are shared",
+            equation.span,
+            hint="replace a joint by a freer one, so that the equations determine its forces",
+        )
+    )
