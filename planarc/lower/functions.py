@@ -12,7 +12,8 @@ Example:
       w := {{cos(phi), -sin(phi)}, {sin(phi), cos(phi)}}*v;
 
 An `if` whose condition is not known is run on both sides and joined; loops run
-as often as they would, which must be known when the model is compiled.
+as often as they would, which must be known when the model is compiled; where it hangs on
+an Integer that chooses an array's entry (`places`), each entry is a case of its own.
 
 Promises:  no call is left; what cannot be run so is refused with the function's name.
 """
@@ -30,6 +31,7 @@ from planarc.ir.calculus import partial
 from planarc.ir.expr import FUNCTIONS, Expr, Substitution
 from planarc.lower import scalar
 from planarc.lower.foreign import call_external
+from planarc.lower.places import places
 from planarc.lower.scope import Scope
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, RecordValue, Tensor, Value, each, expr
@@ -67,11 +69,50 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
     try:
         return _results(_deeper(scope), function, arguments, span)
     except PlanarcError as problem:
-        numbers = [_number(scope, a) for a in arguments]
-        if problem.diagnostics[0].code != "L322" or numbers == list(arguments):
+        if problem.diagnostics[0].code != "L322":
             raise
+        refusal = problem
     # Its course depends on parameters in too many ways: their values become structural.
-    return _results(_deeper(scope), function, numbers, span)
+    numbers = [_number(scope, a) for a in arguments]
+    if numbers != list(arguments):
+        try:
+            return _results(_deeper(scope), function, numbers, span)
+        except PlanarcError as problem:
+            if problem.diagnostics[0].code != "L322":
+                raise
+    return _by_cases(scope, function, numbers, span, refusal)
+
+
+def _by_cases(
+    scope: Scope,
+    function: flat.Function,
+    arguments: Sequence[Value],
+    span: Span,
+    refusal: PlanarcError,
+) -> tuple[Value, ...]:
+    """Run for each entry that an Integer input may mean, and choose among the results."""
+    entries = max((a.shape[0] for a in arguments if isinstance(a, Tensor) and a.shape), default=0)
+    unknown = [i for i in places(function) if not expr(arguments[i]).is_const]
+    if not unknown or not entries:
+        raise refusal
+    at, numbers = expr(arguments[unknown[0]]), list(arguments)
+    found: tuple[Value, ...] = ()
+    for number in range(entries, 0, -1):
+        numbers[unknown[0]] = place = scope.table.const(number)
+        here = scope.table.equal(at, place)
+        try:
+            case = _results(_deeper(scope.where(here)), function, numbers, span)
+        except PlanarcError as problem:
+            if problem.diagnostics[0].code != "L312":
+                raise
+            continue  # from here it would go on beyond the last entry
+        found = tuple(
+            scalar.choose(scope, here, new, old, span)
+            for new, old in zip(case, found or case, strict=True)
+        )
+    if not found:
+        raise refusal
+    return found
 
 
 def _number(scope: Scope, value: Value) -> Value:

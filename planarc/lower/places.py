@@ -1,0 +1,66 @@
+"""Integer inputs of a function that say which entry of an array is meant.
+
+In:   flat.Function
+Out:  the positions of such inputs
+
+Such an input can only be one of the array's subscripts, so a function whose course hangs
+on it can be run once for each of them. An input is one when it stands in a subscript,
+or in what a variable is assigned that stands in one.
+
+Example: the place where a search in a table begins.
+
+    next := last;
+    while next < n and u >= table[next, 1] loop  next := next + 1;  end while;
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from planarc.ir import flat
+from planarc.ir.flatwalk import expressions_of_function, nodes_of, variables_of_target
+
+
+def places(function: flat.Function) -> list[int]:
+    names = _subscripts(function)
+    sources = list(_assigned_from(function.body))
+    grown = True
+    while grown:
+        before = len(names)
+        for target, read in sources:
+            if target in names:
+                names |= read
+        grown = len(names) > before
+    return [
+        i
+        for i, v in enumerate(function.inputs)
+        if v.name in names and v.type.base is flat.Base.INTEGER and not v.type.dims
+    ]
+
+
+def _subscripts(function: flat.Function) -> set[str]:
+    """The variables in subscripts."""
+    found: set[str] = set()
+    for node in nodes_of(expressions_of_function(function)):
+        if isinstance(node, flat.Reference | flat.Index):
+            found |= _names(node.subscripts)
+    return found
+
+
+def _names(expressions: Iterable[flat.Expression]) -> set[str]:
+    return {n.name for n in nodes_of(expressions) if isinstance(n, flat.Reference)}
+
+
+def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
+    """Each variable that is assigned, with those in its new value."""
+    stack = list(statements)
+    while stack:
+        match stack.pop():
+            case flat.Assignment(target=target, value=value):
+                for variable in variables_of_target(target):
+                    yield variable.name, _names((value,))
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                stack.extend(s for _, body in branches for s in body)
+                stack.extend(otherwise)
+            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
+                stack.extend(body)

@@ -1,0 +1,72 @@
+"""Functions whose course hangs on an Integer that chooses an array's entry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc.core.diagnostic import PlanarcError
+
+SEARCH = """
+function search "The next entry from `last` on that is above u, and how far it is"
+  input Real table[:];
+  input Real u;
+  input Integer last;
+  output Integer next;
+  output Real gap;
+algorithm
+  next := last;
+  while next < size(table, 1) and u >= table[next] loop
+    next := next + 1;
+  end while;
+  gap := table[next] - u;
+end search;
+model Steps
+  parameter Real table[:] = {0.5, 1.0, 1.75, 2.5};
+  discrete Integer last(start=1, fixed=true);
+  discrete Real gap(start=0, fixed=true);
+algorithm
+  when sample(0.25, 0.5) then
+    (last, gap) := search(table, time, LAST);
+  end when;
+end Steps;
+"""
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_search_goes_on_from_where_it_was(backend: str) -> None:
+    model = planarc.load(SEARCH.replace("LAST", "pre(last)"), backend=backend)
+    result = model.simulate(3.0, intervals=600)
+    table = np.array([0.5, 1.0, 1.75, 2.5])
+    for at in np.arange(0.25, 3.0, 0.5):
+        row = np.flatnonzero(np.isclose(result.time, at + 0.1))[-1]
+        found = min(int(np.searchsorted(table, at, side="right")) + 1, 4)
+        assert result["last"][row] == found
+        assert result["gap"][row] == pytest.approx(table[found - 1] - at, abs=1e-12)
+
+
+def test_an_integer_that_chooses_no_entry_is_refused() -> None:
+    counting = """
+    function halvings
+      input Integer n;
+      output Integer k = 0;
+    protected
+      Integer m = n;
+    algorithm
+      while m > 1 loop
+        m := integer(m/2);
+        k := k + 1;
+      end while;
+    end halvings;
+    model M
+      discrete Integer n(start=5, fixed=true);
+      Integer k = halvings(n);
+    equation
+      when sample(0, 1) then
+        n = pre(n) + 1;
+      end when;
+    end M;
+    """
+    with pytest.raises(PlanarcError, match="L322"):
+        planarc.load(counting)
