@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from planarc.model import Model
-    from planarc.solve.start import System
+    from planarc.solve.start_system import System
 
     Vector = NDArray[np.float64]
 
@@ -58,7 +58,8 @@ def assemble(
 
     from planarc.solve.request import resolve
     from planarc.solve.simulate import set_workspace
-    from planarc.solve.start import System, choose_held, solve_stage
+    from planarc.solve.start import choose_held, solve_stage
+    from planarc.solve.start_system import System
 
     if not isinstance(tries, int) or tries < 1:
         raise UsageError(Diagnostic("C241", f"the number of tries is above 0, not {tries!r:.20}"))

@@ -40,5 +40,7 @@ DEPENDENT: Final = 1e-12
 AGREES: Final = 1e-9
 #: A direct solution counts when each residual is below this part of the sum of its terms.
 FITS: Final = 1e-11
+#: How far an unknown is moved for a difference, relative to max(1, |x|).
+DIFFERENCE: Final = 1.5e-8
 #: A column of a constraint Jacobian that small beside the largest is none: rounding.
 NEGLIGIBLE: Final = 1e-9

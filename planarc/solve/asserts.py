@@ -8,7 +8,7 @@ alone are looked at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from msgspec import Struct
@@ -19,8 +19,10 @@ from planarc.ir import external
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
+from planarc.ir.tape import Prepared, prepare
 from planarc.solve.elementwise import functions
 from planarc.solve.event_failure import assertion_diagnostic
+from planarc.solve.once import once
 from planarc.solve.values import Reader, formatted
 
 if TYPE_CHECKING:
@@ -80,22 +82,8 @@ class AssertWatch:
         self._program, self._kernel = program, kernel
         self._warned: dict[int, _Broken] = {}
         self._checked = 0
-        constant = {c.slot for c in program.columns if c.constant}
-        constant |= {p.slot for p in program.parameter_slots}
-        needed: dict[int, None] = {}
-        varying = []
-        for i, assertion in enumerate(program.assertions):
-            if any(_varies(e, program, constant) for e in postorder((assertion.condition,))):
-                varying.append(i)
-            texts = (p[0] for p in assertion.message.parts if not isinstance(p, str))
-            for e in postorder((assertion.condition, *texts)):
-                if not e.args and e.op not in (Op.CONST, Op.TIME):
-                    slot = program.slots.get(repr(e))
-                    if slot is not None and slot not in constant:
-                        needed[slot] = None
-        self.slots = tuple(needed)
-        self._varying = varying
-        self._active = list(range(len(program.assertions)))
+        self._varying, self._constant, self.slots = _sorted_out(program)
+        self._active: Sequence[int] | None = None  # not looked at yet
 
     def check(self, recorder: Rows, all_rows: bool) -> tuple[list[Diagnostic], int]:
         """Failures in the new rows, and the row of the first error; warnings are gathered.
@@ -103,6 +91,8 @@ class AssertWatch:
         Unless `all_rows` are to be looked at, a few new ones wait for more.
         """
         first, last = self._checked, recorder.count
+        if self._active is None and first < last:
+            self._active = sorted((*self._varying, *self._broken_constants()))
         if not self._active or first == last or not (all_rows or last - first >= ENOUGH):
             return [], last
         import numpy as np
@@ -130,6 +120,18 @@ class AssertWatch:
             found.append(end[1])
         return found, end[0] if end else last
 
+    def _broken_constants(self) -> list[int]:
+        """Those of parameters alone that do not hold, or have no value."""
+        found = []
+        for i, condition in self._constant:
+            try:
+                holds = condition(self._kernel.w, 0.0)
+            except (ArithmeticError, ValueError):
+                holds = False
+            if not holds:
+                found.append(i)
+        return found
+
     def forget(self, count: int) -> None:
         """The rows from `count` on were taken back."""
         self._checked = min(self._checked, count)
@@ -151,6 +153,30 @@ class AssertWatch:
             for part in assertion.message.parts
         ]
         return assertion_diagnostic(float(columns.time[row]), assertion, "".join(parts))
+
+
+@once
+def _sorted_out(
+    program: Program,
+) -> tuple[tuple[int, ...], tuple[tuple[int, Prepared], ...], tuple[int, ...]]:
+    """The assertions that may change during a run; the others, prepared; the slots that the
+    first ones need stored."""
+    constant = {c.slot for c in program.columns if c.constant}
+    constant |= {p.slot for p in program.parameter_slots}
+    needed: dict[int, None] = {}
+    varying, others = [], []
+    for i, assertion in enumerate(program.assertions):
+        if any(_varies(e, program, constant) for e in postorder((assertion.condition,))):
+            varying.append(i)
+        else:
+            others.append((i, prepare(assertion.condition, lambda e: program.slots[repr(e)])))
+        texts = (p[0] for p in assertion.message.parts if not isinstance(p, str))
+        for e in postorder((assertion.condition, *texts)):
+            if not e.args and e.op not in (Op.CONST, Op.TIME):
+                slot = program.slots.get(repr(e))
+                if slot is not None and slot not in constant:
+                    needed[slot] = None
+    return tuple(varying), tuple(others), tuple(needed)
 
 
 def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnostic | None:

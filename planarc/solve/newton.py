@@ -5,7 +5,8 @@ Out:  Root    the point reached, its residuals, and whether they vanish
 
 Steps are those of least norm, so that unknowns which nothing determines stay where
 they are, and are limited in length, so that the branch nearest to the guess is
-found and an angle does not turn round. A step that does not reduce the residuals
+found and an angle does not turn round; but not where the equations are linear on the
+way, as in a torque of which nothing but a filter knows. A step that does not reduce the residuals
 is halved; where that fails, damping as in Levenberg and Marquardt takes over.
 
 The function gives None where it cannot be evaluated; such a point is stepped back from.
@@ -16,20 +17,26 @@ Reference: J. E. Dennis, R. B. Schnabel, Numerical Methods for Unconstrained
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
+from planarc.ir.newton import DIFFERENCE
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     Vector: TypeAlias = NDArray[np.float64]
+    #: A function; it may have a method `slopes` for its Jacobian.
     Residuals: TypeAlias = Callable[[Vector], Vector | None]
+    Slopes: TypeAlias = Callable[[Vector], Vector | None]
 
 #: Longest change of an unknown in one step, in its own measure (radians, metres).
 LONGEST = 0.5
+#: A step that leaves less of the residuals was along a straight line.
+STRAIGHT = 1e-3
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-9
 #: Residuals below this, times their size per unit of the unknowns, count as zero.
@@ -43,12 +50,20 @@ class Root(Data):
 
 
 def derivative(f: Residuals, z: Vector, r: Vector) -> Vector | None:
-    """The Jacobian by differences, with errors of 1e-8; None where f has no value near z."""
+    """The Jacobian, as the function's own `slopes` tell it, or by differences; None where
+    there is none."""
+    slopes: Slopes | None = getattr(f, "slopes", None)
+    return differences(f, z, r) if slopes is None else slopes(z)
+
+
+def differences(f: Residuals, z: Vector, r: Vector) -> Vector | None:
+    """The Jacobian with errors of 1e-8; None where f has no value near z."""
     import numpy as np
 
     jacobian = np.empty((len(r), len(z)))
     for j in range(len(z)):
-        for h in (1.5e-8 * max(1.0, abs(z[j])), -1.5e-8 * max(1.0, abs(z[j]))):
+        size = DIFFERENCE * max(1.0, abs(z[j]))
+        for h in (size, -size):
             moved = z.copy()
             moved[j] = z[j] + h
             beside = f(moved)
@@ -60,12 +75,27 @@ def derivative(f: Residuals, z: Vector, r: Vector) -> Vector | None:
     return jacobian
 
 
-def level_rows(jacobian: Vector) -> tuple[Vector, Vector]:
-    """Rows of large numbers, as those of a stiff force, made comparable with lengths."""
+def kernel_of(jacobian: Vector, part: float) -> Vector:
+    """An orthonormal basis, in columns, of what changes no row; singular values below this
+    part of the largest count as zero."""
     import numpy as np
 
-    scale = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1.0)
+    _, sizes, directions = np.linalg.svd(level_rows(jacobian)[0])
+    least = part * max(1e-300, float(sizes[0])) if len(sizes) else 0.0
+    basis: Vector = directions[sum(s > least for s in sizes.tolist()) :].T
+    return basis
+
+
+def level_rows(jacobian: Vector) -> tuple[Vector, Vector]:
+    """Rows of large numbers, as those of a stiff force, made comparable with lengths."""
+    sizes = _row_sizes(jacobian)
+    scale = sizes.clip(1.0)
     return jacobian / scale[:, None], scale
+
+
+def _row_sizes(jacobian: Vector) -> Vector:
+    sizes: Vector = abs(jacobian).max(axis=1, initial=0.0)
+    return sizes
 
 
 def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
@@ -99,46 +129,50 @@ def solve_near(f: Residuals, guess: Vector, iterations: int) -> Root:
 
 
 def _size(r: Vector) -> float:
-    import numpy as np
-
-    return float(np.sqrt(r @ r))
+    return math.sqrt(r @ r)
 
 
-def _vanish(r: Vector, jacobian: Vector) -> bool:
-    """Whether residuals are zero but for rounding, measured by what moves them."""
-    import numpy as np
-
-    scale = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-3)
-    return bool(np.all(np.abs(r) <= SMALL * scale))
+def _vanish(r: Vector, sizes: Vector) -> bool:
+    """Whether residuals are zero but for rounding, measured by the rows that move them."""
+    return bool((abs(r) <= SMALL * sizes.clip(1e-3)).all())
 
 
 def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
     import numpy as np
 
-    if not len(r) or not np.any(r):
+    if not r.any():
         return Root(z, r, True)
     converged = False
     for _ in range(iterations):
         jacobian = derivative(f, z, r)
-        if jacobian is None or not np.all(np.isfinite(jacobian)):
+        if jacobian is None:
             break
+        sizes = _row_sizes(jacobian)
+        if not math.isfinite(sizes.sum()):
+            break
+        small = _vanish(r, sizes)
         if len(z) == 0:
-            return Root(z, r, _vanish(r, jacobian))
-        matrix, scale = level_rows(jacobian)
-        step: Vector = np.linalg.lstsq(matrix, -r / scale, rcond=RANK)[0].astype(np.float64)
-        longest = float(np.max(np.abs(step)))
-        if longest > LONGEST:
+            return Root(z, r, small)
+        scale = sizes.clip(1.0)
+        step: Vector = np.linalg.lstsq(jacobian / scale[:, None], -r / scale, rcond=RANK)[0]
+        longest = float(abs(step).max())
+        if longest > LONGEST and not _straight(f, z, r, step):
             step *= LONGEST / longest
-        small = _vanish(r, jacobian)
         following = _line_search(f, z, r, step)
         if following is None:
             return Root(z, r, small)
         z, r = following
-        converged = small or _vanish(r, jacobian)
+        converged = small or _vanish(r, sizes)
         # One step more than needed: quadratic convergence makes it exact to rounding.
-        if not np.any(r) or (small and longest < 1e-9):
+        if not r.any() or (small and longest < 1e-9):
             break
     return Root(z, r, converged)
+
+
+def _straight(f: Residuals, z: Vector, r: Vector, step: Vector) -> bool:
+    """Whether a whole step leads to the root at once, so that no branch can be missed."""
+    beyond = f(z + step)
+    return beyond is not None and _size(beyond) < STRAIGHT * _size(r)
 
 
 def _line_search(f: Residuals, z: Vector, r: Vector, step: Vector) -> tuple[Vector, Vector] | None:
@@ -174,7 +208,7 @@ def _levenberg_marquardt(f: Residuals, z: Vector, r: Vector, iterations: int) ->
             jacobian = derivative(f, z, r)
             if jacobian is None:
                 return Root(z, r, False)
-            if _vanish(r, jacobian):
+            if _vanish(r, _row_sizes(jacobian)):
                 return _newton(f, z, r, 5)
         else:
             damping *= 4
@@ -182,4 +216,4 @@ def _levenberg_marquardt(f: Residuals, z: Vector, r: Vector, iterations: int) ->
                 break
         if longest < 1e-14:
             break
-    return Root(z, r, _vanish(r, jacobian))
+    return Root(z, r, _vanish(r, _row_sizes(jacobian)))

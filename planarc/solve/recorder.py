@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import error
 from planarc.ir.program import Kernel, Program
+from planarc.solve.once import once
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,8 +33,7 @@ class Recorder:
     ) -> None:
         import numpy as np
 
-        varying = dict.fromkeys(c.slot for c in program.columns if not c.constant)
-        varying |= dict.fromkeys(also)
+        varying = dict.fromkeys((*varying_slots(program), *also))
         self.slots = np.array(list(varying), dtype=np.int32)
         self.stored = {slot: i for i, slot in enumerate(varying)}
         self.grid = np.ascontiguousarray(grid)
@@ -41,7 +41,7 @@ class Recorder:
         self.count = 0
         self.edition = 0
         #: An event this near to a row asked for takes its place.
-        self.near = 1e-9 * float(np.min(np.diff(grid))) if len(grid) > 1 else 0.0
+        self.near = 1e-9 * float((grid[1:] - grid[:-1]).min()) if len(grid) > 1 else 0.0
         self._copy = _copier(kernel, self.slots)
         rows = len(grid) + 16
         try:
@@ -95,6 +95,17 @@ class Recorder:
 
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.time[: self.count].copy(), self.data[: self.count].copy()
+
+
+@once
+def varying_slots(program: Program) -> tuple[int, ...]:
+    """The slots of variables that are no constants, each once."""
+    return tuple(dict.fromkeys(c.slot for c in program.columns if not c.constant))
+
+
+@once
+def constant_slots(program: Program) -> tuple[int, ...]:
+    return tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int32]) -> Take:

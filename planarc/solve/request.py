@@ -19,6 +19,7 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.ir.dae import Kind
 from planarc.ir.program import ParameterSlot, Program
+from planarc.solve.once import once
 
 if TYPE_CHECKING:
     import numpy as np
@@ -141,7 +142,7 @@ def _limit_rows(rows: float) -> None:
 def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
     if not given:
         return {}
-    known = {p.name: p for p in program.parameter_slots}
+    known = _parameters(program)
     found = {}
     for name, value in given.items():
         parameter = _settable(known, program, name)
@@ -205,15 +206,27 @@ def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageErro
     return _usage(code, f"there is no {kind} `{name}` in the model", hint)
 
 
+@once
+def _startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, float]]]:
+    """The slots of start values by those of variables, and these by name, with a sign."""
+    slots = {c.slot: c.start for c in program.candidates}
+    slots |= {d.slot: d.start for d in program.discretes}
+    slots |= {f.slot: f.start for f in program.fixed}
+    columns: dict[str, tuple[int, float]] = {c.name: (c.slot, c.sign) for c in program.columns}
+    columns |= {c.name: (c.slot, 1) for c in program.candidates if c.name not in columns}
+    return slots, columns
+
+
+@once
+def _parameters(program: Program) -> dict[str, ParameterSlot]:
+    return {p.name: p for p in program.parameter_slots}
+
+
 def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
     """Start values by the slot that holds them; a variable's alias carries its sign."""
     if not given:
         return {}
-    slots = {c.slot: c.start for c in program.candidates}
-    slots |= {d.slot: d.start for d in program.discretes}
-    slots |= {f.slot: f.start for f in program.fixed}
-    columns = {c.name: (c.slot, c.sign) for c in program.columns}
-    columns |= {c.name: (c.slot, 1) for c in program.candidates if c.name not in columns}
+    slots, columns = _startable(program)
     result: dict[int, float] = {}
     for name, value in given.items():
         if name not in columns:

@@ -26,7 +26,8 @@ Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -36,6 +37,7 @@ from planarc.ir.result import Held
 from planarc.solve import newton, start_failure
 from planarc.solve.start_branch import nearest_root
 from planarc.solve.start_redundancy import refuse_redundancy
+from planarc.solve.start_system import Part, System, declared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,17 +54,22 @@ class Start(Data):
 
 
 def solve_start(
-    program: Program, kernel: Kernel, t: float, given: frozenset[int] = frozenset()
+    program: Program,
+    kernel: Kernel,
+    t: float,
+    given: frozenset[int] = frozenset(),
+    judge: Callable[[System, Vector], None] = refuse_redundancy,
 ) -> Start:
     """Leaves the workspace at the start values found. `given` are the slots of start values
-    that the user sets for this run: they count as written."""
+    that the user sets for this run: they count as written. `judge` is shown the assembled
+    mechanism, before it is known whether it can move."""
     import numpy as np
 
     guess = [float(kernel.w[c.start]) for c in program.candidates]
     system = System(program, kernel, t, given)
     if not system.rows and not any(system.written(f) for f in program.fixed):
         held = [True] * len(guess)
-        return _finish(system, np.array(guess), held)
+        return _finish(system, np.array(guess), held, judge)
     u0 = np.array(guess)
     choice = choose_held(system, u0)
     values = _assemble(system.holding(choice.others), u0, choice)
@@ -74,13 +81,18 @@ def solve_start(
     system = system.holding(choice.others)
     if values is None:
         raise start_failure.explain(system, u0, choice)
-    return _finish(system, values, choice.held)
+    return _finish(system, values, choice.held, judge)
 
 
-def _finish(system: System, values: Vector, held: Sequence[bool]) -> Start:
+def _finish(
+    system: System,
+    values: Vector,
+    held: Sequence[bool],
+    judge: Callable[[System, Vector], None],
+) -> Start:
     program = system.program
     flag = system.evaluate_flag(values)
-    refuse_redundancy(system, values)
+    judge(system, values)
     if flag != 0 or not system.finite(values):
         raise start_failure.not_evaluated(system, flag)
     w = system.kernel.w
@@ -98,87 +110,6 @@ def _finish(system: System, values: Vector, held: Sequence[bool]) -> Start:
             ),
         ),
     )
-
-
-class System:
-    """The conditions at the start as one function of all candidates.
-
-    Its rows are the residuals of the blocks below the top, the initial equations, and
-    the variables held that are no candidates: `conditions`, the fixed ones and `others`.
-    """
-
-    def __init__(
-        self,
-        program: Program,
-        kernel: Kernel,
-        t: float,
-        given: frozenset[int] = frozenset(),
-        others: Sequence[FixedSlot] = (),
-    ) -> None:
-        self.program, self.kernel, self.t, self.given = program, kernel, t, given
-        self.conditions = (*(f for f in program.fixed if f.fixed), *others)
-        self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
-        self.block_rows: dict[int, range] = {}
-        count = 0
-        for i, block in self.blocks:
-            self.block_rows[i] = range(count, count + len(block.residuals))
-            count += len(block.residuals)
-        self.initial_rows = range(count, count + len(program.initial_residuals))
-        count = self.initial_rows.stop
-        self.fixed_rows = range(count, count + len(self.conditions))
-        self.rows = self.fixed_rows.stop
-        self._r = [0.0] * max(1, self.initial_rows.stop)
-
-    def holding(self, others: Sequence[FixedSlot]) -> System:
-        """The same with some more variables held."""
-        return System(self.program, self.kernel, self.t, self.given, others)
-
-    def written(self, start: CandidateSlot | FixedSlot) -> bool:
-        """Whether the user has said where it starts, in the model or for this run."""
-        said = start.written if isinstance(start, FixedSlot) else start.start_written
-        return said or start.fixed or start.start in self.given
-
-    def evaluate_flag(self, u: Vector) -> int:
-        return self.kernel.residuals(self.t, u.tolist(), self._r)
-
-    def finite(self, u: Vector) -> bool:
-        import math
-
-        return all(map(math.isfinite, u)) and all(
-            math.isfinite(self.kernel.w[c.derivative]) for c in self.program.candidates
-        )
-
-    def __call__(self, u: Vector) -> Vector | None:
-        """All rows; None where one is not finite. The blocks' own rows are known even where
-        the accelerations cannot be solved for, as in a singular position."""
-        import numpy as np
-
-        self._r[:] = [float("nan")] * len(self._r)
-        flag = self.evaluate_flag(u)
-        if flag != 0 and (self.initial_rows or self.fixed_rows):
-            return None
-        w = self.kernel.w
-        values = np.empty(self.rows)
-        values[: self.initial_rows.stop] = self._r[: self.initial_rows.stop]
-        for row, f in zip(self.fixed_rows, self.conditions, strict=True):
-            values[row] = w[f.slot] - w[f.start]
-        return values if np.all(np.isfinite(values)) else None
-
-    def stages(self) -> Iterator[tuple[list[int], list[int]]]:
-        """Rows and candidates of each level, positions first, then of everything."""
-        heights = sorted({b.height for _, b in self.blocks}, reverse=True)
-        for height in heights:
-            rows: list[int] = []
-            columns: list[int] = []
-            for i, block in self.blocks:
-                if block.height == height:
-                    rows.extend(self.block_rows[i])
-                    columns.extend(range(block.first, block.first + len(block.tears)))
-            conditions = zip(self.fixed_rows, self.conditions, strict=True)
-            rows.extend(row for row, f in conditions if f.height == height)
-            yield rows, columns
-        if self.initial_rows or self.fixed_rows or len(heights) > 2:
-            yield list(range(self.rows)), list(range(len(self.program.candidates)))
 
 
 class Choice(Data):
@@ -231,11 +162,12 @@ class _Outcome(Data):
 
 def _held_at(system: System, place: Vector) -> _Outcome | None:
     candidates, order = system.program.candidates, _by_rank(system)
+    others = [f for f in order if isinstance(f, FixedSlot)]
+    slopes = gradients(system, place, others)
     motions = free_motions(system, place)
     if motions is None:
         return None
-    others = [f for f in order if isinstance(f, FixedSlot)]
-    span = _Span(_all_rows(motions, gradients(system, place, others)))
+    span = _Span(_all_rows(motions, slopes))
     row = {f: len(candidates) + k for k, f in enumerate(others)}
     taken = [span.add(f if isinstance(f, int) else row[f]) for f in order]
     held = [c.fixed for c in candidates]
@@ -276,18 +208,8 @@ def gradients(system: System, point: Vector, others: Sequence[FixedSlot]) -> Vec
     """The derivatives of other variables by the candidates; zeros where they have none."""
     import numpy as np
 
-    if not others:
-        return np.zeros((0, len(point)))
-
-    def values(u: Vector) -> Vector | None:
-        if system.evaluate_flag(u) != 0:
-            return None
-        found = np.array([system.kernel.w[f.slot] for f in others])
-        return found if np.all(np.isfinite(found)) else None
-
-    here = values(point)
-    found = None if here is None else newton.derivative(values, point, here)
-    return np.zeros((len(others), len(point))) if found is None else found
+    found = system.slopes(point, None, tuple(f.slot for f in others)) if others else None
+    return np.zeros((len(others), len(point))) if found is None else found[system.rows :]
 
 
 def places(u: Vector) -> list[Vector]:
@@ -305,19 +227,20 @@ class _Span:
         import numpy as np
 
         self._motions = motions
-        self._basis = np.zeros((0, motions.shape[1]))
+        self._basis = np.empty((motions.shape[1], motions.shape[1]))
         self._held: list[int] = []
 
     def add(self, i: int) -> bool:
         """Holds a candidate if it is independent of those held before."""
-        import numpy as np
-
-        row = self._motions[i]
-        rest = row - self._basis.T @ (self._basis @ row)
-        length = float(np.linalg.norm(rest))
+        row, count = self._motions[i], len(self._held)
+        if count == len(row):
+            return False
+        basis = self._basis[:count]
+        rest = row - (basis @ row) @ basis
+        length = math.sqrt(rest @ rest)
         if length <= INDEPENDENT:
             return False
-        self._basis = np.vstack([self._basis, rest / length])
+        self._basis[count] = rest / length
         self._held.append(i)
         return True
 
@@ -335,29 +258,22 @@ def _by_rank(system: System) -> list[int | FixedSlot]:
     """What asks to be held: fixed candidates (by number), then all that was written, by
     StateSelect and declaration."""
     program = system.program
-    declared = {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
-    last = len(declared)
+    places = declared(program)
+    last = len(places)
     asking: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
     for i, c in enumerate(program.candidates):
         if system.written(c):
-            asking.append(((not c.fixed, -c.select, declared.get(c.display, last), i), i))
+            asking.append(((not c.fixed, -c.select, places.get(c.display, last), i), i))
     for i, f in enumerate(program.fixed, len(program.candidates)):
         if system.written(f) and not f.fixed:
-            asking.append(((True, -f.select, declared.get(f.display, last), i), f))
+            asking.append(((True, -f.select, places.get(f.display, last), i), f))
     return [item for _, item in sorted(asking, key=lambda pair: pair[0])]
 
 
 def free_motions(system: System, point: Vector) -> Vector | None:
     """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
-    import numpy as np
-
-    r = system(point)
-    jacobian = None if r is None else newton.derivative(system, point, r)
-    if jacobian is None:
-        return None
-    _, sizes, directions = np.linalg.svd(newton.level_rows(jacobian)[0])
-    rank = int(np.sum(sizes > 1e-5 * max(1e-300, sizes[0]))) if len(sizes) else 0
-    return directions[rank:].T
+    jacobian = system.slopes(point)
+    return None if jacobian is None else newton.kernel_of(jacobian, 1e-5)
 
 
 def _assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
@@ -403,14 +319,11 @@ def _movable(
     import numpy as np
 
     free = [i for i, h in enumerate(held) if not h]
-    r = system(u)
-    jacobian = None if r is None else newton.derivative(system, u, r)
+    jacobian = system.slopes(u)
     if jacobian is None:
         return free
     kept = np.delete(jacobian, system.initial_rows, axis=0)[:, free]
-    _, sizes, directions = np.linalg.svd(newton.level_rows(kept)[0])
-    rank = int(np.sum(sizes > 1e-8 * np.max(sizes, initial=1.0)))
-    moves = np.abs(directions[rank:]).max(axis=0, initial=0.0)
+    moves = np.abs(newton.kernel_of(kept, 1e-8)).max(axis=1, initial=0.0)
     return [i for i, move in zip(free, moves, strict=True) if move > 1e-6]
 
 
@@ -418,17 +331,9 @@ def solve_stage(
     system: System, u: Vector, rows: Sequence[int], columns: Sequence[int]
 ) -> newton.Root:
     """Some rows as a function of some candidates; the root's point is of all candidates."""
-    full = u.copy()
-
-    def part(z: Vector) -> Vector | None:
-        full[columns] = z
-        r = system(full)
-        return None if r is None else r[rows]
-
-    root = newton.solve(part, u[columns])
-    point = u.copy()
-    point[columns] = root.point
-    return newton.Root(point, root.residuals, root.converged)
+    part = Part(system, u, rows, columns)
+    root = newton.solve(part, u[list(columns)])
+    return newton.Root(part.point(root.point), root.residuals, root.converged)
 
 
 def _move(

@@ -25,12 +25,12 @@ from typing import TYPE_CHECKING, TypeAlias
 from planarc.core.data import Data
 from planarc.ir.flat import StateSelect
 from planarc.solve import newton
+from planarc.solve.start_system import Part, System, declared
 
 if TYPE_CHECKING:
     import numpy as np
 
     from planarc.solve.newton import Vector
-    from planarc.solve.start import System
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -88,49 +88,34 @@ def _agreeing(
     guides: Sequence[Guide],
 ) -> newton.Root | None:
     """Where all written values agree with each other none of them is moved."""
-    import numpy as np
 
     strong = [g for g in guides if g.weight == WRITTEN]
     kept = {g.column for g in strong}
     movable = [c for c in free if c not in kept]
     if not movable or not strong:
         return None
-    dependent = [g for g in strong if g.column < 0]
-    full = u.copy()
-
-    def part(z: Vector) -> Vector | None:
-        full[movable] = z
-        r = system(full)
-        if r is None:
-            return None
-        off = [system.kernel.w[g.slot] - g.start for g in dependent]
-        both: Vector = np.concatenate([r[list(rows)], off])
-        return both if np.all(np.isfinite(both)) else None
-
+    dependent = {g.slot: g.start for g in strong if g.column < 0}
+    part = Part(system, u, rows, movable, dependent)
     root = newton.solve_near(part, u[movable], AGREEING)
     if not root.converged:
         return None
-    point = u.copy()
-    point[movable] = root.point
-    return newton.Root(point, root.residuals[: len(rows)], True)
+    return newton.Root(part.point(root.point), root.residuals[: len(rows)], True)
 
 
 def _guides(system: System, free: Sequence[int]) -> list[Guide]:
     program, w = system.program, system.kernel.w
-    declared = {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
-    last = len(declared)
+    places = declared(program)
+    last = len(places)
     heights = {program.blocks[program.candidates[c].block].height for c in free}
     found = []
     for i in free:
         c = program.candidates[i]
         weight = _weight(system.written(c), c.select)
-        found.append(Guide(c.slot, float(w[c.start]), weight, i, declared.get(c.display, last)))
+        found.append(Guide(c.slot, float(w[c.start]), weight, i, places.get(c.display, last)))
     for f in program.fixed:
         if f.height in heights and f not in system.conditions:
             weight = _weight(system.written(f), f.select)
-            found.append(
-                Guide(f.slot, float(w[f.start]), weight, -1, declared.get(f.display, last))
-            )
+            found.append(Guide(f.slot, float(w[f.start]), weight, -1, places.get(f.display, last)))
     return sorted(found, key=lambda g: g.place)
 
 
@@ -198,23 +183,10 @@ def _pulled(
     guides: Sequence[Guide],
 ) -> Vector:
     """Where conditions and written values are met as well as can be."""
-    import numpy as np
 
-    strong = [g for g in guides if g.weight == WRITTEN]
-    full = u.copy()
-
-    def part(z: Vector) -> Vector | None:
-        full[list(free)] = z
-        r = system(full)
-        if r is None:
-            return None
-        pull = [PULL * (system.kernel.w[g.slot] - g.start) for g in strong]
-        both: Vector = np.concatenate([r[list(rows)], pull])
-        return both if np.all(np.isfinite(both)) else None
-
-    point = u.copy()
-    point[list(free)] = newton.solve(part, u[list(free)]).point
-    return point
+    strong = {g.slot: g.start for g in guides if g.weight == WRITTEN}
+    part = Part(system, u, rows, free, strong, PULL)
+    return part.point(newton.solve(part, u[list(free)]).point)
 
 
 def _without_turns(

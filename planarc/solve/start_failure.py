@@ -11,7 +11,8 @@ from planarc.solve import newton, trouble
 
 if TYPE_CHECKING:
     from planarc.solve.newton import Vector
-    from planarc.solve.start import Choice, System
+    from planarc.solve.start import Choice
+    from planarc.solve.start_system import System
 
 _WORST = 3
 #: Below this a length (m) or an angle (rad) is a zero of Newton's method.
@@ -87,7 +88,7 @@ def _best(
     return solve_stage(system, u, rows, [c for c in columns if not held[c]])
 
 
-def _row_info(system: System, row: int) -> EquationInfo | None:
+def row_info(system: System, row: int) -> EquationInfo | None:
     program = system.program
     for i, block in system.blocks:
         if row in system.block_rows[i]:
@@ -103,7 +104,7 @@ def _row_info(system: System, row: int) -> EquationInfo | None:
 def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
     """The equations that are farthest from being met."""
     order = sorted(range(len(r)), key=lambda k: -abs(r[k]))[:_WORST]
-    found = [(float(r[k]), _row_info(system, rows[k])) for k in order if len(r) == len(rows)]
+    found = [(float(r[k]), row_info(system, rows[k])) for k in order if len(r) == len(rows)]
     largest = abs(found[0][0]) if found else 0.0
     return [(v, i) for v, i in found if i is not None and abs(v) > 1e-3 * largest]
 

@@ -21,13 +21,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
 from planarc.ir.program import BlockCode
 from planarc.solve import trouble
 
 if TYPE_CHECKING:
     from planarc.solve.newton import Vector
-    from planarc.solve.start import System
+    from planarc.solve.start_system import System
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8
@@ -102,7 +103,8 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
             "every position: joints or bars hold the same motion twice, and their forces are "
             "not determined",
             infos[0].span if infos else None,
-            hint="leave a parallel bar out, or replace one of these joints by a freer one",
+            hint="leave a parallel bar out, replace one of these joints by a freer one, or accept "
+            f"them with {ACCEPTING}",
             related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
         )
     )

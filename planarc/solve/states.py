@@ -32,7 +32,7 @@ Reference: M. Gu, S. C. Eisenstat, SIAM J. Sci. Comput. 17(4), 1996, 848-869
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from operator import mul
 from typing import TYPE_CHECKING
 
@@ -42,6 +42,7 @@ from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.newton import NEGLIGIBLE
 from planarc.ir.program import BlockCode, Kernel, Program
+from planarc.solve.once import once
 from planarc.solve.outlook import Outlook
 from planarc.solve.pivoting import choose_columns, largest, sensitivities
 from planarc.solve.solvers.watch import WORST, Watch, bound_after
@@ -77,12 +78,8 @@ class Selector:
         self._program, self._kernel, self._measured = program, kernel, measured
         self._leader = leaders_of(program)
         #: Blocks with a choice to make of their own.
-        self.open = [
-            i
-            for i, b in enumerate(program.blocks)
-            if b.height > 0 and b.residuals and b.free > 0 and i not in self._leader
-        ]
-        self._class = classes_of(program, ())
+        self.open = open_blocks(program)
+        self._class: Sequence[int] = ()  # of each candidate, once its start is known
         #: |X| of blocks at the workspace's values, until it is asked for.
         self._present: dict[int, list[list[float]]] = {}
         self._determined: dict[int, list[int]] = {}
@@ -94,7 +91,7 @@ class Selector:
         self._scale = self._scales()
         self.outlook = Outlook(program, kernel, self.watch, self._sensitivities)
         #: Blocks whose motion is given.
-        self._driven = {i for i in self.open if self._is_driven(i)}
+        self._driven = driven_blocks(program)
         #: The last look found the choice so bad that what followed from it may be wrong.
         self.overdue = False
 
@@ -178,16 +175,6 @@ class Selector:
         self.watch.bound = WORST
         if not self._measured:
             self.outlook.hurry(self.paces())
-
-    def _is_driven(self, i: int) -> bool:
-        """Whether the velocities of a block are determined: it moves as it is driven."""
-        program = self._program
-        homes = {c.slot: c.block for c in program.candidates}
-        block = program.blocks[i]
-        rates = [c.derivative for c in program.candidates[block.first :][: len(block.tears)]]
-        return block.height > 1 and all(
-            program.blocks[homes[r]].free == 0 for r in rates if r in homes
-        )
 
     def _jams(self, i: int, taker: int, state: int) -> bool:
         """Whether a driven mechanism is about to jam.
@@ -347,6 +334,7 @@ def classes_of(program: Program, held: Collection[int]) -> list[int]:
     return classes
 
 
+@once
 def leaders_of(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
     """Blocks whose tears are the derivatives of another block's tears follow its choice.
 
@@ -375,6 +363,32 @@ def leaders_of(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
     return found
 
 
+@once
+def open_blocks(program: Program) -> tuple[int, ...]:
+    """Blocks that have a choice of states to make of their own."""
+    leaders = leaders_of(program)
+    return tuple(
+        i
+        for i, b in enumerate(program.blocks)
+        if b.height > 0 and b.residuals and b.free > 0 and i not in leaders
+    )
+
+
+@once
+def driven_blocks(program: Program) -> frozenset[int]:
+    """Of the open blocks those whose velocities are determined: they move as they are driven."""
+    homes = {c.slot: c.block for c in program.candidates}
+    found = set()
+    for i in open_blocks(program):
+        block = program.blocks[i]
+        rates = [c.derivative for c in program.candidates[block.first :][: len(block.tears)]]
+        given = all(program.blocks[homes[r]].free == 0 for r in rates if r in homes)
+        if block.height > 1 and given:
+            found.add(i)
+    return frozenset(found)
+
+
+@once
 def _forced(program: Program) -> frozenset[int]:
     """Candidates that must be states: StateSelect.always, and those that reinit names."""
     named = {

@@ -252,6 +252,8 @@ def _solve() -> str:
         [(POINTER, "a"), (POINTER, "r"), (POINTER, "x"), (POINTER, "sizes"), (INT, "m")],
     )
     a, r, x, sizes, m = c.arguments
+    with c.when(m.equals(2), leaves=True):  # one loop: what most mechanisms are made of
+        _solve_two(c, a, r, x, sizes)
     with c.loop(m) as i:
         largest = c.variable(0.0)
         with c.loop(m) as k:
@@ -263,11 +265,11 @@ def _solve() -> str:
         with c.when(size.equals(0.0), leaves=True):
             c.give(UNSOLVED)
         sizes.store(size, i)
-        x.store(size, i)  # exchanged with the rows
+        x.store(c.constant(1.0, REAL) / size, i)  # exchanged with the rows
     with c.loop(m) as k:
         best, most = c.variable(k, INT), c.variable(0.0)
         with c.loop(m, k) as i:
-            pivot = c.absolute(a.load(REAL, i * m + k)) / x.load(REAL, i)
+            pivot = c.absolute(a.load(REAL, i * m + k)) * x.load(REAL, i)
             with c.when(pivot > most.get()):
                 best.set(i)
                 most.set(pivot)
@@ -282,6 +284,7 @@ def _solve() -> str:
                 array.store(one, k)
         pivot_row = a.at(k * m)
         inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, k)
+        pivot_row.store(inverse, k)
         end = c.variable(k + 1, INT)  # behind the last entry: narrow bands stay narrow
         with c.loop(m, k + 1) as j, c.when(~pivot_row.load(REAL, j).equals(0.0)):
             end.set(j + 1)
@@ -298,9 +301,37 @@ def _solve() -> str:
         row = a.at(i * m)
         with c.loop(m, i + 1) as j:
             total.set(total.get() - row.load(REAL, j) * x.load(REAL, j))
-        x.store(total.get() / row.load(REAL, i), i)
+        x.store(total.get() * row.load(REAL, i), i)
     c.give(MORE)
     return c.text()
+
+
+def _solve_two(c: Code, a: Value, r: Value, x: Value, sizes: Value) -> None:
+    """The same for two unknowns, without loops: in a quarter of the time."""
+    rows = [tuple(a.load(REAL, 2 * i + k) for k in range(2)) for i in range(2)]
+    right = [r.load(REAL, i) for i in range(2)]
+    size = [c.largest(c.absolute(p), c.absolute(q)) for p, q in rows]
+    total = [s + c.absolute(v) for s, v in zip(size, right, strict=True)]
+    with c.when(~((total[0] < 1e300) & (total[1] < 1e300)), leaves=True):
+        c.give(NOT_FINITE)
+    for i in range(2):
+        sizes.store(size[i], i)
+    other = c.absolute(rows[1][0]) * size[0] > c.absolute(rows[0][0]) * size[1]
+
+    def exchanged(first: Value, second: Value) -> tuple[Value, Value]:
+        return c.select(other, second, first), c.select(other, first, second)
+
+    (p0, q0), (p1, q1) = (exchanged(rows[0][k], rows[1][k]) for k in range(2))
+    (rp, rq), (sp, sq) = exchanged(*right), exchanged(*size)
+    factor = q0 / p0
+    rest = q1 - factor * p1
+    regular = (c.absolute(p0) > sp * SINGULAR) & (c.absolute(rest) > sq * SINGULAR)
+    with c.when(~regular, leaves=True):
+        c.give(UNSOLVED)
+    second = (rq - factor * rp) / rest
+    x.store((rp - p1 * second) / p0)
+    x.store(second, 1)
+    c.give(MORE)
 
 
 def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
