@@ -9,8 +9,8 @@ Out:  Program; its `sharing` tells what was left out, None where nothing is redu
     depend      rows that follow from the others wherever the mechanism can be (`solve.dependence`)
 
 Where other rows are dependent than those left out, these are left out instead, and the program is
-made once more. What was left out stays as an initial equation: a joint that does not fit is told,
-and a loop closes on the side on which the redundant joint fits, too.
+made once more. By how much each of them is missed stays a variable: a joint that does not fit is
+told, and a loop closes on the side on which the redundant joint fits, too.
 
 The forces that share are those at the frames of joints. Rigid parts that close a loop without a
 joint leave forces open that no joint knows of: then those at all frames of the model share.
@@ -28,11 +28,15 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.options import Backend, RunOptions
-from planarc.ir.program import Sharing
+from planarc.core.source import NOWHERE
+from planarc.ir.dae import MISFIT, Variable
+from planarc.ir.flat import StateSelect
+from planarc.ir.program import Condition, Sharing
+from planarc.ir.sorted import Fixed
 
 if TYPE_CHECKING:
     from planarc.compiler import Clock
-    from planarc.ir.dae import Dae
+    from planarc.ir.dae import Dae, Equation
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.program import EquationInfo, Program
     from planarc.ir.sorted import SortedDae
@@ -43,7 +47,7 @@ if TYPE_CHECKING:
 #: What is left out is looked for again so often.
 _ROUNDS = 3
 #: Messages of equations that do not fit unknowns, and of a start that does not assemble.
-_STRUCTURE, _ASSEMBLY = ("S301", "S302", "S303"), ("R411", "R412", "S309")
+_STRUCTURE, _ASSEMBLY = ("S301", "S302", "S303"), ("R411", "R412")
 
 
 def accept_redundancy(
@@ -93,39 +97,75 @@ def _make(
     clock: Clock,
     everywhere: bool = False,
 ) -> _Made:
+    from planarc.codegen.pipeline import equation_info
     from planarc.compiler import to_program, to_sorted
     from planarc.structure.pipeline import structure
     from planarc.structure.sharing import share_forces
 
     kept = tuple(i for i in range(len(dae.equations)) if i not in left_out)
+    misfits = [_misfit_of(dae, k, i) for k, i in enumerate(left_out, 1)]
     without = replace(
         dae,
-        equations=tuple(dae.equations[i] for i in kept),
-        initial_equations=(*dae.initial_equations, *(dae.equations[i] for i in left_out)),
+        variables=(*dae.variables, *(v for v, _ in misfits)),
+        equations=(*(dae.equations[i] for i in kept), *(e for _, e in misfits)),
     )
     shared = share_forces(without, _cut_forces(dae, mechanism, everywhere))
     try:
         model = to_sorted(shared.dae, clock)
     except PlanarcError as problem:
         code = problem.diagnostics[0].code
-        if code in _ASSEMBLY:
-            raise _does_not_fit(problem) from None
         if code not in _STRUCTURE:
             raise
         if not everywhere:
             return _make(dae, mechanism, left_out, clock, everywhere=True)
         structure(dae)  # what it tells of the model as it is
         raise
+    model, names = _held_misfits(model, [v.name for v, _ in misfits])
     program = replace(
-        to_program(model, clock),
-        mechanism=mechanism,
-        equations_before=len(dae.equations),
+        to_program(model, clock), mechanism=mechanism, equations_before=len(dae.equations)
     )
     if shared.open:
-        first = len(model.equations) - len(dae.discrete_equations) - len(left_out)
-        conditions = sum(r.equation >= first for r in model.initial_residuals)
-        program = replace(program, sharing=Sharing(shared.open, conditions, everywhere))
+        held = dict(zip(names, program.fixed[len(program.fixed) - len(names) :], strict=True))
+        conditions = tuple(
+            Condition(v.name, held.get(v.name), equation_info(dae.equations[i]))
+            for (v, _), i in zip(misfits, left_out, strict=True)
+        )
+        program = replace(
+            program,
+            fixed=program.fixed[: len(program.fixed) - len(names)],
+            sharing=Sharing(shared.open, conditions, everywhere),
+        )
     return _Made(program, model, kept, tuple(left_out))
+
+
+def _misfit_of(dae: Dae, number: int, equation: int) -> tuple[Variable, Equation]:
+    """The variable that tells by how much an equation is missed that is left out."""
+    source, name = dae.equations[equation], f"{MISFIT}[{number}]"
+    residual = dae.table.sub(source.left, source.right)
+    told = Variable(
+        name,
+        state_select=StateSelect.NEVER,
+        protected=True,
+        component=source.component,
+        span=source.span,
+    )
+    return told, replace(source, left=dae.table.symbol(name), right=residual, generated=False)
+
+
+def _held_misfits(model: SortedDae, names: Sequence[str]) -> tuple[SortedDae, list[str]]:
+    """The model with those misfits among its start conditions that move, and their names."""
+    targets = {a.name: a.target for a in model.aliases}
+    unknowns = {v.name for v in model.dae.variables}
+    # They follow from positions; what there is above them is there for few.
+    height = min(2, max((level.height for level in model.levels), default=0))
+    moving, added = [], []
+    for name in names:
+        symbol = targets.get(name, model.dae.table.symbol(name))
+        if symbol.is_symbol and symbol.name in unknowns:
+            moving.append(name)
+            zero = model.dae.table.zero
+            added.append(Fixed(symbol, zero, name, NOWHERE, False, False, height=height))
+    return replace(model, fixed=(*model.fixed, *added)), moving
 
 
 def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
@@ -163,15 +203,21 @@ def _dependent(made: _Made) -> tuple[int, ...]:
     from planarc.solve.kernels.numpy_support import without_lapack
     from planarc.solve.start import solve_start
 
-    program, found = made.program, []
+    program = made.program
     kernel, t, span = _open(program)
     kernel.forgive()
 
+    conditions = program.sharing.conditions if program.sharing else ()
+    numbered = list(zip(conditions, made.left_out, strict=True))
+    held = {c.held: i for c, i in numbered if c.held is not None}
+    found = [i for c, i in numbered if c.held is None]
+
     def judge(system: System, values: Vector) -> None:
-        conditions = program.sharing.conditions if program.sharing else 0
-        others = system.initial_rows[len(system.initial_rows) - conditions :]
-        for row in dependent_rows(system, values, others, span):
-            found.append(_equation(made, system, row))
+        system = system.holding(list(held))
+        last = system.fixed_rows[len(system.fixed_rows) - len(held) :]
+        others = dict(zip(last, held.values(), strict=True))
+        for row in dependent_rows(system, values, tuple(others), span):
+            found.append(others[row] if row in others else _equation(made, system, row))
 
     with without_lapack():
         try:
@@ -184,12 +230,8 @@ def _dependent(made: _Made) -> tuple[int, ...]:
 
 
 def _equation(made: _Made, system: System, row: int) -> int:
-    """The number in the model of the equation behind a row."""
+    """The number in the model of the equation behind a row of a block."""
     equations = made.model.equations
-    if row in system.initial_rows:
-        residual = made.model.initial_residuals[row - system.initial_rows.start]
-        last = len(equations) - len(made.model.dae.discrete_equations)
-        return made.left_out[residual.equation - last]
     for i, block in system.blocks:
         if row in system.block_rows[i]:
             number = block.equations[row - system.block_rows[i].start]
@@ -227,8 +269,11 @@ def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
 
     kernel, t, _ = _open(made.program)
     kernel.forgive()
-    system, candidates = System(made.program, kernel, t), made.program.candidates
-    found = least_misfit(system, np.array([kernel.w[c.start] for c in candidates]))
+    conditions = made.program.sharing.conditions if made.program.sharing else ()
+    held = [c.held for c in conditions if c.held is not None]
+    system = System(made.program, kernel, t).holding(held)
+    guess = np.array([kernel.w[c.start] for c in made.program.candidates])
+    found = least_misfit(system, guess, system.fixed_rows[len(system.fixed_rows) - len(held) :])
     info = None if found is None else row_info(system, found.row)
     if found is None or info is None:
         return None
@@ -253,9 +298,9 @@ def _joints_at(mechanism: Mechanism | None, component: str) -> list[str]:
     return found or [component]
 
 
-def _does_not_fit(problem: PlanarcError, made: _Made | None = None) -> PlanarcError:
+def _does_not_fit(problem: PlanarcError, made: _Made) -> PlanarcError:
     """Conditions are left out by structure, but do not hold at the start."""
-    misfit = _misfit(made) if made is not None else None
+    misfit = _misfit(made)
     if misfit is None:
         return problem
     first, (message, info) = problem.diagnostics[0], misfit

@@ -114,7 +114,7 @@ def variables_of(program: Program, kernel: Kernel, started: bool) -> dict[str, V
     parameters = {p.name for p in program.parameter_slots}
     found = {}
     for c in program.columns:
-        if c.name in parameters:
+        if c.name in parameters or c.name.startswith("$"):
             continue
         start = c.sign * float(kernel.w[starts[c.slot]]) if c.slot in starts else None
         value = c.sign * float(kernel.w[c.slot]) if started else None

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec.structs import replace
 
 from planarc.cli.arguments import (
     AsJson,
@@ -19,7 +20,7 @@ from planarc.cli.arguments import (
 from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.core.options import Backend, RunOptions, Solver
+from planarc.core.options import Backend, Redundant, RunOptions, Solver
 
 
 def simulate(
@@ -45,6 +46,13 @@ def simulate(
             help="How equations are run: by default native code, where llvmlite is installed."
         ),
     ] = None,
+    redundant: Annotated[
+        Redundant,
+        typer.Option(
+            help="What becomes of joints that hold the same motion more than once: accepted, they "
+            "share their forces with the smallest sum of squares."
+        ),
+    ] = Redundant.REFUSE,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -101,9 +109,10 @@ def simulate(
         solver=solver,
         fixed_step=fixed_step,
         backend=choose_backend(backend),
+        redundant=redundant,
     )
     job = Job(
-        make_request(target, class_name, library),
+        replace(make_request(target, class_name, library), redundant=redundant),
         options,
         read_settings(settings or ()),
         output,

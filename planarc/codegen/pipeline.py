@@ -19,9 +19,10 @@ from __future__ import annotations
 
 from planarc.codegen.sections import write_sections
 from planarc.codegen.tables import Tables
+from planarc.ir.dae import Equation
 from planarc.ir.expr import text
 from planarc.ir.program import EquationInfo, Program
-from planarc.ir.sorted import SortedDae, SourceEquation
+from planarc.ir.sorted import SortedDae
 
 _LONGEST = 1000  # characters of a part of an equation that a message shows
 
@@ -54,7 +55,7 @@ def generate(sorted: SortedDae) -> Program:
         initial_residuals=sections.initial_residuals,
         roots=sections.roots,
         discrete=sections.discrete,
-        equations=tuple(_info(e) for e in sorted.equations),
+        equations=tuple(equation_info(e.equation) for e in sorted.equations),
         initial_equations=_initial_infos(sorted),
         guesses=tables.guesses(),
         functions=dae.functions,
@@ -73,12 +74,13 @@ def generate(sorted: SortedDae) -> Program:
     )
 
 
-def _info(source: SourceEquation) -> EquationInfo:
-    equation = source.equation
+def equation_info(equation: Equation) -> EquationInfo:
     sides = (text(e, _LONGEST) for e in (equation.left, equation.right))
     return EquationInfo(" = ".join(sides), equation.span, equation.component)
 
 
 def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:
     """In the order of `Program.initial_residuals`."""
-    return tuple(_info(sorted.equations[r.equation]) for r in sorted.initial_residuals)
+    return tuple(
+        equation_info(sorted.equations[r.equation].equation) for r in sorted.initial_residuals
+    )

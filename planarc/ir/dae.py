@@ -29,6 +29,8 @@ START_TIME = "$start"
 #: A parameter of models with redundant joints, which moves the forces that are open; with an
 #: index the multipliers that make these least squares (`structure.sharing`). None is a result.
 SHARING = "$sharing"
+#: With an index: by how much a condition is missed that was left out as redundant.
+MISFIT = "$misfit"
 
 
 class Kind(Enum):

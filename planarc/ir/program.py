@@ -214,11 +214,20 @@ class EquationInfo(Data):
     component: str
 
 
+class Condition(Data):
+    """A condition that was left out since it follows from others; `name` is the variable (a
+    column) that tells by how much it is missed. `held` is None where parameters alone say so."""
+
+    name: str
+    held: FixedSlot | None
+    info: EquationInfo
+
+
 class Sharing(Data):
     """Of a model with redundant joints: what they leave open is shared, see `solve.sharing`."""
 
     open: int  # cut forces and torques that the equations leave open
-    conditions: int  # of the last initial equations: they follow from the equations
+    conditions: tuple[Condition, ...]
     everywhere: bool = False  # forces at all frames share, not only those of joints
 
 

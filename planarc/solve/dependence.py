@@ -109,11 +109,11 @@ class Misfit(Data):
     off: float
 
 
-def least_misfit(system: System, guess: Vector) -> Misfit | None:
+def least_misfit(system: System, guess: Vector, others: Sequence[int]) -> Misfit | None:
     """The row that is nearest to being met, where all others are met near a guess. None where
     no single row is too many."""
     blocks = [(i, b) for i, b in system.blocks if b.height > 1]
-    rows = [*(r for i, _ in blocks for r in system.block_rows[i]), *system.initial_rows]
+    rows = [*(r for i, _ in blocks for r in system.block_rows[i]), *others]
     columns = [c for _, b in blocks for c in range(b.first, b.first + len(b.tears))]
     found = []
     for row in rows if len(rows) <= _MOST else ():
@@ -161,8 +161,9 @@ class _Group(Data):
         """The same as time goes on."""
         found: list[_Place | None] = []
         now = self.system
+        others = [f for f in now.conditions if not f.fixed]
         for part in _TIMES:
-            later = System(now.program, now.kernel, now.t + part * span, now.given)
+            later = System(now.program, now.kernel, now.t + part * span, now.given, others)
             root = solve_stage(later, place.point, self.rows, list(self.columns))
             group = _Group(later, self.rows, self.columns)
             found.append(group.look(root.point) if root.converged else None)

@@ -11,12 +11,12 @@ it was: positions and velocities do not know of it, accelerations must not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.ir.dae import SHARING
-from planarc.ir.program import Kernel, Program
+from planarc.ir.program import Condition, Kernel, Program
 from planarc.solve import trouble
 
 if TYPE_CHECKING:
@@ -26,13 +26,16 @@ if TYPE_CHECKING:
 DEPENDS = 1e-6
 #: A condition that was left out holds when it is off by less (metres, radians).
 FITS = 1e-6
-#: Rows of the result at which that is looked at.
-_ROWS = 200
 
 
 def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic:
-    """A note. The workspace holds the point (t, y) and does so afterwards. Raises R418."""
+    """A note. The workspace holds the point (t, y) and does so afterwards. Raises R417, R418."""
+    import numpy as np
+
     before = [float(v) for v in kernel.w]
+    wrong = misfit(program, np.array([t]), lambda slot: np.array([before[slot]]))
+    if wrong is not None:
+        raise PlanarcError(wrong)
     kernel.w[program.slots[SHARING]] = 1.0
     kernel.parameters()
     kernel.accept(t)
@@ -92,31 +95,27 @@ def _depends(names: str) -> PlanarcError:
     )
 
 
-def misfit(program: Program, kernel: Kernel, times: Vector, rows: Vector) -> Diagnostic | None:
-    """Of the conditions that were left out, the first that does not hold; `rows` are the values
-    of the candidates. The workspace is changed."""
-    count = program.sharing.conditions if program.sharing is not None else 0
-    if not count or not len(times):
-        return None
-    below = sum(len(b.residuals) for b in program.blocks if b.height > 0)
-    size = below + len(program.initial_residuals)
-    values = [0.0] * size
-    step = max(1, len(times) // _ROWS)
-    for i in range(0, len(times), step):
-        kernel.residuals(float(times[i]), rows[i].tolist(), values)
-        for k in range(size - count, size):
-            if abs(values[k]) > FITS:
-                return _does_not_hold(program, float(times[i]), k - below, values[k])
+def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> Diagnostic | None:
+    """Of the conditions that were left out, the first that does not hold; `values` gives those
+    of a slot over the times."""
+    import numpy as np
+
+    slots = {c.name: c.slot for c in program.columns}
+    for condition in program.sharing.conditions if program.sharing is not None else ():
+        off = values(slots[condition.name])
+        wrong = np.flatnonzero(~(np.abs(off) <= FITS))
+        if len(wrong):
+            first = int(wrong[0])
+            return _does_not_hold(condition, float(times[first]), float(off[first]))
     return None
 
 
-def _does_not_hold(program: Program, t: float, number: int, off: float) -> Diagnostic:
-    info = program.initial_equations[number]
+def _does_not_hold(condition: Condition, t: float, off: float) -> Diagnostic:
+    info = condition.info
     return Diagnostic(
         "R417",
-        f"at t = {t:.6g} s joints that were taken to be redundant do not fit: `{info.text}` is "
-        f"off by {off:.2g}",
+        f"at t = {t:.6g} s `{info.component or 'the model'}` does not fit: `{info.text}`, which "
+        f"was left out because it followed from other conditions, is off by {off:.2g}",
         info.span,
-        hint="they repeat each other near the start only: replace one of them by a freer one",
-        related=(Related(f"in `{info.component}`", info.span),) if info.component else (),
+        hint="joints repeat each other in some positions only: replace one of them by a freer one",
     )

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 #: A candidate that moves less than this part of a free motion is not held against it.
 INDEPENDENT = 1e-3
+#: Redundant conditions that are missed by less are met (metres, radians).
+MET = 1e-9
 
 
 class Start(Data):
@@ -81,7 +83,23 @@ def solve_start(
     system = system.holding(choice.others)
     if values is None:
         raise start_failure.explain(system, u0, choice)
+    missed = _missed(system, values)
+    if missed:
+        system = system.holding((*choice.others, *missed))
+        values = _assemble(system, u0, choice)
+        if values is None:
+            raise start_failure.explain(system, u0, choice)
     return _finish(system, values, choice.held, judge)
+
+
+def _missed(system: System, values: Vector) -> list[FixedSlot]:
+    """Conditions that were left out since they follow from others, all of them where one is not
+    met: the loops were closed on another side."""
+    sharing = system.program.sharing
+    held = [c.held for c in sharing.conditions if c.held is not None] if sharing else []
+    if held:
+        system.evaluate_flag(values)
+    return held if any(abs(system.kernel.w[f.slot]) > MET for f in held) else []
 
 
 def _finish(

@@ -97,6 +97,9 @@ def row_info(system: System, row: int) -> EquationInfo | None:
         k = row - system.initial_rows.start
         return program.initial_equations[k] if k < len(program.initial_equations) else None
     fixed = system.conditions[row - system.fixed_rows.start]
+    for condition in program.sharing.conditions if program.sharing else ():
+        if condition.held is fixed:
+            return condition.info
     note = ", fixed = true" if fixed.fixed else ""
     return EquationInfo(f"{fixed.display} = start{note}", fixed.span, "")
 

@@ -55,14 +55,17 @@ def _spread(m: Mechanism, reference: Reference, end: tuple[np.ndarray, np.ndarra
     return float(far / max(moved, 1e-3 * change))
 
 
-def disagreement(m: Mechanism, backend: str) -> str:
+def disagreement(
+    m: Mechanism, backend: str, reference: Reference | None = None, redundant: str = "refuse"
+) -> str:
     """What differs, in words; empty where nothing does."""
-    reference = Reference(m)
+    reference = reference or Reference(m)
     q = reference.start()
     v = reference.drift(q)
     text = model_text(m, reference.frame_speeds(q, v))
     try:
-        run = planarc.load(text, backend=backend).simulate(STOP, tolerance=TOLERANCE, intervals=1)
+        model = planarc.load(text, backend=backend, redundant=redundant)
+        run = model.simulate(STOP, tolerance=TOLERANCE, intervals=1)
     except planarc.PlanarcError as problem:
         return f"it does not run: {problem}"
     end = reference.move(STOP)

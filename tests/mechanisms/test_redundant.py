@@ -1,0 +1,36 @@
+"""Random mechanisms with joints that repeat others: motion and forces of least squares against
+a pseudo-inverse in absolute coordinates."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from agreement import disagreement
+from mechanism import model_text
+from redundant import LeastSquares, redundant
+
+COUNT = int(os.environ.get("PLANARC_REDUNDANT", "24"))
+
+
+@pytest.fixture(autouse=True)
+def forgetful(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody will ask for these models again."""
+    monkeypatch.setattr("planarc.memory.remember", lambda *_: None)
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_motion_and_forces_of_least_squares_agree(seed: int) -> None:
+    backend = "native" if seed % 8 == 7 else "numpy"
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    m, dependent = redundant(seed)
+    reference = LeastSquares(m, dependent)
+    q = reference.start()
+    found = disagreement(m, backend, reference, "accept")
+    assert not found, f"{found}\n{model_text(m, reference.frame_speeds(q, reference.drift(q)))}"
