@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
+
+from msgspec import MsgspecError, json
 
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column
@@ -17,9 +20,9 @@ if TYPE_CHECKING:
 
     from planarc.view.table import Table
 
-_END = "\r\n"
-#: Numbers formatted at a time, so that a long result needs little memory as text.
-_CHUNK = 1 << 18
+_END = b"\r\n"
+#: Numbers formatted at a time: they and their text stay in the processor's cache.
+_CHUNK = 1 << 16
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
@@ -27,10 +30,12 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool
     names = ["time [s]" if units else "time"]
     names += [f"{c.name} [{c.unit}]" if units and c.unit else c.name for c in columns]
     header = ",".join(map(_quoted, names))
-    file.write((header + _END).encode())
+    file.write(header.encode() + _END)
     rows = max(1, _CHUNK // len(names))
     for first in range(0, len(result.time), rows):
-        file.write(_rows(result, columns, first, first + rows).encode())
+        numbers = _numbers(result, columns, slice(first, first + rows))
+        whole = [i for i, c in enumerate(columns, 1) if c.kind is not Kind.REAL]
+        file.write(_text(numbers, whole))
 
 
 def _quoted(name: str) -> str:
@@ -38,44 +43,40 @@ def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _rows(result: Result, columns: Sequence[Column], first: int, last: int) -> str:
-    """The rows as text. Columns that share a slot, and a sign, share their texts."""
-    texts: dict[tuple[int, int, bool], list[str]] = {}
-    chosen: list[list[str]] = [_numbers(result.time[first:last])]
-    for c in columns:
-        key = (c.slot, c.sign, c.kind is Kind.REAL)
-        if key not in texts:
-            values = c.sign * _values(result, c.slot, first, last)
-            texts[key] = _numbers(values) if c.kind is Kind.REAL else _integers(values)
-        chosen.append(texts[key])
-    return _END.join([",".join(row) for row in zip(*chosen, strict=True)] + [""])
-
-
-def _values(result: Result, slot: int, first: int, last: int) -> NDArray[np.float64]:
+def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> NDArray[np.float64]:
+    """Time and the columns, side by side."""
     import numpy as np
 
-    if slot in result.stored:
-        values: NDArray[np.float64] = result.data[first:last, result.stored[slot]]
-        return values
-    return np.full(len(result.time[first:last]), result.constants[slot])
+    kept = [(i, c) for i, c in enumerate(columns, 1) if c.slot in result.stored]
+    fixed = [(i, c) for i, c in enumerate(columns, 1) if c.slot not in result.stored]
+    numbers = np.empty((len(result.time[rows]), 1 + len(columns)))
+    numbers[:, 0] = result.time[rows]
+    numbers[:, [i for i, _ in kept]] = result.data[rows, [result.stored[c.slot] for _, c in kept]]
+    numbers[:, [i for i, _ in fixed]] = [result.constants[c.slot] for _, c in fixed]
+    numbers[:, 1:] *= [c.sign for c in columns]
+    numbers += 0.0  # drops -0
+    return numbers
 
 
-def _numbers(values: NDArray[np.float64]) -> list[str]:
-    """The shortest texts that read back as the same numbers."""
-    if len(values) and (values == values[0]).all():
-        return [repr(values[0].item() + 0.0)] * len(values)
-    # The text of a whole list is made in C, and so is splitting it. Adding 0 drops -0.
-    return repr((values + 0.0).tolist())[1:-1].split(", ")
-
-
-def _integers(values: NDArray[np.float64]) -> list[str]:
-    return repr([round(v) for v in values.tolist()])[1:-1].split(", ")
+def _text(numbers: NDArray[np.float64], whole: Sequence[int]) -> bytes:
+    """Rows with the shortest texts that read back as the same numbers; `whole` are the
+    columns of whole numbers."""
+    rows: list[list[float]] = numbers.tolist()
+    for row in rows:
+        for i in whole:
+            row[i] = round(row[i]) if math.isfinite(row[i]) else row[i]
+    if (abs(numbers) < math.inf).all():
+        # Rows of JSON are made in C; the brackets and commas between them are taken out.
+        return json.encode(rows)[2:-2].replace(b"],[", _END) + _END
+    return b"".join(",".join(map(repr, row)).encode() + _END for row in rows)
 
 
 # Reading ---------------------------------------------------------------------------------------
 
 #: Bytes read at a time.
 _BLOCK = 1 << 22
+#: Numbers as JSON has them, which most files hold.
+_LIST = json.Decoder(list[float])
 _UNIT = re.compile(r"(.+) \[([^\[\]]+)\]")
 
 
@@ -140,12 +141,16 @@ def _fast(rows: Sequence[bytes], width: int) -> NDArray[np.float64] | None:
 
     if any(row.count(b",") != width - 1 for row in rows):
         return None
+    text = b",".join(rows)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            numbers = np.fromstring(b",".join(rows).decode("ascii"), sep=",")
-    except (ValueError, DeprecationWarning):
-        return None
+        numbers = np.array(_LIST.decode(b"[%b]" % text))
+    except MsgspecError:  # JSON knows no infinity and no `.5`
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                numbers = np.fromstring(text.decode("ascii"), sep=",")
+        except (ValueError, DeprecationWarning):
+            return None
     return numbers.reshape(len(rows), width) if numbers.size == len(rows) * width else None
 
 

@@ -248,7 +248,7 @@ def test_a_failure_leaves_the_old_file(
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("planarc.view.table_csv._rows", fail)
+    monkeypatch.setattr("planarc.view.table_csv._text", fail)
     with pytest.raises(UsageError, match="no space left"):
         write_table(path, result)
     assert path.read_bytes() == before
