@@ -1,17 +1,28 @@
 """Writes data that holds expressions as bytes, and reads it back.
 
 Expressions share nodes and form chains deeper than Python's recursion limit, so
-the table is written as rows (operation, data, arguments) and every expression
-in the data as its row number.
+the nodes below the data are written as columns, in the order of their numbers:
+
+    operations    one byte a node
+    data          of the nodes that have some
+    counts        of each node's arguments
+    arguments     their numbers, one after the other
+
+and every expression in the data as its number. A compilation leaves many nodes behind
+that nothing uses any more; these are not written.
 """
 
 from __future__ import annotations
 
 import io
 import pickle
+from array import array
 from typing import Any
 
 from planarc.ir.expr import Expr, Exprs, Op
+
+#: Nodes of these operations have data.
+_TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
 
 
 def dumps(value: object, table: Exprs) -> bytes:
@@ -19,37 +30,70 @@ def dumps(value: object, table: Exprs) -> bytes:
     buffer = io.BytesIO()
     pickler = _Pickler(buffer, table)
     pickler.dump(value)
-    rows = [(int(e.op), e.data, tuple(a.id for a in e.args)) for e in table.all]
-    return pickle.dumps((rows, buffer.getvalue()), pickle.HIGHEST_PROTOCOL)
+    nodes = _nodes_below(pickler.found, table)
+    columns = (
+        array("I", [e.id for e in nodes]),
+        bytes([e.op for e in nodes]),
+        [e.data for e in nodes if e.op in _TOLD],
+        array("I", [len(e.args) for e in nodes]),
+        array("I", [a.id for e in nodes for a in e.args]),
+    )
+    return pickle.dumps((columns, buffer.getvalue()), pickle.HIGHEST_PROTOCOL)
 
 
 def loads(data: bytes) -> Any:
     """What `dumps` wrote, with a table of its own. Only for data that planarc wrote."""
-    rows, body = pickle.loads(data)
+    (numbers, operations, told, counts, arguments), body = pickle.loads(data)
     table = Exprs()
-    for op, node_data, args in rows[len(table.all) :]:
-        if op == Op.CONST:
-            table.const(node_data)
-        else:
-            table.node(Op(op), tuple(table.all[a] for a in args), node_data)
-    return _Unpickler(io.BytesIO(body), table).load()
+    nodes: dict[int, Expr] = {}
+    rest = iter(told)
+    kinds = list(Op)
+    at = 0
+    for number, operation, count in zip(numbers, operations, counts, strict=True):
+        op = kinds[operation]
+        node_data: Any = next(rest) if op in _TOLD else None
+        if op is Op.CONST:
+            nodes[number] = table.const(node_data)
+            continue
+        args = tuple([nodes[a] for a in arguments[at : at + count]])
+        at += count
+        nodes[number] = table.node(op, args, node_data)
+    return _Unpickler(io.BytesIO(body), table, nodes).load()
+
+
+def _nodes_below(numbers: set[int], table: Exprs) -> list[Expr]:
+    """The nodes of these numbers and all that they are made of, in ascending order."""
+    needed = bytearray(len(table.all))
+    for number in numbers:
+        needed[number] = True
+    found = []
+    for e in reversed(table.all):  # arguments have lower numbers than what uses them
+        if needed[e.id]:
+            found.append(e)
+            for a in e.args:
+                needed[a.id] = True
+    found.reverse()
+    return found
 
 
 class _Pickler(pickle.Pickler):
     def __init__(self, buffer: io.BytesIO, table: Exprs) -> None:
         super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
         self._table = table
+        self.found: set[int] = set()  # numbers of the expressions met so far
 
     def persistent_id(self, value: object) -> int | None:
         if isinstance(value, Expr):
+            self.found.add(value.id)
             return value.id
         return -1 if value is self._table else None
 
 
 class _Unpickler(pickle.Unpickler):
-    def __init__(self, buffer: io.BytesIO, table: Exprs) -> None:
+    def __init__(self, buffer: io.BytesIO, table: Exprs, nodes: dict[int, Expr]) -> None:
         super().__init__(buffer)
         self._table = table
+        self._nodes = nodes
 
     def persistent_load(self, key: int) -> Expr | Exprs:
-        return self._table if key < 0 else self._table.all[key]
+        return self._table if key < 0 else self._nodes[key]
