@@ -52,7 +52,9 @@ def lower_initial_algorithm(
     names = assigned_names(algorithm.statements)
     for name in names:
         runner.values[name] = _before(model, name, starts, algorithm.span)
+    count = len(model.assertions)
     runner.run_body(algorithm.statements)
+    model.forget_bounds(count)  # the values at the start are not those that rows hold
     for name in names:
         symbols, values = elements(model.values[name]), elements(runner.values[name])
         for symbol, value in zip(symbols, values, strict=True):
@@ -107,7 +109,9 @@ class _Section(Runner):
         branches = []
         for condition, body in s.branches:
             name = equations.trigger(self.here(), condition, self.into, s)
-            branches.append((name, tuple(self._actions(body))))
+            count = len(self.scope.model.assertions)
+            actions = tuple(self._actions(body))
+            branches.append((name, (*actions, *self.scope.model.take_assertions(count))))
         self.into.whens.append(dae.When(tuple(branches), s.span, s.component))
 
     def _actions(self, body: Sequence[flat.Statement]) -> Iterator[dae.Action]:

@@ -132,6 +132,7 @@ def _assigned_somewhere(
     span: Span,
 ) -> Value:
     """Each row is the new one where the place, known only while running, is its number."""
+    scope.keep_within(place, old.shape[0], span)
     rows = []
     for number, row in enumerate(old.rows(), start=1):
         here = scope.table.equal(place, scope.table.const(number))

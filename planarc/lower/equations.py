@@ -23,7 +23,7 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op
 from planarc.lower import functions
-from planarc.lower.scalar import lower_expression
+from planarc.lower.scalar import lower_expression, none_of
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import (
     RecordValue,
@@ -58,7 +58,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
             case flat.WhenEquation():
                 into.whens.append(_when(scope, e, into))
             case flat.Assert():
-                model.assertions.append(_assertion(scope, e, None))
+                model.assertions.append(_assertion(scope, e))
             case flat.Terminate() | flat.Reinit():
                 raise error(
                     "L340",
@@ -88,14 +88,16 @@ def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.
     """Initial equations: no relation in them makes an event."""
     scope = Scope(model, events=False, at_event=True)
     result = []
+    count = len(model.assertions)
     for e in equations:
         if isinstance(e, flat.Assert):
-            model.assertions.append(_assertion(scope, e, None))
+            model.assertions.append(_assertion(scope, e))
             continue
         if not isinstance(e, flat.Equality | flat.IfEquation):
             raise error("L341", "this stands in no initial equation", e.span)
         for left, right in _pairs(scope, e):
             result.append(dae.Equation(left, right, e.span, e.component))
+    model.forget_bounds(count)  # the values at the start are not those that rows hold
     return result
 
 
@@ -143,11 +145,11 @@ def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
 
 def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
     """Branch by branch: `if c then a = b; else a = d; end if` is `a = if c then b else d`."""
-    t = scope.table
-    result = _section(scope, e.otherwise, t.true)
-    for condition, body in reversed(e.branches):
-        truth = expr(lower_expression(scope, condition))
-        branch = _section(scope, body, truth)
+    truths = [expr(lower_expression(scope, condition)) for condition, _ in e.branches]
+    result = _section(scope.where(none_of(scope, truths)), e.otherwise)
+    for k in reversed(range(len(truths))):
+        here = scope.where(none_of(scope, truths[:k])).where(truths[k])
+        branch = _section(here, e.branches[k][1])
         if len(branch) != len(result):
             raise error(
                 "L345",
@@ -155,15 +157,16 @@ def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
                 e.span,
                 hint="give every branch as many equations, or make the condition a parameter",
             )
-        result = [_join(scope, truth, a, b) for a, b in zip(branch, result, strict=True)]
+        pairs = zip(branch, result, strict=True)
+        result = [_join(scope, truths[k], a, b) for a, b in pairs]
     return result
 
 
-def _section(scope: Scope, body: Sequence[flat.Equation], truth: Expr) -> list[Pair]:
+def _section(scope: Scope, body: Sequence[flat.Equation]) -> list[Pair]:
     pairs: list[Pair] = []
     for e in body:
         if isinstance(e, flat.Assert):
-            scope.model.assertions.append(_assertion(scope, e, truth))
+            scope.model.assertions.append(_assertion(scope, e))
         else:
             pairs.extend(_pairs(scope, e))
     return pairs
@@ -183,7 +186,9 @@ def _when(scope: Scope, e: flat.WhenEquation, into: Lowered) -> dae.When:
     branches = []
     for condition, body in e.branches:
         name = trigger(scope, condition, into, e)
-        branches.append((name, tuple(_actions(replace(scope, at_event=True), body))))
+        count = len(scope.model.assertions)
+        actions = tuple(_actions(replace(scope, at_event=True), body))
+        branches.append((name, (*actions, *scope.model.take_assertions(count))))
     return dae.When(tuple(branches), e.span, e.component)
 
 
@@ -237,7 +242,7 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
             case flat.Reinit():
                 yield from reinit(scope, e)
             case flat.Assert():
-                yield _assertion(scope, e, None)
+                yield _assertion(scope, e)
             case flat.Terminate():
                 yield dae.Terminate(_message(scope, e.message), e.span)
             case flat.IfEquation():
@@ -270,7 +275,7 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
     for condition, body in branches:
         own = t.true if condition is None else expr(lower_expression(scope, condition))
         truth = t.and_(own, t.not_(earlier))
-        for action in _actions(scope, body):
+        for action in _actions(scope.where(truth), body):
             match action:
                 case dae.SetDiscrete(name, value, span):
                     key = ("set", t.symbol(name))
@@ -281,7 +286,7 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
                     old = chosen.get(key, (symbol, span))[0]
                     chosen[key] = (t.if_(truth, value, old), span)
                 case dae.Assertion():
-                    yield replace(action, condition=t.or_(t.not_(truth), action.condition))
+                    yield action
                 case dae.Terminate():
                     raise error(
                         "L349",
@@ -300,11 +305,11 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
 # Asserts --------------------------------------------------------------------------------------
 
 
-def _assertion(scope: Scope, e: flat.Assert, truth: Expr | None) -> dae.Assertion:
+def _assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
     t = scope.table
     condition = expr(lower_expression(scope.without_events(), e.condition))
-    if truth is not None:
-        condition = t.or_(t.not_(truth), condition)
+    if scope.path is not None:
+        condition = t.or_(t.not_(scope.path), condition)
     return dae.Assertion(condition, _message(scope, e.message), e.warning, e.component, e.span)
 
 

@@ -79,18 +79,18 @@ def _if(scope: Scope, e: flat.If) -> Value:
             return lower_expression(scope, branch)
     else:
         return lower_expression(scope, e.otherwise)
-    result = lower_expression(scope.where(_none_of(scope, conditions)), e.otherwise)
+    result = lower_expression(scope.where(none_of(scope, conditions)), e.otherwise)
     for k in reversed(range(len(conditions))):
         condition, (_, branch) = conditions[k], e.branches[k]
         if condition.is_const and not condition.data:
             continue
-        own = scope.where(_none_of(scope, conditions[:k])).where(condition)
+        own = scope.where(none_of(scope, conditions[:k])).where(condition)
         value = lower_expression(own, branch)
         result = choose(scope, condition, value, result, e.span)
     return result
 
 
-def _none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
+def none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
     """That no earlier branch is taken."""
     holds = scope.table.true
     for condition in conditions:
@@ -172,6 +172,7 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
     if not rows:
         raise error("L312", "an empty array has no entries", span)
     # A subscript that changes while running: a choice between all entries.
+    scope.keep_within(position, len(rows), span)
     result = rows[-1]
     for number in range(len(rows) - 1, 0, -1):
         condition = t.equal(position, t.const(number))

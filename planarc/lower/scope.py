@@ -38,6 +38,8 @@ class Model(Struct, dict=True):
     relations: list[dae.Relation] = field(default_factory=list)
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
+    #: conditions of subscripts that an assertion checks already
+    bounds: set[Expr] = field(default_factory=set)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delays: list[dae.Delay] = field(default_factory=list)
     #: what delays need of their own: continuous variables with their equations
@@ -54,6 +56,18 @@ class Model(Struct, dict=True):
         return time_derivative(
             self.table, lambda name: name in self.parameters or name in self.discretes
         )
+
+    def take_assertions(self, count: int) -> tuple[dae.Assertion, ...]:
+        """Take those back that came after the first `count`: they hold elsewhere, or never."""
+        taken = tuple(self.assertions[count:])
+        del self.assertions[count:]
+        self.bounds.difference_update(a.condition for a in taken)
+        return taken
+
+    def forget_bounds(self, count: int) -> None:
+        """Of the assertions after the first `count`, drop those of subscripts."""
+        bounds = set(self.bounds)
+        self.assertions += (a for a in self.take_assertions(count) if a.condition not in bounds)
 
     def number(self, e: Expr) -> Expr:
         """An expression of parameters with their present values put in, which are then frozen.
@@ -123,6 +137,17 @@ class Scope(Data):
             return self
         path = condition if self.path is None else self.table.and_(self.path, condition)
         return Scope(self.model, self.locals, self.events, self.at_event, self.depth, path)
+
+    def keep_within(self, position: Expr, count: int, span: Span) -> None:
+        """End the run where a subscript that is chosen while running is not 1 to `count`."""
+        t = self.table
+        holds = t.and_(t.less_equal(t.one, position), t.less_equal(position, t.const(count)))
+        if self.path is not None:
+            holds = t.or_(t.not_(self.path), holds)
+        if holds not in self.model.bounds:
+            self.model.bounds.add(holds)
+            parts = ("the subscript ", (position, ""), f" is outside of 1 to {count}")
+            self.model.assertions.append(dae.Assertion(holds, dae.Message(parts), span=span))
 
     def value(self, name: str, span: Span) -> Value:
         if self.locals is not None and name in self.locals:

@@ -1,0 +1,109 @@
+"""A subscript that is chosen while running ends the run where it is outside, and only there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from planarc import compiler
+from planarc.core.options import Backend, RunOptions
+from planarc.request import Request
+
+ARRAY = "  parameter Real a[3] = {1, 2, 3}; Integer i; Real y;"
+COUNT = "  i = integer(5*time) + 1;"
+FUNCTION = """
+  function set input Integer n; output Real y; protected Real t[3] = {0, 0, 0};
+  algorithm t[n] := 5; y := t[1] + t[2] + t[3]; end set;
+  function at input Real t[:]; input Integer n; output Real y;
+  algorithm y := if n < 1 then -1 elseif n > size(t, 1) then -2 else t[n]; end at;
+"""
+
+
+def run(declarations: str, body: str, backend: Backend = Backend.NUMPY) -> Any:
+    text = f"model M\n{declarations}\n{body}\nend M;"
+    compiled = compiler.compile_model(Request(text=text), backend)
+    return compiler.run(compiled, RunOptions(stop=1.0, intervals=20, backend=backend))
+
+
+#: Each leaves 1 to 3 at 0.6 s.
+OUTSIDE = {
+    "read": (ARRAY, f"equation\n{COUNT}\n  y = a[i];"),
+    "matrix": (
+        "  parameter Real m[3, 2] = {{1, 2}, {3, 4}, {5, 6}}; Integer i; Real y;",
+        f"equation\n{COUNT}\n  y = sum(m[i, :]);",
+    ),
+    "assigned": (
+        "  Integer i; Real t[3];",
+        f"equation\n{COUNT}\nalgorithm\n  t := {{0, 0, 0}};\n  t[i] := 5;",
+    ),
+    "when algorithm": (
+        "  Integer i(start=1, fixed=true); discrete Real b[3](each start=0, each fixed=true);",
+        "algorithm\n  when sample(0.1, 0.25) then\n    i := pre(i) + 1;\n    b[i] := time;\n"
+        "  end when;",
+    ),
+    "when equation": (
+        "  parameter Real a[3] = {1, 2, 3}; discrete Real y(start=0, fixed=true);"
+        " Integer i(start=0, fixed=true);",
+        "equation\n  when sample(0, 0.2) then\n    y = a[i];\n    i = pre(i) + 1;\n  end when;",
+    ),
+    "function": (ARRAY + FUNCTION, f"equation\n{COUNT}\n  y = set(i);"),
+}
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_a_subscript_outside_ends_the_run_with_its_line(name: str, backend: Backend) -> None:
+    result = run(*OUTSIDE[name], backend)
+    assert result.time[-1] == pytest.approx(0.6)
+    assert "the subscript 4 is outside of 1 to 3" in result.ended.message
+    line = result.ended.span.text
+    assert line.endswith(("[i]", "[n]", "[i, :]"))
+
+
+@pytest.mark.parametrize(
+    ("declarations", "body"),
+    [
+        (ARRAY, f"equation\n{COUNT}\n  y = if i <= 3 then a[i] else 0;"),
+        (ARRAY, f"equation\n{COUNT}\n  if i > 3 then y = 0; else y = a[i]; end if;"),
+        (ARRAY + FUNCTION, f"equation\n{COUNT}\n  y = at(a, i);"),
+        (ARRAY, f"equation\n{COUNT}\nalgorithm\n  if i < 4 then y := a[i]; else y := 0; end if;"),
+        # The subscript is only outside while the when is at rest.
+        (
+            "  parameter Real a[3] = {1, 2, 3}; Integer i; discrete Real y(start=0, fixed=true);",
+            f"equation\n{COUNT}\n  when time > 0.5 then\n    y = a[i];\n  end when;",
+        ),
+        # Only at the start, where it is inside.
+        (
+            ARRAY + " Real x;",
+            f"equation\n{COUNT}\n  y = x; der(x) = 0;\ninitial equation\n  x = a[i];",
+        ),
+    ],
+)
+def test_a_subscript_on_a_way_that_is_not_taken_says_nothing(declarations: str, body: str) -> None:
+    assert run(declarations, body).ended is None
+
+
+@pytest.mark.parametrize(
+    "branches",
+    [
+        'if time < 2 then y = 1; else y = 2; assert(false, "never"); end if;',
+        'if time < 2 then y = 1; elseif time < 3 then y = 2; assert(false, "never");'
+        " else y = 3; end if;",
+    ],
+)
+def test_an_assertion_of_a_branch_holds_only_there(branches: str) -> None:
+    assert run("  Real y;", f"equation\n  {branches}").ended is None
+
+
+def test_a_check_in_a_function_called_at_an_event_is_made_at_the_event_only() -> None:
+    function = (
+        "function low input Real x; output Real y; algorithm"
+        ' assert(x < 0.7, "too late"); y := x; end low;'
+    )
+    declarations = f"  {function} discrete Real y(start=0, fixed=true);"
+    early = run(declarations, "equation\n  when time > 0.5 then\n    y = low(time);\n  end when;")
+    late = run(declarations, "equation\n  when time > 0.8 then\n    y = low(time);\n  end when;")
+    assert early.ended is None
+    assert late.time[-1] == pytest.approx(0.8)
+    assert "too late" in late.ended.message
