@@ -111,7 +111,7 @@ def _machine(backend: Backend) -> tuple[str, ...]:
     """Native code belongs to one kind of processor and one version of its compiler."""
     if backend is not Backend.NATIVE:
         return ()
-    from planarc.codegen.native.machine import key
+    from planarc.codegen.native.processor import key
 
     return (key(),)
 

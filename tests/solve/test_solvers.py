@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -104,26 +105,28 @@ def test_a_missing_library_is_replaced_and_named(
         run(tools, tools.pendulum(), solver=Solver.CVODE_BDF)
 
 
-def test_libraries_are_found_by_the_wheels_list(monkeypatch: pytest.MonkeyPatch) -> None:
-    class File:
-        def __init__(self, name: str) -> None:
-            self.name = name.rpartition("/")[2]
-            self._path = name
-
-        def locate(self) -> str:
-            return f"/site/{self._path}"
-
+def test_libraries_are_found_by_the_wheels_list(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "sksundae").mkdir()
+    (tmp_path / "sksundae" / "__init__.py").touch()
+    record = tmp_path / "scikit_sundae-1.2.0.dist-info" / "RECORD"
+    record.parent.mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
     libs = "scikit_sundae.libs"
     for names in (
         [f"{libs}/libsundials_core-94.so.7.9.0", f"{libs}/libsundials_cvode-1.so.7"],
         [f"sksundae/.dylibs/libsundials_{part}.7.3.0.dylib" for part in ("core", "cvode")],
         [f"{libs}/sundials_core-a1.dll", f"{libs}/sundials_cvode-b2.dll"],
     ):
-        files = [File("sksundae/c_cvode.pxd"), *map(File, names[::-1])]
-        monkeypatch.setattr("importlib.metadata.files", lambda _, files=files: files)
-        assert [str(p) for p in sundials._library_files()] == [f"/site/{n}" for n in names]
-    monkeypatch.setattr("importlib.metadata.files", lambda _: [])
+        listed = ["sksundae/c_cvode.pxd", "sksundae/sundials_core.pxd", *names[::-1]]
+        record.write_text("".join(f"{name},sha256=QGpDpI,177065\n" for name in listed))
+        assert sundials._library_files() == [tmp_path / name for name in names]
+    record.write_text("")
     with pytest.raises(Unavailable, match="brings no SUNDIALS library"):
+        sundials._library_files()
+    monkeypatch.setitem(sys.modules, "sksundae", None)
+    with pytest.raises(Unavailable, match="is not installed"):
         sundials._library_files()
 
 

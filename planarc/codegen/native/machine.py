@@ -15,10 +15,11 @@ slower in half the time, and for a chain of 80 rods in a sixteenth of it.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.passing import passing_text
 from planarc.codegen.native.printer import ir, slopes_ir
+from planarc.codegen.native.processor import key, target_machine
 from planarc.codegen.native.runtime import runtime_text
 from planarc.codegen.slopes import derive_slopes
 from planarc.core import cache as store
@@ -48,16 +49,6 @@ def _joined(runtime: bytes, text: str) -> bytes:
     return len(runtime).to_bytes(8, "little") + runtime + _compiled(text, level, ())
 
 
-def key() -> str:
-    """What object code depends on besides the model: processor, system, version of LLVM."""
-    import llvmlite
-    import llvmlite.binding as llvm
-
-    version = ".".join(map(str, llvm.llvm_version_info))
-    parts = (llvm.get_process_triple(), llvm.get_host_cpu_name(), _features(), version)
-    return " ".join((*parts, llvmlite.__version__))
-
-
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models, and kept on disk."""
@@ -80,34 +71,10 @@ def _shared(text: str) -> bytes:
     return known
 
 
-def _features() -> str:
-    import llvmlite.binding as llvm
-
-    features: str = llvm.get_host_cpu_features().flatten()
-    return features
-
-
-@cache
-def _machine(level: int) -> Any:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    return target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(),
-        features=_features(),
-        opt=level,
-        reloc="default",
-        codemodel="jitdefault",
-        jit=True,
-    )
-
-
 def _compiled(text: str, level: int, passes: tuple[str, ...]) -> bytes:
     import llvmlite.binding as llvm
 
-    machine = _machine(level)
+    machine = target_machine(level)
     module = llvm.parse_assembly(text)
     module.triple = llvm.get_process_triple()
     module.data_layout = str(machine.target_data)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import ctypes as C
 import re
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ MAJOR_VERSIONS = (7,)
 _PARTS = ("core", "cvode")
 _IDA_PARTS = ("core", "ida")
 _DISTRIBUTION = "scikit-sundae"
+_LIBRARY = re.compile(r"(?:^|/)(?:lib)?sundials_([a-z]+)[-_.][^/]*\.(?:so|dll|dylib)\b[^/]*$")
 
 _P, _I, _D, _L = C.c_void_p, C.c_int, C.c_double, C.c_int64
 _LONGS = C.POINTER(C.c_long)
@@ -80,6 +82,7 @@ _IDA_FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "IDASetId": (_I, (_P, _P)),
     "IDASetSuppressAlg": (_I, (_P, _I)),
     "IDASetLinearSolver": (_I, (_P, _P, _P)),
+    "IDASetJacFn": (_I, (_P, _P)),
     "IDASetInitStep": (_I, (_P, _D)),
     "IDASetMaxStep": (_I, (_P, _D)),
     "IDASetMaxNumSteps": (_I, (_P, C.c_long)),
@@ -166,18 +169,25 @@ def _opened(parts: tuple[str, ...]) -> list[C.CDLL]:
 
 def _library_files(parts: tuple[str, ...] = _PARTS) -> list[Path]:
     """The files of the parts needed, in the order of loading."""
-    from importlib import metadata
-
-    try:
-        files = metadata.files(_DISTRIBUTION) or ()
-    except metadata.PackageNotFoundError:
-        raise Unavailable(f"{_DISTRIBUTION} is not installed") from None
+    site, files = _wheel()
     found: dict[str, Path] = {}
-    for file in files:
-        match = re.match(r"(?:lib)?sundials_([a-z]+)[-_.].*", file.name)
-        if match and re.search(r"\.(so|dll|dylib)\b", file.name):
-            found.setdefault(match[1], Path(str(file.locate())))
+    for name in files:
+        match = _LIBRARY.search(name)
+        if match:
+            found.setdefault(match[1], site / name)
     missing = [part for part in parts if part not in found]
     if missing:
         raise Unavailable(f"{_DISTRIBUTION} brings no SUNDIALS library `{missing[0]}`")
     return [found[part] for part in parts]
+
+
+def _wheel() -> tuple[Path, list[str]]:
+    """Where the wheel was unpacked, and its list of files (PEP 376). `importlib.metadata`
+    reads it too, but its own import takes longer than all that is done here."""
+    spec = find_spec("sksundae")
+    if spec is None or spec.origin is None:
+        raise Unavailable(f"{_DISTRIBUTION} is not installed")
+    site = Path(spec.origin).parent.parent
+    lists = sorted(site.glob("scikit_sundae-*.dist-info/RECORD"))
+    lines = lists[-1].read_text("utf-8").splitlines() if lists else []
+    return site, [line.partition(",")[0].strip('"') for line in lines]
