@@ -17,6 +17,10 @@ def main() -> None:
     # matrices of planar mechanisms are too small for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+    from planarc.core.bytecode import keep_bytecode
+
+    keep_bytecode()
+
     from planarc.cli.app import run
 
     sys.exit(run(sys.argv[1:]))
