@@ -18,16 +18,18 @@ from planarc.ir.expr import Expr, Exprs, postorder
 
 def name_parts(table: Exprs, formulas: Iterable[Expr], names: set[str]) -> dict[Expr, Expr]:
     """The parts and their symbols, in the order of evaluation."""
-    constant: dict[Expr, bool] = {}
+    constant: set[Expr] = set()
     found: dict[Expr, None] = {}
     roots = list(formulas)
     for e in postorder(roots):
-        constant[e] = (
-            all(constant[a] for a in e.args)
-            if e.args
-            else e.is_const or (e.is_symbol and e.order == 0 and e.name in names)
-        )
-        if not constant[e]:
-            found.update((a, None) for a in e.args if constant[a] and not is_trivial(a))
-    found.update((e, None) for e in roots if constant[e] and not is_trivial(e))
+        if not e.args:
+            if e.is_const or (e.is_symbol and e.order == 0 and e.name in names):
+                constant.add(e)
+        elif constant.issuperset(e.args):
+            constant.add(e)
+        elif not constant.isdisjoint(e.args):
+            for a in e.args:
+                if a in constant and not is_trivial(a):
+                    found[a] = None
+    found.update((e, None) for e in roots if e in constant and not is_trivial(e))
     return {e: table.symbol(f"$p{i}") for i, e in enumerate(found, 1)}

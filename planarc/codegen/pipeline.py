@@ -20,11 +20,8 @@ from __future__ import annotations
 from planarc.codegen.sections import write_sections
 from planarc.codegen.tables import Tables
 from planarc.ir.dae import Equation
-from planarc.ir.expr import text
 from planarc.ir.program import EquationInfo, Program
 from planarc.ir.sorted import SortedDae
-
-_LONGEST = 1000  # characters of a part of an equation that a message shows
 
 
 def generate(sorted: SortedDae) -> Program:
@@ -75,8 +72,7 @@ def generate(sorted: SortedDae) -> Program:
 
 
 def equation_info(equation: Equation) -> EquationInfo:
-    sides = (text(e, _LONGEST) for e in (equation.left, equation.right))
-    return EquationInfo(" = ".join(sides), equation.span, equation.component)
+    return EquationInfo((equation.left, equation.right), equation.span, equation.component)
 
 
 def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:

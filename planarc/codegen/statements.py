@@ -17,6 +17,7 @@ Promises:  temporaries are numbered in the order of their creation; a value that
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.ir.expr import Expr, Exprs, Op, postorder
@@ -47,13 +48,17 @@ def is_trivial(e: Expr) -> bool:
 def shared(values: Iterable[Expr]) -> set[Expr]:
     """The nodes that are worth a temporary: used more than once by the values."""
     roots = list(values)
-    uses: dict[Expr, int] = {}
+    used: set[Expr] = set(roots)
+    again: set[Expr] = set()
     for e in postorder(roots):
         for a in e.args:
-            uses[a] = uses.get(a, 0) + 1
-    for root in roots:
-        uses[root] = uses.get(root, 0) + 1
-    return {e for e, n in uses.items() if n > 1 and not is_trivial(e)}
+            if a in used:
+                again.add(a)
+            else:
+                used.add(a)
+    if len(roots) > len(used.intersection(roots)):
+        again.update(e for e, n in Counter(roots).items() if n > 1)
+    return {e for e in again if not is_trivial(e)}
 
 
 def invariants(values: Iterable[Expr], varying: set[Expr]) -> list[Expr]:

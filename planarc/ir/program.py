@@ -20,7 +20,7 @@ from msgspec import field
 from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
 from planarc.ir.history import History
@@ -206,12 +206,24 @@ class DelayCode(Data):
     span: Span
 
 
+#: Characters of a part of an equation that a message shows.
+_LONGEST_PART = 1000
+
+
 class EquationInfo(Data):
     """What messages say of an equation."""
 
-    text: str
+    written: str | tuple[Expr, Expr]  # as text, or the two sides
     span: Span
     component: str
+
+    @property
+    def text(self) -> str:
+        """Made when a message needs it: few of a model's equations ever fail."""
+        if isinstance(self.written, str):
+            return self.written
+        left, right = self.written
+        return f"{text(left, _LONGEST_PART)} = {text(right, _LONGEST_PART)}"
 
 
 class Condition(Data):

@@ -28,6 +28,10 @@ class Value:
     def __init__(self, code: Code, type: str, text: str) -> None:
         self.code, self.type, self.text = code, type, text
 
+    def kept(self) -> Value:
+        """The value in a register, or a constant."""
+        return self
+
     def _with(self, other: Value | float | int, real: str, whole: str) -> Value:
         b = self.code.constant(other, self.type)
         operation = real if self.type == REAL else whole
@@ -83,8 +87,8 @@ class Value:
     # Memory: a pointer to 8-byte elements
 
     def at(self, index: Value | int) -> Value:
-        i = self.code.constant(index, INT)
-        return self.code.emit(POINTER, f"getelementptr inbounds i64, ptr {self.text}, i64 {i.text}")
+        i = index if isinstance(index, int) else index.text
+        return self.code.emit(POINTER, f"getelementptr inbounds i64, ptr {self.text}, i64 {i}")
 
     def load(self, type: str, index: Value | int = 0) -> Value:
         return self.code.emit(type, f"load {type}, ptr {self.at(index).text}, align 8")
@@ -93,6 +97,21 @@ class Value:
         v = self.code.constant(value, REAL)
         place = self.at(index).text
         self.code.line(f"store {v.type} {v.text}, ptr {place}, align 8")
+
+
+class Negative(Value):
+    """The negative of a number, not computed yet: sums subtract the number instead."""
+
+    __slots__ = ("number",)
+
+    def __init__(self, number: Value) -> None:
+        self.code, self.type, self.text = number.code, number.type, ""
+        self.number = number
+
+    def kept(self) -> Value:
+        if not self.text:
+            self.text = self.code.emit(self.type, f"fneg double {self.number.kept().text}").text
+        return self
 
 
 class Variable:
@@ -133,13 +152,38 @@ class Code:
         self.lines.append(text)
 
     def register(self) -> str:
-        self._count += 1
-        return f"%v{self._count}"
+        self._count = count = self._count + 1
+        return f"%v{count}"
 
     def emit(self, type: str, instruction: str) -> Value:
-        name = self.register()
+        self._count = count = self._count + 1
+        name = f"%v{count}"
         self.lines.append(f"{name} = {instruction}")
         return Value(self, type, name)
+
+    def sum(self, terms: Sequence[Value]) -> Value:
+        """a + b - c ...: what is negative is subtracted, which gives the same bits."""
+        first, second, *rest = terms
+        if isinstance(first, Negative):
+            first, second = second, first
+        total = first.kept().text
+        for term in (second, *rest):
+            operation = "fadd"
+            if isinstance(term, Negative) and not term.text:
+                operation, term = "fsub", term.number.kept()
+            name = self.register()
+            self.lines.append(f"{name} = {operation} double {total}, {term.text}")
+            total = name
+        return Value(self, REAL, total)
+
+    def product(self, factors: Sequence[Value]) -> Value:
+        first, *rest = factors
+        total = first.text
+        for factor in rest:
+            name = self.register()
+            self.lines.append(f"{name} = fmul double {total}, {factor.text}")
+            total = name
+        return Value(self, REAL, total)
 
     def constant(self, value: Value | float | int, type: str) -> Value:
         if isinstance(value, Value):

@@ -8,11 +8,9 @@ may be not a number.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
-from operator import add, mul
 from typing import Final
 
-from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
 from planarc.codegen.refusal import not_differentiable
 from planarc.ir import external
 from planarc.ir.expr import Expr, Op
@@ -38,6 +36,9 @@ DECLARATIONS: Final = "".join(
 LARGEST_PRODUCT = 16
 
 
+_CONST, _ADD, _MUL, _NEG = Op.CONST, Op.ADD, Op.MUL, Op.NEG
+
+
 def real(c: Code, value: Value) -> Value:
     """A truth value as 1.0 or 0.0, a number as it is."""
     if value.type != BIT:
@@ -59,19 +60,22 @@ def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
         e = stack[-1]
         if e in done:
             stack.pop()
-            continue
-        waiting = [a for a in reversed(e.args) if a not in done]
-        if waiting:
-            stack.extend(waiting)
-            continue
-        stack.pop()
-        if e.op is Op.CONST:
-            done[e] = _constant(c, e.data)
-        elif not e.args:
-            done[e] = leaf(e)
+        elif waiting := [a for a in reversed(e.args) if a not in done]:
+            stack += waiting
         else:
-            done[e] = _node(c, e, [done[a] for a in e.args])
-    return done[root]
+            stack.pop()
+            op = e.op
+            if not e.args:
+                done[e] = _constant(c, e.data) if op is _CONST else leaf(e)
+            elif op is _ADD:
+                done[e] = c.sum([real(c, done[a]) for a in e.args])
+            elif op is _MUL:
+                done[e] = c.product([real(c, done[a].kept()) for a in e.args])
+            elif op is _NEG:
+                done[e] = Negative(real(c, done[e.args[0]]))
+            else:
+                done[e] = _node(c, e, [done[a].kept() for a in e.args])
+    return done[root].kept()
 
 
 def _constant(c: Code, value: float | bool) -> Value:
@@ -91,12 +95,6 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
             return _choice(c, args)
     numbers = [real(c, x) for x in args]
     match e.op:
-        case Op.ADD:
-            return reduce(add, numbers)
-        case Op.MUL:
-            return reduce(mul, numbers)
-        case Op.NEG:
-            return c.emit(REAL, f"fneg double {numbers[0].text}")
         case Op.DIV:
             return numbers[0] / numbers[1]
         case Op.POW:
