@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 #: Above so many lines of LLVM a program is compiled in the quickest way.
 LARGEST_OPTIMISED = 3000
+_PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
 def compile_object(program: Program) -> bytes:
@@ -46,27 +47,28 @@ def compile_slopes(program: Program, scope: Scope) -> bytes | None:
 
 def _joined(runtime: bytes, text: str) -> bytes:
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
-    return len(runtime).to_bytes(8, "little") + runtime + _compiled(text, level, ())
+    return len(runtime).to_bytes(8, "little") + runtime + _kept(text, level, ())
 
 
 @cache
 def _runtime() -> bytes:
-    """The runtime's object code; it is the same for all models, and kept on disk."""
-    return _shared(runtime_text())
+    """The runtime's object code; it is the same for all models."""
+    return _kept(runtime_text(), 1, _PASSES)
 
 
 @cache
 def _passing() -> bytes:
     """What passes derivatives on, likewise."""
-    return _shared(passing_text())
+    return _kept(passing_text(), 1, _PASSES)
 
 
-def _shared(text: str) -> bytes:
-    name = store.key("runtime", key(), text)
+def _kept(text: str, level: int, passes: tuple[str, ...]) -> bytes:
+    """Compiled, or as it was compiled before: a model whose values or comments alone were
+    changed has the same text."""
+    name = store.key("object", key(), str(level), " ".join(passes), text)
     known = store.load("native", name)
     if known is None:
-        passes = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
-        known = _compiled(text, 1, passes)
+        known = _compiled(text, level, passes)
         store.store("native", name, known)
     return known
 
