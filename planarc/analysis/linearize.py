@@ -2,8 +2,9 @@
 
     dx/dt = A*x + B*u,   y = C*x + D*u     (deviations from the point)
 
-Jacobians come from central differences of order four of the compiled equations, which
-are solved to rounding; their error is about 1e-12 of the values.
+Jacobians come from formulas (`codegen.slopes`). Where a function has no derivative, or none
+at this point, they are central differences of order four of the compiled equations, which
+are solved to rounding; their error is about 1e-12 of the values. `derivatives` says which.
 Reference: the natural frequency of an eigenvalue s is |s|, its damping ratio -Re(s)/|s|.
 """
 
@@ -67,6 +68,7 @@ class Linearization(Data, eq=False):
     outputs: tuple[str, ...]
     time: float
     values: Mapping[str, float]
+    derivatives: str  # `formulas` or `differences`
     point: Point
 
     @property
@@ -190,6 +192,47 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     signs = np.array([columns[name].sign for name in outputs], dtype=float)
     held = [program.slots[name] for name in program.inputs]
 
+    jacobian = _by_formulas(point, held, slots, signs)
+    known = jacobian is not None
+    if jacobian is None:
+        jacobian = _by_differences(point, held, slots, signs)
+    return Linearization(
+        A=jacobian[:n, :n],
+        B=jacobian[:n, n:],
+        C=jacobian[n:, :n],
+        D=jacobian[n:, n:],
+        states=point.names,
+        inputs=program.inputs,
+        outputs=tuple(outputs),
+        time=point.t,
+        values=point.values(),
+        derivatives="formulas" if known else "differences",
+        point=point,
+    )
+
+
+def _by_formulas(
+    point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
+) -> Vector | None:
+    """d(rates, outputs)/d(states, inputs), or None."""
+    import numpy as np
+
+    rows = [*(c.derivative for c in point.states), *slots]
+    kernel: Any = point.kernel
+    found = kernel.derivatives(point.t, point.y.tolist(), held, rows)
+    if found is None:
+        return None
+    whole: Vector = np.concatenate([np.ones(len(point.y)), signs])[:, None] * found
+    return whole
+
+
+def _by_differences(
+    point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
+) -> Vector:
+    import numpy as np
+
+    n = len(point.y)
+
     def both(z: Vector) -> Vector:
         for slot, value in zip(held, z[n:].tolist(), strict=True):
             point.kernel.w[slot] = value
@@ -201,18 +244,7 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     jacobian = derivative(both, z)
     both(z)
     point.accept(point.y)
-    return Linearization(
-        A=jacobian[:n, :n],
-        B=jacobian[:n, n:],
-        C=jacobian[n:, :n],
-        D=jacobian[n:, n:],
-        states=point.names,
-        inputs=program.inputs,
-        outputs=tuple(outputs),
-        time=point.t,
-        values=point.values(),
-        point=point,
-    )
+    return jacobian
 
 
 def _outputs(model: Model, outputs: Sequence[str] | None) -> tuple[str, ...]:

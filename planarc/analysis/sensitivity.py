@@ -7,12 +7,10 @@ Where nothing switches, the sensitivity equations are integrated beside the moti
 
     dS/dt = A*S + df/dp,   S(0) = d(start)/dp,   dz/dp = dz/dy*S + dz/dp|y,
 
-with error control of both. A = df/dy comes from formulas where the kernel has them (the
-NumPy back end: `codegen.slopes`). All else, and A of machine code, whose right-hand side
-costs less than the formulas' system, are central differences of the compiled equations at
-one point, which are solved to rounding. They are no differences of runs: the integrator's
-error does not enter. Each changed parameter has a kernel of its own, so that closed loops
-stay on their branch. States are chosen as in a run, and S is carried over.
+with error control of both. The partial derivatives come from formulas (`partials`); where
+these are missing, from differences of the equations at one point, and `derivatives` says so.
+They are no differences of runs: the integrator's error does not enter. States are chosen
+as in a run, and S is carried over.
 
 A model with events gets differences of runs at a tight tolerance instead; `method` says so.
 
@@ -26,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from planarc.analysis.partials import Differences, Formulas, NoFormulaError, Partials
 from planarc.analysis.point import Point, open_point
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, error
@@ -43,8 +42,8 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-#: Steps of central differences, relative: of order two by parameters, four by states.
-STEP, STATE_STEP = 1e-5, 3e-6
+#: The relative change of a parameter whose effect is as exact as the motion.
+CHANGE = 1e-5
 #: The tolerance of the integration is never looser.
 TOLERANCE = 1e-10
 #: Relative changes of a parameter where whole runs are compared, and their tolerance.
@@ -60,6 +59,7 @@ class Sensitivities(Data):
     data: Vector  # rows, variables, parameters
     motion: Vector  # rows, variables
     method: str  # `equations` or `differences`
+    derivatives: str  # of the equations: `formulas` or `differences`
 
     def __getitem__(self, key: tuple[str, str]) -> Vector:
         variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
@@ -98,7 +98,13 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
         return _by_runs(model, values, options)
     if program.discretes:
         return _by_runs(model, values, options)
-    return _Equations(model, values, options).integrate()
+    try:
+        base = open_point(model, options)
+        return _Equations(base, Formulas(base, values, options), values, options).integrate()
+    except NoFormulaError:
+        base = open_point(model, options)
+        partials = Differences(base, model, values, options)
+        return _Equations(base, partials, values, options).integrate()
 
 
 def _present(model: Model, names: Sequence[str], options: RunOptions) -> dict[str, float]:
@@ -126,83 +132,43 @@ def _present(model: Model, names: Sequence[str], options: RunOptions) -> dict[st
 class _Equations:
     """The motion and its sensitivities, integrated together."""
 
-    def __init__(self, model: Model, values: dict[str, float], options: RunOptions) -> None:
-        import numpy as np
-
+    def __init__(
+        self, base: Point, partials: Partials, values: dict[str, float], options: RunOptions
+    ) -> None:
         from planarc.solve.request import resolve
 
-        program = model.program
-        self.program, self.parameters = program, tuple(values)
-        request = resolve(program, options)
+        self.program, self.parameters = base.program, tuple(values)
+        request = resolve(self.program, options)
         self.grid = request.grid
         self.tolerance = min(TOLERANCE, request.tolerance)
-        self.base = open_point(model, options)
-        self.steps = [STEP * (abs(v) or 1.0) for v in values.values()]
-        self.sides = [
-            tuple(
-                open_point(
-                    model, replace(options, values={**options.values, name: value + sign * h})
-                )
-                for sign in (1.0, -1.0)
-            )
-            for (name, value), h in zip(values.items(), self.steps, strict=True)
-        ]
-        candidates = [c.slot for c in program.candidates]
-        starts = [[_workspace(p)[candidates] for p in pair] for pair in self.sides]
-        self.all = np.array(
-            [(a - b) / (2 * h) for (a, b), h in zip(starts, self.steps, strict=True)]
-        ).T.reshape(len(candidates), len(self.steps))
+        self.base, self.partials = base, partials
+        self.changes = [CHANGE * (abs(v) or 1.0) for v in values.values()]
+        self.s = partials.start()
         self._follow()
 
     def _follow(self) -> None:
-        """All kernels take the states, and the point, of the base."""
-        self.s = self.all[self.base.selection]
-        for point in self._points():
-            point.run.selection = list(self.base.selection)
-            point.kernel.select(self.base.selection)
-            point.accept(self.base.y, self.base.t)
-
-    def _points(self) -> list[Point]:
-        return [p for pair in self.sides for p in pair]
+        """The point takes its states, and all that is beside it."""
+        self.base.accept(self.base.y, self.base.t)
+        self.partials.follow()
+        self._slots = [c.derivative for c in self.base.states]
 
     def _rates(self, t: float, z: Vector) -> Vector:
         """Of the states, then of their sensitivities; NaN where there are none."""
         import numpy as np
 
-        n, k = len(self.base.y), len(self.steps)
-        y, s = z[:n], z[n:].reshape(n, k)
-        for point in (self.base, *self._points()):
-            point.t = t
+        n = len(self.base.y)
         try:
-            f = self.base.rhs(y)
-            by_state = self._by_state(t, y)
-            by_parameter = [
-                (a.rhs(y) - b.rhs(y)) / (2 * h)
-                for (a, b), h in zip(self.sides, self.steps, strict=True)
-            ]
+            f, by_state, by_parameter = self.partials.at(t, z[:n], self._slots)
         except PlanarcError:
             return np.full(len(z), np.nan)
-        ds = by_state @ s + np.array(by_parameter).T.reshape(n, k)
+        ds = by_state @ z[n:].reshape(n, len(self.changes)) + by_parameter
         return np.concatenate([f, ds.ravel()])
 
-    def _by_state(self, t: float, y: Vector) -> Vector:
-        """A, a row for each derivative."""
-        formulas = getattr(self.base.kernel, "state_jacobian", None)
-        found: Vector | None = None if formulas is None else formulas(t, y.tolist())
-        return _differences(self.base.rhs, y) if found is None else found
-
-    def _derivatives(self, t: float, y: Vector, s: Vector) -> tuple[Vector, Vector]:
-        """The whole workspace, and its derivatives by the parameters."""
-        import numpy as np
-
-        for point in (self.base, *self._points()):
-            point.t = t
-        by_state = _differences(self.base.outputs, y)
-        by_parameter = [
-            (a.outputs(y) - b.outputs(y)) / (2 * h)
-            for (a, b), h in zip(self.sides, self.steps, strict=True)
-        ]
-        return self.base.outputs(y), by_state @ s + np.array(by_parameter).T
+    def _values(self, t: float, z: Vector, slots: Sequence[int]) -> tuple[Vector, Vector]:
+        """Values, and their derivatives by the parameters."""
+        n = len(self.base.y)
+        values, by_state, by_parameter = self.partials.at(t, z[:n], slots)
+        return values, by_state @ z[n:].reshape(n, len(self.changes)) + by_parameter
 
     def integrate(self) -> Sensitivities:
         import numpy as np
@@ -212,7 +178,7 @@ class _Equations:
         signs = np.array([c.sign for c in columns], dtype=float)
         times, stop = self.grid.tolist(), float(self.grid[-1])
         now = times[0]
-        rows = [self._row(now, np.concatenate([self.base.y, self.s.ravel()]), slots)]
+        rows = [self._values(now, np.concatenate([self.base.y, self.s.ravel()]), slots)]
         solver: Any = None
         while now < stop:
             solver = solver or self._solver(now, stop)
@@ -222,7 +188,7 @@ class _Equations:
             now, dense = float(solver.t), solver.dense_output()
             while len(rows) < len(times) and times[len(rows)] <= now:
                 t = times[len(rows)]
-                rows.append(self._row(t, dense(t), slots))
+                rows.append(self._values(t, dense(t), slots))
             if self._accept(now, solver.y):
                 solver = None
         return Sensitivities(
@@ -232,12 +198,8 @@ class _Equations:
             data=np.array([signs[:, None] * dw for _, dw in rows]),
             motion=np.array([signs * w for w, _ in rows]),
             method="equations",
+            derivatives=self.partials.name,
         )
-
-    def _row(self, t: float, z: Vector, slots: Sequence[int]) -> tuple[Vector, Vector]:
-        n = len(self.base.y)
-        w, dw = self._derivatives(t, z[:n], z[n:].reshape(n, len(self.steps)))
-        return w[slots], dw[slots]
 
     def _solver(self, now: float, stop: float) -> Any:
         import numpy as np
@@ -245,7 +207,7 @@ class _Equations:
 
         z = np.concatenate([self.base.y, self.s.ravel()])
         # A sensitivity is as accurate as what it says of a change of the whole parameter.
-        unit = np.array([STEP / h for h in self.steps])
+        unit = np.array([CHANGE / h for h in self.changes])
         absolute = np.concatenate(
             [np.ones(len(self.base.y)), np.tile(unit, (len(self.base.y), 1)).ravel()]
         )
@@ -262,10 +224,10 @@ class _Equations:
     def _accept(self, t: float, z: Vector) -> bool:
         """The end of a step; true where other states were chosen."""
         n = len(self.base.y)
-        y, self.s = z[:n].copy(), z[n:].reshape(n, len(self.steps)).copy()
+        y, self.s = z[:n].copy(), z[n:].reshape(n, len(self.changes)).copy()
         selector = self.base.run.selector
-        for point in (self.base, *self._points()):
-            point.accept(y, t)
+        self.base.accept(y, t)
+        self.partials.follow()
         if not selector.open:
             return False
         changed, lost = selector.check(urgent=True)
@@ -274,30 +236,13 @@ class _Equations:
         if not changed:
             return False
         candidates = [c.slot for c in self.program.candidates]
-        w, dw = self._derivatives(t, y, self.s)
-        self.all = dw[candidates]
-        self.base.run.selection = selector.selection()
-        self.base.kernel.select(self.base.selection)
-        self.base.accept([float(w[c.slot]) for c in self.base.states], t)
+        values, moved = self._values(t, z, candidates)
+        selection = self.base.run.selection = selector.selection()
+        self.base.kernel.select(selection)
+        self.s = moved[selection]
+        self.base.y = values[selection]
         self._follow()
         return True
-
-
-def _differences(f: Any, y: Vector) -> Vector:
-    """The Jacobian by central differences of order four: exact enough near dead centres."""
-    import numpy as np
-
-    columns = []
-    for j in range(len(y)):
-        h = np.zeros(len(y))
-        h[j] = STATE_STEP * max(1.0, abs(y[j]))
-        near, far = f(y + h) - f(y - h), f(y + 2 * h) - f(y - 2 * h)
-        columns.append((8 * near - far) / (12 * h[j]))
-    return np.array(columns).T if columns else np.zeros((len(f(y)), 0))
-
-
-def _workspace(point: Point) -> Vector:
-    return point.outputs(point.y)
 
 
 def _by_runs(model: Model, values: dict[str, float], options: RunOptions) -> Sensitivities:
@@ -319,4 +264,4 @@ def _by_runs(model: Model, values: dict[str, float], options: RunOptions) -> Sen
         h = RUN_STEP * (abs(value) or 1.0)
         data.append((run({name: value + h}) - run({name: value - h})) / (2 * h))
     stacked = np.moveaxis(np.array(data), 0, -1)
-    return Sensitivities(grid, tuple(values), names, stacked, run({}), "differences")
+    return Sensitivities(grid, tuple(values), names, stacked, run({}), "differences", "differences")

@@ -143,6 +143,8 @@ class _Deriver:
     def derive(self) -> Slopes | None:
         program = self._program
         everything = self._scope is Scope.ALL
+        if everything and program.delays:  # no formula tells how the past moves
+            return None
         if everything:
             self._statements(program.parameters)
         for level in program.levels:
@@ -154,7 +156,8 @@ class _Deriver:
         rows, runs = self._rows()
         found = [slope for row in rows for _, slope in row.terms]
         body, coefficients = self._listed(lets, found)
-        if any(self._unknown(e) for e in postorder((*coefficients, *(let.value for let in body)))):
+        used = postorder((*coefficients, *(let.value for let in body)))
+        if any(e.op is Op.APPLY and e.data[2] for e in used):
             return None
         slots = tuple(self._slot(e) for e in self._numbers)
         places = {slot: node for node, slot in enumerate(slots)}
@@ -167,12 +170,6 @@ class _Deriver:
             runs,
             tuple((places[c.slot], places.get(c.derivative, -1)) for c in program.candidates),
         )
-
-    def _unknown(self, e: Expr) -> bool:
-        """Functions without a derivative; the past changes with parameters, no formula tells."""
-        if e.op is Op.APPLY:
-            return bool(e.data[2])
-        return e.op is Op.PAST and self._scope is Scope.ALL
 
     def _slot(self, e: Expr) -> int:
         return self._program.slots.get(text(e), -1)

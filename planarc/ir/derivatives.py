@@ -99,7 +99,6 @@ class Tape:
         pairs = self._list(Head.PAIRS, 2 * numbers[Head.CANDIDATES])
         self.candidates = list(zip(pairs[::2], pairs[1::2], strict=True))
         self.node_of = {slot: node for node, slot in enumerate(self.slots) if slot >= 0}
-        self.noted = list(self.node_of.values())  # the nodes that have slots
 
     def _list(self, head: Head, count: int) -> Sequence[int]:
         begin = self._numbers[head]

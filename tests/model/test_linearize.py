@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planarc import Model, PlanarcError, UsageError, load
+from planarc.core.options import Backend
 
 G = 9.81
 #: Squares of the frequencies around the lower equilibrium, V''/M.
@@ -133,3 +134,46 @@ def test_a_wrong_point_is_refused(pendulum: Model, at: Any, words: str) -> None:
     assert words in f"{caught.value} {caught.value.diagnostics[0].hint}"
     with pytest.raises(UsageError, match="no variable"):
         pendulum.linearize(outputs=["tau"])
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_formulas_give_the_matrices(
+    four_bar: Model, backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same as differences do, also of forces as outputs; where there is no formula,
+    differences are taken and said."""
+    model = Model(four_bar.request, backend)
+    asked = ["revC.frame_a.f[1]", "revD.phi"]
+    found = model.linearize(0.3, outputs=asked)
+    assert found.derivatives == "formulas"
+    monkeypatch.setattr("planarc.analysis.linearize._by_formulas", lambda *_: None)
+    same = model.linearize(0.3, outputs=asked)
+    assert same.derivatives == "differences"
+    for name in "ABCD":
+        a, b = getattr(found, name), getattr(same, name)
+        assert a.shape == b.shape
+        assert np.allclose(a, b, rtol=1e-8, atol=1e-8)
+
+
+def test_an_input_of_a_mechanism() -> None:
+    """A torque at a hinge: B = 1/(I + m*l^2), and the hinge's reaction feels it at once."""
+    model = load(
+        """model M
+          inner PlanarMultiBody.World world(g=0);
+          input Real u;
+          PlanarMultiBody.Joints.Revolute hinge(drivenFlange=true, phi(fixed=true), w(fixed=true));
+          PlanarMultiBody.Parts.Body bob(m=2, I=0.3, r_CM={0.7, 0});
+          Modelica.Mechanics.Rotational.Sources.Torque drive;
+        equation
+          drive.tau = u;
+          connect(drive.flange, hinge.axis);
+          connect(world.frame_b, hinge.frame_a);
+          connect(hinge.frame_b, bob.frame_a);
+        end M;"""
+    )
+    found = model.linearize(outputs=["der(hinge.w)", "hinge.frame_b.f[2]"])
+    inertia = 0.3 + 2 * 0.7**2
+    assert found.derivatives == "formulas"
+    assert found.B[found.states.index("hinge.w"), 0] == pytest.approx(1 / inertia, rel=1e-12)
+    assert found.D[0, 0] == pytest.approx(1 / inertia, rel=1e-12)
+    assert abs(found.D[1, 0]) == pytest.approx(2 * 0.7 / inertia, rel=1e-12)

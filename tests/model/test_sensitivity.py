@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from planarc import Model, UsageError, load
-from planarc.analysis import sensitivity
+from planarc.analysis import partials
 from planarc.core.options import Backend
 
 
@@ -63,25 +64,83 @@ def test_of_a_loop_that_changes_its_states(crank_slider: Model) -> None:
         assert np.max(np.abs(found[name, "crank.m"] - same[name, "crank.m"])) < 1e-6 * size
 
 
-def test_of_a_loop_take_the_jacobian_from_formulas(
-    four_bar: Model, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("backend", list(Backend))
+def test_formulas_and_differences_agree(
+    four_bar: Model, backend: Backend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    model = Model(four_bar.request, Backend.NUMPY)
+    model = Model(four_bar.request, backend)
     asked = ["crankBody.m", "crank.r[1]"]
-    same = four_bar.sensitivities(asked, stop_time=0.5, intervals=10)
-
-    def differences(f: Any, y: Any) -> Any:
-        # Bound methods are made anew at each look: their function tells which one it is.
-        assert f.__name__ != "rhs", "the right-hand side has formulas"
-        return central(f, y)
-
-    central = sensitivity._differences
-    monkeypatch.setattr(sensitivity, "_differences", differences)
     found = model.sensitivities(asked, stop_time=0.5, intervals=10)
+    assert (found.method, found.derivatives) == ("equations", "formulas")
+
+    def none(*_: Any) -> Any:
+        raise partials.NoFormulaError
+
+    monkeypatch.setattr(partials.Formulas, "at", none)
+    same = model.sensitivities(asked, stop_time=0.5, intervals=10)
+    assert (same.method, same.derivatives) == ("equations", "differences")
     for parameter in asked:
         for name in ("revA.phi", "revD.w", "revC.frame_a.f[1]"):
             size = max(1.0, np.max(np.abs(same[name, parameter])))
             assert np.max(np.abs(found[name, parameter] - same[name, parameter])) < 1e-6 * size
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_of_a_pendulum_by_its_length(backend: Backend) -> None:
+    """Its own variational equation, with J = I + m*l^2:
+
+    J*phi'' = -m*g*l*cos(phi)
+    J*s'' = m*g*l*sin(phi)*s - m*g*cos(phi) - 2*m*l*phi'',  s = d(phi)/dl
+    """
+    m, inertia, length, g = 2.0, 0.3, 0.7, 9.81
+    model = load(
+        "model P inner PlanarMultiBody.World world(n={0, -1});"
+        " parameter Real l = 0.7; parameter Real tilt = 0.5;"
+        " PlanarMultiBody.Joints.Revolute hinge(phi(start=tilt, fixed=true), w(fixed=true));"
+        " PlanarMultiBody.Parts.Body bob(m=2, I=0.3, r_CM={l, 0});"
+        " equation connect(world.frame_b, hinge.frame_a); connect(hinge.frame_b, bob.frame_a);"
+        " end P;",
+        backend=str(backend),
+    )
+    found = model.sensitivities(["l", "tilt"], stop_time=2, intervals=40)
+    assert found.derivatives == "formulas"
+    total = inertia + m * length**2
+
+    def rates(_: float, z: Any) -> Any:
+        phi, w, s, ds, r, dr = z
+        a = -m * g * length * np.cos(phi) / total
+        by_length = (m * g * (length * np.sin(phi) * s - np.cos(phi)) - 2 * m * length * a) / total
+        return w, a, ds, by_length, dr, m * g * length * np.sin(phi) * r / total
+
+    start = (0.5, 0, 0, 0, 1, 0)
+    exact = solve_ivp(rates, (0, 2), start, "DOP853", found.time, rtol=1e-13, atol=1e-13).y
+    for name, parameter, expected in (
+        ("hinge.phi", "l", exact[2]),
+        ("hinge.w", "l", exact[3]),
+        ("hinge.phi", "tilt", exact[4]),
+    ):
+        assert np.max(np.abs(found[name, parameter] - expected)) < 1e-8 * np.max(np.abs(expected))
+
+
+def test_a_start_value_of_the_user_does_not_move(four_bar: Model) -> None:
+    """What the parameter gives the angle counts only where the user gives none."""
+    model = load(
+        "model S parameter Real a = 2; Real x(start=a, fixed=true); equation der(x) = -x; end S;"
+    )
+    t = model.sensitivities(["a"], stop_time=1).time
+    assert np.allclose(model.sensitivities(["a"], stop_time=1)["x", "a"], np.exp(-t), atol=1e-8)
+    assert not model.sensitivities(["a"], stop_time=1, start={"x": 3.0})["x", "a"].any()
+
+
+def test_initial_equations_move_the_start() -> None:
+    """x begins at rest, at u/k: d(x)/dk = -u/k^2; its start has no formula."""
+    model = load(
+        "model I parameter Real k = 2; parameter Real u = 3; Real x;"
+        " initial equation der(x) = 0; equation der(x) = u - k*x; end I;"
+    )
+    found = model.sensitivities(["k"], stop_time=1)
+    assert found.derivatives == "differences"
+    assert np.allclose(found["x", "k"], -3 / 4, atol=1e-7)
 
 
 def test_of_a_model_with_events_come_from_runs() -> None:

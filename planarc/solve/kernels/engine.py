@@ -60,6 +60,7 @@ class Engine:
             _name_library(llvm)
         llvm.add_symbol("pc_external", ctypes.cast(_CALLED, _POINTER).value)
         self._known: set[bytes] = set()
+        self._addresses: dict[str, int] = {}
         self.add(code)
         self.functions = {name: self._function(name) for name in _SIGNATURES}
 
@@ -75,7 +76,10 @@ class Engine:
         self._engine.finalize_object()
 
     def address(self, name: str) -> int:
-        return int(self._engine.get_function_address(name))
+        found = self._addresses.get(name)
+        if not found:
+            found = self._addresses[name] = int(self._engine.get_function_address(name))
+        return found
 
     def value(self, name: str) -> int:
         """The address of a constant."""

@@ -45,7 +45,6 @@ class NativeDerivatives:
         self.memory[Passing.FRAME], self.memory[Passing.TAPE] = frame, address
         self.memory[Passing.COEFFICIENTS] = engine.address(f"pc_slopes_{scope.value}")
         self._seeds: list[int] = []
-        self._nodes: Any = None
 
     def _keep(self, which: Passing, array: Any) -> None:
         self._arrays[which] = array
@@ -96,9 +95,7 @@ class NativeDerivatives:
         address = self.memory.ctypes.data
         if self._pass(address, t):
             return None
-        if self._nodes is None or self._nodes[0] is not nodes:
-            self._nodes = nodes, np.array(nodes, np.int64)
-        listed, width = self._nodes[1], int(self.memory[Passing.WIDTH])
+        listed, width = np.array(nodes, np.int64), int(self.memory[Passing.WIDTH])
         found = np.empty((len(nodes), width))
         if self._gather(address, listed.ctypes.data, len(nodes), found.ctypes.data):
             return None
@@ -110,15 +107,10 @@ class NativeDerivatives:
         self._seed(())
         return self._passed(t, self._rates)
 
-    def of_all(self, t: float, slots: Sequence[int]) -> Matrix | None:
+    def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
         node_of = self._tape.node_of
-        self._seed([node_of.get(s, -1) for s in slots])
-        moved = self._passed(t, self._tape.noted)
-        if moved is None:
-            return None
-        found = np.zeros((self._program.size, len(self._seeds)))
-        found[list(node_of)] = moved
-        return found
+        self._seed([node_of.get(s, -1) for s in leaves])
+        return self._passed(t, [node_of.get(s, -1) for s in rows])
 
     def of_residuals(self, t: float, unknowns: Unknowns) -> Matrix | None:
         node_of = self._tape.node_of

@@ -48,6 +48,7 @@ class _Made(Data):
     parameters: Indices  # slots of parameters with a default
     defaults: Vector
     asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
+    selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
 
 
 @once
@@ -71,7 +72,24 @@ def _made(program: Program) -> _Made:
         np.array([p.slot for p in given], np.intp),
         np.array([p.default for p in given], float),
         {},
+        {},
     )
+
+
+def _numbers(program: Program, placed: Placement, selection: tuple[int, ...]) -> NDArray[np.int64]:
+    """Slots of the states, of their derivatives, and the unknowns of each block."""
+    numbers = np.zeros(placed.numbers, np.int64)
+    n, first = program.state_count, Number.FIRST_STATE
+    chosen = [program.candidates[i] for i in selection]
+    numbers[first : first + n] = [c.slot for c in chosen]
+    numbers[first + n : first + 2 * n] = [c.derivative for c in chosen]
+    taken = set(selection)
+    for record, code in zip(placed.records, program.blocks, strict=True):
+        if code.height and code.residuals:
+            solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
+            at = record[Record.SOLVED]
+            numbers[at : at + len(solved)] = solved
+    return numbers[first:]
 
 
 class NativeKernel:
@@ -107,7 +125,7 @@ class NativeKernel:
         self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
         self._results, self._tear_starts = made.results, made.tear_starts
         self._candidate_slots, self._residual_places = made.candidates, made.residuals
-        self._asked = made.asked
+        self._asked, self._selections = made.asked, made.selections
         self._bind(engine)
         self._numbers[Number.STATES] = n
         self._numbers[Number.OPEN] = -1
@@ -205,19 +223,11 @@ class NativeKernel:
         return self._call_parameters(float(self.w[0]))
 
     def select(self, selection: Sequence[int]) -> None:
-        program, numbers = self._program, self._numbers
-        n = program.state_count
-        self._selection = tuple(selection)
-        chosen = [program.candidates[i] for i in selection]
-        first = Number.FIRST_STATE
-        numbers[first : first + n] = [c.slot for c in chosen]
-        numbers[first + n : first + 2 * n] = [c.derivative for c in chosen]
-        taken = set(selection)
-        for record, code in zip(self._place.records, program.blocks, strict=True):
-            if code.height and code.residuals:
-                solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
-                at = record[Record.SOLVED]
-                numbers[at : at + len(solved)] = solved
+        self._selection = chosen = tuple(selection)
+        known = self._selections.get(chosen)
+        if known is None:
+            known = self._selections[chosen] = _numbers(self._program, self._place, chosen)
+        self._numbers[Number.FIRST_STATE :] = known
         for derivatives in self._derivatives.values():
             if derivatives is not None:
                 derivatives.select(selection)
@@ -328,11 +338,13 @@ class NativeKernel:
         found = self._derivatives_of(Scope.RATES)
         return None if found is None else found.by_states(t)
 
-    def derivatives(self, t: float, y: Sequence[float], slots: Sequence[int]) -> Any:
+    def derivatives(
+        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
+    ) -> Any:
         if self.outputs(t, y):
             return None
         found = self._derivatives_of(Scope.ALL)
-        return None if found is None else found.of_all(t, slots)
+        return None if found is None else found.of_values(t, leaves, rows)
 
     def residual_jacobian(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns

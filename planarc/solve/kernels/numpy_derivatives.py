@@ -51,17 +51,11 @@ class NumpyDerivatives:
         motions = self._motions(t, self._states)
         return None if motions is None else _finite(_taken(motions, self._rates))
 
-    def of_all(self, t: float, slots: Sequence[int]) -> Matrix | None:
-        import numpy as np
-
+    def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
         node_of = self._tape.node_of
-        seeds = [*self._states, *(node_of.get(s, -1) for s in slots)]
-        motions = self._motions(t, seeds)
-        if motions is None:
-            return None
-        found = np.zeros((len(self._w), len(seeds)))
-        found[list(node_of)] = motions[self._tape.noted]
-        return _finite(found)
+        motions = self._motions(t, [*self._states, *(node_of.get(s, -1) for s in leaves)])
+        taken = [node_of.get(s, -1) for s in rows]
+        return None if motions is None else _finite(_taken(motions, taken))
 
     def of_residuals(self, t: float, unknowns: Unknowns) -> Matrix | None:
         node_of = self._tape.node_of

@@ -139,13 +139,15 @@ class NumpyKernel:
         found = self._derivatives_of(Scope.RATES)
         return None if found is None else found.by_states(t)
 
-    def derivatives(self, t: float, y: Sequence[float], slots: Sequence[int]) -> Any:
-        """d(all values)/d(states, then parameters or inputs in `slots`), a row for each slot
-        of the workspace, which is filled; None as above."""
+    def derivatives(
+        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
+    ) -> Any:
+        """d(values in the slots `rows`)/d(states, then parameters or inputs in the slots
+        `leaves`), a row for each; None as above. The workspace is filled."""
         if self.outputs(t, y):
             return None
         found = self._derivatives_of(Scope.ALL)
-        return None if found is None else found.of_all(t, slots)
+        return None if found is None else found.of_values(t, leaves, rows)
 
     def residual_jacobian(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns

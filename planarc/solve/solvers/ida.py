@@ -13,6 +13,15 @@ which solve the blocks exactly, and of the same size. Rows and relations are eva
 with blocks solved from IDA's values, which only polishes them. Every evaluation comes
 back to Python, so it is slower than CVODE. Roots are located on IDA's interpolation.
 
+Of larger models the Jacobian of F comes from formulas, in one evaluation, and by differences
+only where a formula has no derivative. Evaluations of F, and CPU seconds of a run, native,
+at 1e-6:
+
+    unknowns                          differences      formulas
+    five four-bars, 10 s        43    8795  0.19       1163  0.06
+    chain of 10 rods, 2 s       20    1991  0.05        840  0.04
+    chain of 40 rods, 2 s       80    8246  0.40        994  0.10
+
 Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of
            Initial-Value Problems in Differential-Algebraic Equations, SIAM 1996.
 """
@@ -43,10 +52,17 @@ _CAUSES = {
     -12: Cause.BLOCK,
 }
 _RESIDUAL = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 4)
+_JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, C.c_double, *(C.c_void_p,) * 8)
+#: With fewer unknowns differences are cheaper than compiling their derivatives.
+FEWEST_UNKNOWNS = 16
+#: Differences of F are taken with this part of an unknown, or of what its tolerance says.
+STEP, SMALLEST = 1.5e-8, 1e3
 
 
 class IdaIntegrator(ScipyIntegrator):
     """Raises `Unavailable` where the library is missing."""
+
+    ends_evaluated = False  # residuals are evaluated, and blocks not solved
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         if not hasattr(kernel, "residual_form"):
@@ -65,6 +81,7 @@ class IdaIntegrator(ScipyIntegrator):
         self._short = 0
         self._reached = C.c_double()
         self._unknowns: Any = None
+        self._smallest: list[float] = []
 
     # Setting up
 
@@ -91,6 +108,7 @@ class IdaIntegrator(ScipyIntegrator):
             *(part * a for a in self._absolute),
             *(tolerance * (n or 1.0) for n in nominals),
         ]
+        self._smallest = list(absolute)
         kinds[:] = [1.0] * self._size + [0.0] * len(unknowns.slots)
         self._memory = C.c_void_p(lib.IDACreate(self._context))
         self._residual = _RESIDUAL(self._residuals)
@@ -104,6 +122,9 @@ class IdaIntegrator(ScipyIntegrator):
         self._matrix = lib.SUNDenseMatrix(size, size, self._context)
         self._linear = lib.SUNLinSol_Dense(z, self._matrix, self._context)
         lib.IDASetLinearSolver(self._memory, self._linear, self._matrix)
+        if size >= FEWEST_UNKNOWNS and self._derived() is not None:
+            self._callback = _JACOBIAN(self._jacobian_of)
+            lib.IDASetJacFn(self._memory, self._callback)
         lib.IDASetMaxNumSteps(self._memory, -1)
         lib.IDASetMaxErrTestFails(self._memory, 20)
         lib.IDASetMaxConvFails(self._memory, 20)
@@ -118,26 +139,85 @@ class IdaIntegrator(ScipyIntegrator):
         address = self._lib.N_VGetArrayPointer(vector)
         return (C.c_double * size).from_address(address)
 
+    def _parts(self, z: Any) -> tuple[list[float], list[float]]:
+        """The states, and the unknowns of the blocks."""
+        values = z[:]
+        return values[: self._size], values[self._size :]
+
+    def _derived(self) -> Any:
+        """d(f, r)/dz at the point to begin from, or None where there is no formula."""
+        return self._kernel.residual_jacobian(  # type: ignore[attr-defined]
+            self._t, *self._parts(self._z), self._unknowns
+        )
+
+    def _form(self, t: float, z: Any) -> tuple[int, list[float]]:
+        """The flag, and -f and r at these values."""
+        flag, rates, residuals = self._kernel.residual_form(  # type: ignore[attr-defined]
+            t, *self._parts(z), self._unknowns
+        )
+        self._calls += 1
+        return flag, [*(-f for f in rates), *residuals]
+
     def _residuals(self, t: float, z: int, zdot: int, result: int, _: object) -> int:
         """F as IDA calls it. No exception passes through C."""
         try:
-            n, size = self._size, self._size + len(self._unknowns.slots)
-            values = self._numbers(z, size)[:]
-            flag, rates, residuals = self._kernel.residual_form(  # type: ignore[attr-defined]
-                t, values[:n], values[n:], self._unknowns
-            )
-            self._calls += 1
+            n, size = self._size, len(self._z)
+            flag, values = self._form(t, self._numbers(z, size))
             if flag != 0:
                 self._flag = flag
                 return 1
-            out, given = self._numbers(result, size), self._numbers(zdot, size)[:n]
-            out[:n] = [a - b for a, b in zip(given, rates, strict=True)]
-            out[n:] = list(residuals)
-            total = sum(out)
+            given = self._numbers(zdot, size)[:n]
+            values[:n] = [a + b for a, b in zip(given, values[:n], strict=True)]
+            self._numbers(result, size)[:] = values
+            total = sum(values)
             return 0 if total - total == 0.0 else 1
         except BaseException as problem:
             self._raised = problem
             return -1
+
+    def _jacobian_of(
+        self, t: float, rate: float, z: int, zdot: int, result: int, matrix: int, *_: object
+    ) -> int:
+        """dF/dz + rate*dF/dz' as IDA calls it, column by column."""
+        try:
+            import numpy as np
+
+            n, size = self._size, len(self._z)
+            values = self._numbers(z, size)
+            found = self._kernel.residual_jacobian(  # type: ignore[attr-defined]
+                t, *self._parts(values), self._unknowns
+            )
+            if found is None:
+                found = self._differences(t, list(values))
+            if found is None:
+                return 1
+            found[:n] *= -1.0
+            found[range(n), range(n)] += rate
+            data = self._lib.SUNDenseMatrix_Data(matrix)
+            columns = (C.c_double * (size * size)).from_address(data)
+            np.ctypeslib.as_array(columns).reshape(size, size)[:] = found.T
+            return 0
+        except BaseException as problem:
+            self._raised = problem
+            return -1
+
+    def _differences(self, t: float, z: list[float]) -> Any:
+        """d(f, r)/dz by forward differences, or None."""
+        import numpy as np
+
+        flag, here = self._form(t, z)
+        columns = []
+        for j, value in enumerate(z):
+            step = STEP * max(abs(value), SMALLEST * self._smallest[j])
+            moved = [*z[:j], value + step, *z[j + 1 :]]
+            again, there = self._form(t, moved)
+            flag = flag or again
+            columns.append((np.array(there) - here) / (moved[j] - value))
+        if flag or not np.isfinite(columns).all():
+            return None
+        found = np.array(columns).T
+        found[: self._size] *= -1.0
+        return found
 
     # On the way
 

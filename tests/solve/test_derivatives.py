@@ -1,0 +1,201 @@
+"""All derivatives from formulas, held against differences: of every value by states and by
+parameters, through torn loops, contacts, friction, tables and functions, at random states."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+import planarc
+from planarc.analysis.partials import Formulas, NoFormulaError
+from planarc.analysis.point import Point, open_point
+from planarc.core.options import Backend, RunOptions, Solver
+from planarc.ir.derivatives import Scope
+from planarc.solve.solvers import cvode
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
+
+from engine_bench import model as family  # noqa: E402
+
+EXAMPLES = "PlanarMultiBody.Examples"
+CASES = ROOT / "tests" / "cases"
+
+BLOCKS = """model Signals "Functions, tables and blocks of the standard library"
+  function bump "An algorithm with a loop and a choice"
+    input Real x;
+    input Real k;
+    output Real y;
+  algorithm
+    y := 0;
+    for i in 1:3 loop
+      y := y + sin(i*x)/(i + k);
+    end for;
+    if x > 0.2 then
+      y := y*exp(-x);
+    end if;
+  end bump;
+  parameter Real gain = 1.3;
+  Modelica.Blocks.Sources.Sine sine(f=0.3, amplitude=gain);
+  Modelica.Blocks.Continuous.FirstOrder lag(T=0.4, k=2, y(start=0.3));
+  Modelica.Blocks.Math.Product product;
+  Modelica.Blocks.Tables.CombiTable1Ds table(table=[0, 0; 1, 2; 2, 1; 4, 3]);
+  Real v(start=0.5, fixed=true);
+equation
+  connect(sine.y, lag.u);
+  connect(lag.y, product.u1);
+  product.u2 = bump(v, gain);
+  table.u = 1 + v*v;
+  der(v) = -v + product.y + 0.3*table.y[1] + sqrt(v*v + gain);
+end Signals;
+"""
+
+MODELS = {
+    "four_bar": f"{EXAMPLES}.Loops.FourBar",
+    "crank_slider": f"{EXAMPLES}.Loops.CrankSlider",
+    "two_loops": f"{EXAMPLES}.Loops.TwoLoops",
+    "engine": f"{EXAMPLES}.Loops.PistonEngine",
+    "cam": f"{EXAMPLES}.CurveCurveJoint.CamFollower",
+    "spline": f"{EXAMPLES}.CurveCurveJoint.SplineCam",
+    "sides": f"{EXAMPLES}.CurveCurveJoint.CurveCurveJointSwitchSides",
+    "line_force": f"{EXAMPLES}.Elementary.LineForceWithTwoMasses",
+    "bouncing": f"{EXAMPLES}.Elementary.BouncingMass",
+    "friction": CASES / "i5_breakaway",
+    "chain": family("chain", 5),
+    "ladder": family("ladder", 3),
+    "blocks": BLOCKS,
+}
+#: Compiled for both back ends; the others share their code up to the printer.
+BOTH = ("four_bar", "cam", "friction", "chain", "ladder", "blocks")
+ASKED = [*((n, Backend.NATIVE) for n in MODELS), *((n, Backend.NUMPY) for n in BOTH)]
+
+
+def loaded(name: str, backend: Backend) -> planarc.Model:
+    source = MODELS[name]
+    if isinstance(source, Path):
+        source = next(source.glob("*.pmo"))
+    return planarc.load(source, backend=str(backend))
+
+
+def some_parameters(model: planarc.Model) -> dict[str, float]:
+    """Four of those that are not zero, from the first to the last."""
+    real = [
+        p
+        for p in model.program.parameter_slots
+        if p.settable and not p.structural and p.kind.value == "Real" and p.default
+    ]
+    return {p.name: float(p.default or 0.0) for p in real[:: max(1, len(real) // 4)][:4]}
+
+
+def at_start(
+    model: planarc.Model, options: RunOptions, name: str = "", value: float = 0.0
+) -> Point:
+    values = {**options.values, name: value} if name else options.values
+    return open_point(model, replace(options, values=values))
+
+
+def differences(near: Any, h: float) -> Any:
+    """Of order four; `near(k)` gives the values at k steps."""
+    return (8 * (near(1) - near(-1)) - near(2) + near(-2)) / (12 * h)
+
+
+@pytest.mark.parametrize(("name", "backend"), ASKED, ids=[f"{n}-{b}" for n, b in ASKED])
+def test_formulas_agree_with_differences(name: str, backend: Backend) -> None:
+    model = loaded(name, backend)
+    options = RunOptions(backend=backend)
+    values = some_parameters(model)
+    point = at_start(model, options)
+    slots = [c.slot for c in model.program.columns if not c.constant]
+    y = point.y + 1e-3 * np.random.default_rng(7).normal(size=len(point.y))
+    here, by_states, by_parameters = Formulas(point, values, options).at(point.t, y, slots)
+    assert np.array_equal(here, point.outputs(y)[slots])
+    for j in range(len(y)):
+        h = 1e-4 * max(1.0, abs(y[j]))
+        unit = h * np.eye(len(y))[j]
+        expected = differences(lambda k, u=unit: point.outputs(y + k * u)[slots], h)
+        assert np.max(np.abs(by_states[:, j] - expected)) < 1e-6 * max(1, np.max(np.abs(expected)))
+    for j, (parameter, value) in enumerate(values.items()):
+        h = 1e-4 * abs(value)
+        sides = {k: at_start(model, options, parameter, value + k * h) for k in (-2, -1, 1, 2)}
+        for side in sides.values():
+            side.kernel.select(point.selection)
+            side.accept(point.y)
+        expected = differences(lambda k, s=sides: s[k].outputs(y)[slots], h)
+        error = np.max(np.abs(by_parameters[:, j] - expected))
+        assert error < 1e-6 * max(1, np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_of_residuals_by_states_and_unknowns(backend: Backend) -> None:
+    """With nothing solved, as IDA takes them."""
+    point = at_start(loaded("ladder", backend), RunOptions(backend=backend))
+    kernel: Any = point.kernel
+    unknowns = kernel.unknowns()
+    random = np.random.default_rng(3)
+    z = np.array([*point.y, *(float(kernel.w[s]) for s in unknowns.slots)])
+    z += 1e-2 * random.normal(size=len(z))
+    n = len(point.y)
+
+    def f(at: Any) -> Any:
+        flag, rates, residuals = kernel.residual_form(0.0, at[:n].tolist(), at[n:], unknowns)
+        assert flag == 0
+        return np.array([*rates, *residuals])
+
+    found = kernel.residual_jacobian(0.0, z[:n].tolist(), z[n:].tolist(), unknowns)
+    for j in range(len(z)):
+        h = 1e-3
+        unit = h * np.eye(len(z))[j]
+        expected = differences(lambda k, u=unit: f(z + k * u), h)
+        assert np.max(np.abs(found[:, j] - expected)) < 1e-7 * max(1, np.max(np.abs(expected)))
+
+
+def test_the_past_has_no_formula_by_parameters() -> None:
+    text = (
+        "model D parameter Real k = 2; Real x(start=1, fixed=true);"
+        " equation der(x) = -k*delay(x, 0.1); end D;"
+    )
+    compiled = planarc.load(text).compiled()
+    assert compiled.slopes(Scope.ALL) is None
+    assert compiled.slopes(Scope.RATES) is not None
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_a_point_without_derivative_is_told(backend: Backend) -> None:
+    text = "model S Real x(start=0, fixed=true); equation der(x) = 1 - sqrt(abs(x)); end S;"
+    options = RunOptions(backend=backend)
+    point = open_point(planarc.load(text, backend=str(backend)), options)
+    with pytest.raises(NoFormulaError):
+        Formulas(point, {}, options).at(0.0, np.array([0.0]), [point.states[0].derivative])
+    _, found, _ = Formulas(point, {}, options).at(
+        0.0, np.array([0.25]), [point.states[0].derivative]
+    )
+    assert found[0, 0] == pytest.approx(-1.0)
+
+
+# CVODE
+
+
+def swinging(n: int, monkeypatch: pytest.MonkeyPatch, most: float, **options: Any) -> Any:
+    monkeypatch.setattr(cvode, "MOST_DIFFERENCES", most)
+    model = planarc.load(family("chain", n))
+    return model.simulate(1.0, solver=str(Solver.CVODE_BDF), **options)
+
+
+def test_cvode_goes_on_with_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From where differences have cost enough, in machine code: the same motion, and no
+    evaluation for differences any more."""
+    model = planarc.load(family("chain", 12))
+    by_differences = swinging(12, monkeypatch, float("inf"))
+    by_formulas = swinging(12, monkeypatch, 0)
+    assert "(native)" in by_formulas.statistics.solver
+    assert len(model.states) == 24
+    a, b = by_differences.statistics, by_formulas.statistics
+    assert a.jacobians == b.jacobians > 1
+    assert a.rhs_calls - b.rhs_calls >= 24 * (a.jacobians - 1)
+    end = f"rev[{6}].phi"
+    assert np.max(np.abs(by_differences[end] - by_formulas[end])) < 1e-6
