@@ -16,13 +16,11 @@ Reference: Modelica Language Specification 3.6, section 12.9.
 
 from __future__ import annotations
 
-from msgspec import Struct
-
 from planarc.core.data import Data
-from planarc.core.source import Span
 from planarc.flatten import compute, expressions, function_signature
 from planarc.flatten.environment import Env
 from planarc.flatten.foreign_values import LOAD_RESOURCE
+from planarc.flatten.function_order import names_in
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Instance, Scope, Session
 from planarc.ir import external, flat, syntax
@@ -105,20 +103,6 @@ def _matched(
     for argument in node.arguments:
         if isinstance(argument, syntax.Ref) and argument.names[0] in outputs:
             results.append(argument.names[0])
-        elif not _names_in(argument) & scratch:
+        elif scratch.isdisjoint(names_in(argument)):
             given.append(expressions.type_expression(argument, env))
     return ExternalCall(clause.name, tuple(given), tuple(results))
-
-
-def _names_in(tree: object) -> set[str]:
-    """First names of all references in an expression."""
-    found, stack = set(), [tree]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, syntax.Ref):
-            found.add(node.names[0])
-        if isinstance(node, tuple) and not isinstance(node, Span):
-            stack.extend(node)
-        elif isinstance(node, Struct):
-            stack.extend(getattr(node, name) for name in node.__struct_fields__)
-    return found

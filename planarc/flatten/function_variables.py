@@ -22,6 +22,7 @@ from planarc.flatten import (
 )
 from planarc.flatten.conform import expect
 from planarc.flatten.environment import Env
+from planarc.flatten.function_order import names_in_order
 from planarc.flatten.modify import merge
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Class, Instance, Layout, Mod, Scope, Session
@@ -34,16 +35,24 @@ def declare_variables(
     builder: function_signature.FunctionBuilder,
     signature: function_signature.Signature,
 ) -> list[tuple[flat.Variable, syntax.Causality]]:
-    """The variables of a function, in order of declaration."""
+    """The variables of a function, in the order in which they get their first values."""
     found: list[tuple[flat.Variable, syntax.Causality]] = []
     names: dict[str, flat.Expression] = {}
-    for name, (_, definition) in instance.layout.members.items():
-        if isinstance(definition, syntax.ClassDef):
-            continue
+    for name in names_in_order(instance):
         variable, causality = _declare(instance, name, names, builder, signature)
         names[name] = flat.Reference(variable.type, variable.span, name)
         found.append((variable, causality))
     return found
+
+
+def interface(
+    instance: Instance,
+    variables: list[tuple[flat.Variable, syntax.Causality]],
+    causality: syntax.Causality,
+) -> tuple[flat.Variable, ...]:
+    """The inputs or the outputs, in the order of the text, which is that of arguments."""
+    found = {v.name: v for v, c in variables if c is causality}
+    return tuple(found[name] for name in instance.layout.members if name in found)
 
 
 def _declare(
@@ -172,10 +181,10 @@ def _formal_type(cls: Class, session: Session) -> flat.Type:
     """The type of an input that is a function: the interface that it declares."""
     if cls.name not in session.formals:
         signature = function_signature.Signature(cls.name)
-        variables = declare_variables(
-            lookup.static_instance(cls), function_signature.FunctionBuilder(signature), signature
-        )
-        signature.inputs = tuple(v for v, c in variables if c is syntax.Causality.INPUT)
-        signature.outputs = tuple(v for v, c in variables if c is syntax.Causality.OUTPUT)
+        instance = lookup.static_instance(cls)
+        builder = function_signature.FunctionBuilder(signature)
+        variables = declare_variables(instance, builder, signature)
+        signature.inputs = interface(instance, variables, syntax.Causality.INPUT)
+        signature.outputs = interface(instance, variables, syntax.Causality.OUTPUT)
         session.formals[cls.name] = signature
     return flat.Type(flat.Base.FUNCTION, name=cls.name)

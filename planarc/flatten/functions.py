@@ -30,6 +30,7 @@ from planarc.flatten import (
     statements,
 )
 from planarc.flatten.environment import Env
+from planarc.flatten.function_order import assigned_first
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import Binding, Class, Instance, Leaf, Mod, Session
 from planarc.ir import flat, syntax
@@ -133,9 +134,13 @@ def _fill(
 ) -> None:
     builder = function_signature.FunctionBuilder(signature)
     variables = function_variables.declare_variables(instance, builder, signature)
-    signature.inputs = tuple(v for v, c in variables if c is syntax.Causality.INPUT)
-    signature.outputs = tuple(v for v, c in variables if c is syntax.Causality.OUTPUT)
-    locals_ = tuple(v for v, c in variables if c is syntax.Causality.NONE)
+    signature.inputs = function_variables.interface(instance, variables, syntax.Causality.INPUT)
+    outputs, locals_, first = assigned_first(
+        function_variables.interface(instance, variables, syntax.Causality.OUTPUT),
+        [v for v, c in variables if c is syntax.Causality.NONE],
+        [v.name for v, _ in variables],
+    )
+    signature.outputs = tuple(outputs)
     names: dict[str, flat.Expression] = {
         v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables
     }
@@ -143,7 +148,7 @@ def _fill(
     called = foreign.NOTHING
     body: tuple[flat.Statement, ...] = ()
     if external is None:
-        body = function_body(instance, names, builder)
+        body = (*first, *function_body(instance, names, builder))
         signature.builtin = _plain_builtin(body, signature)
     else:
         called = foreign.external_call(external, names, builder)
@@ -152,7 +157,7 @@ def _fill(
         signature.name,
         signature.inputs + hidden,
         signature.outputs,
-        locals_,
+        tuple(locals_),
         body,
         called.name,
         given=called.given,
