@@ -23,4 +23,6 @@ def main() -> None:
 
     from planarc.cli.app import run
 
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    gc.freeze()  # else Python looks for cycles in all there is, for 50 ms, before it ends
+    sys.exit(code)
