@@ -41,6 +41,9 @@ STRAIGHT = 1e-3
 RANK = 1e-9
 #: Residuals below this, times their size per unit of the unknowns, count as zero.
 SMALL = 1e-10
+#: Parts of a step that are tried, each half the one before; of residuals that are zero but
+#: for rounding only the whole step is.
+MOST_HALVINGS = 25
 
 
 class Root(Data):
@@ -158,7 +161,7 @@ def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
         longest = float(abs(step).max())
         if longest > LONGEST and not _straight(f, z, r, step):
             step *= LONGEST / longest
-        following = _line_search(f, z, r, step)
+        following = _line_search(f, z, r, step, 1 if small else MOST_HALVINGS)
         if following is None:
             return Root(z, r, small)
         z, r = following
@@ -175,10 +178,12 @@ def _straight(f: Residuals, z: Vector, r: Vector, step: Vector) -> bool:
     return beyond is not None and _size(beyond) < STRAIGHT * _size(r)
 
 
-def _line_search(f: Residuals, z: Vector, r: Vector, step: Vector) -> tuple[Vector, Vector] | None:
+def _line_search(
+    f: Residuals, z: Vector, r: Vector, step: Vector, tries: int
+) -> tuple[Vector, Vector] | None:
     """A part of the step that reduces the residuals."""
     size, part = _size(r), 1.0
-    for _ in range(25):
+    for _ in range(tries):
         trial = z + part * step
         value = f(trial)
         if value is not None and _size(value) < (1 - 1e-4 * part) * size:

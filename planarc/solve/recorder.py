@@ -94,7 +94,10 @@ class Recorder:
         self.count, self.next = count, following
 
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self.time[: self.count].copy(), self.data[: self.count].copy()
+        time, data = self.time[: self.count], self.data[: self.count]
+        if 2 * self.count < len(self.time):  # a short run does not keep the room of a long one
+            return time.copy(), data.copy()
+        return time, data
 
 
 @once

@@ -18,14 +18,14 @@ from collections.abc import Callable, Sequence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.ir.program import Addresses, Kernel, Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
-from planarc.solve import exchange, failure
+from planarc.solve import exchange, failure, sharing
 from planarc.solve.asserts import AssertWatch
 from planarc.solve.chatter import Chatter
 from planarc.solve.delays import Delays, jumped, not_settled
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
 from planarc.solve.open_unknowns import judge_open
-from planarc.solve.recorder import Recorder
+from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.refuge import Refuge
 from planarc.solve.request import Request
 from planarc.solve.solvers.choice import make_integrator
@@ -121,6 +121,8 @@ class Run:
         self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:
             raise PlanarcError(self.ended)
+        if self.program.sharing is not None and self.ended is None:
+            self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
 
     def _choose_states(self, t: float, held: Sequence[Held]) -> None:
         self.selection = self.selector.choose([i for i, h in enumerate(held) if h.held])
@@ -204,7 +206,7 @@ class Run:
         if seconds > PATIENCE:
             return max(1, steps // 2)
         most = 64 if self.program.relations else 1 << 16
-        return min(2 * steps, most) if seconds < PATIENCE / 2 else steps
+        return min(4 * steps, most) if seconds < PATIENCE / 4 else steps
 
     def _happens(self, march: March) -> bool:
         """Treats the event at the time reached, if there is one."""
@@ -324,9 +326,16 @@ class Run:
         self.warnings.extend(self.asserts.warnings())
         times, data = self.recorder.rows()
         w = self.kernel.w
-        constants = {c.slot: float(w[c.slot]) for c in self.program.columns if c.constant}
+        constants = {slot: float(w[slot]) for slot in constant_slots(self.program)}
         counts = self.integrator.counts()
         native = isinstance(getattr(self.kernel, "addresses", None), Addresses)
+        if self.program.sharing is not None and self.ended is None:
+            stored = self.recorder.stored
+            self.ended = sharing.misfit(
+                self.program,
+                times,
+                lambda slot: data[:, stored[slot]] if slot in stored else w[slot] + 0 * times,
+            )
         return Result(
             program=self.program,
             time=times,

@@ -33,6 +33,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import cached_property
 from operator import mul
 from typing import TYPE_CHECKING
 
@@ -89,11 +90,14 @@ class Selector:
         paced = sum(len(program.blocks[i].tears) for i in self._paced)
         self.watch = Watch(slots, paced, self.open, len(slots))
         self._scale = self._scales()
-        self.outlook = Outlook(program, kernel, self.watch, self._sensitivities)
         #: Blocks whose motion is given.
         self._driven = driven_blocks(program)
         #: The last look found the choice so bad that what followed from it may be wrong.
         self.overdue = False
+
+    @cached_property
+    def outlook(self) -> Outlook:
+        return Outlook(self._program, self._kernel, self.watch, self._sensitivities)
 
     def choose(self, held: Collection[int]) -> list[int]:
         """At the workspace's values, without regard to an earlier choice. Raises R423.

@@ -86,6 +86,8 @@ _ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c
 class Cvode:
     """One run's integrator. Owns its context, vectors and callbacks until `close`."""
 
+    ends_evaluated = True
+
     def __init__(self, kernel: Kernel, states: int, settings: Settings, adams: bool) -> None:
         self._lib = lib = open_sundials()
         self._kernel, self._size, self._settings = kernel, states, settings

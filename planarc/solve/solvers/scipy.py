@@ -36,6 +36,8 @@ class _Failed(Exception):
 
 
 class ScipyIntegrator(SteppingIntegrator):
+    ends_evaluated = True
+
     def __init__(self, kernel: Kernel, states: int, settings: Settings, method: str) -> None:
         super().__init__(kernel, states, settings)
         self.name, self._method = _NAMES[method], method
