@@ -165,7 +165,14 @@ def to_slopes(compiled: Compiled, scope: Scope) -> str | bytes | None:
     from planarc.core import cache
 
     native = compiled.backend is Backend.NATIVE
-    key = cache.key("slopes", scope.value, compiled.code)  # native code holds its processor
+    # Equal code may be of programs that differ in what may be asked of it.
+    program = compiled.program
+    asked = (
+        [(c.slot, c.derivative) for c in program.candidates],
+        [p.slot for p in program.parameter_slots if p.settable],
+        [program.slots[name] for name in program.inputs],
+    )
+    key = cache.key("slopes", scope.value, compiled.code, repr(asked))
     known = cache.load("slopes", key)
     if known is None:
         with _no_collection():

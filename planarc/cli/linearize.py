@@ -58,7 +58,7 @@ def linearize(
         known = {n: found.values[n] for n in found.states if n in found.values}
         say_json(
             {"model": model.name, "time": found.time, "point": known, "stable": found.stable}
-            | names | matrices | {"modes": modes}
+            | {"derivatives": found.derivatives} | names | matrices | {"modes": modes}
         )  # fmt: skip
         return 0
     rows = [

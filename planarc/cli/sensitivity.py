@@ -81,12 +81,17 @@ def sensitivity(
             {"variable": v, "parameter": p, "values": x.tolist()} for (v, p), x in pairs.items()
         ]
         say_json(
-            {"model": model.name, "method": found.method, "time": found.time.tolist(),
-             "sensitivities": table, "output": None if output is None else str(output)}
+            {"model": model.name, "method": found.method, "derivatives": found.derivatives,
+             "time": found.time.tolist(), "sensitivities": table,
+             "output": None if output is None else str(output)}
         )  # fmt: skip
         return 0
     end = number(float(found.time[-1]))
-    console.say(f"{model.name}: derivatives, and the largest until t = {end} s")
+    how = {
+        ("equations", "formulas"): "from formulas",
+        ("equations", "differences"): "from differences of the equations",
+    }.get((found.method, found.derivatives), "from differences of runs")
+    console.say(f"{model.name}: derivatives {how}, and the largest until t = {end} s")
     rows = [(v, p, number(x[-1]), number(abs(x).max())) for (v, p), x in pairs.items()]
     say_table(("variable", "parameter", "at the end", "largest"), rows)
     if output is not None:

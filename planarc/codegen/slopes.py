@@ -39,7 +39,6 @@ from msgspec import Struct
 from planarc.codegen.statements import Lister, Temporaries
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
-from planarc.ir.dae import Kind
 from planarc.ir.derivatives import Group, Head, Scope
 from planarc.ir.expr import Expr, Op, postorder, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
@@ -249,8 +248,8 @@ class _Deriver:
     def _rows(self) -> tuple[tuple[Row, ...], tuple[Run, ...]]:
         program, number = self._program, self._numbers
         if self._scope is Scope.ALL:
-            real = [p.name for p in program.parameter_slots if p.settable and p.kind is Kind.REAL]
-            for name in dict.fromkeys((*real, *program.inputs)):
+            settable = [p.name for p in program.parameter_slots if p.settable]
+            for name in dict.fromkeys((*settable, *program.inputs)):
                 number[self._table.symbol(name)] = len(number)
         rows: list[Row] = []
         runs: list[Run] = []

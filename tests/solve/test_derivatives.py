@@ -199,3 +199,16 @@ def test_cvode_goes_on_with_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     assert a.rhs_calls - b.rhs_calls >= 24 * (a.jacobians - 1)
     end = f"rev[{6}].phi"
     assert np.max(np.abs(by_differences[end] - by_formulas[end])) < 1e-6
+
+
+def test_equal_code_of_models_that_may_be_asked_for_more() -> None:
+    """An Integer and a Real parameter give the same code; only one has derivatives."""
+    text = "model K parameter Integer n = 2; Real x(start=1, fixed=true);"
+    text += " equation der(x) = -n*x; end K;"
+    for kind in ("Integer", "Real"):
+        model = planarc.load(text.replace("Integer", kind))
+        point = open_point(model, RunOptions())
+        found = Formulas(point, {"n": 2.0}, RunOptions()).at(
+            0.0, point.y, [point.states[0].derivative]
+        )
+        assert found[2][0, 0] == pytest.approx(-1.0)
