@@ -57,7 +57,7 @@ class Outlook:
         self.watch = watch
         self._kernel = kernel
         self._motion = [(c.slot, c.derivative) for c in program.candidates]
-        self._slots = self.watch.slots.tolist()
+        self._slots = self.watch.slots
         rates = {c.slot: c.derivative for c in program.candidates}
         self._velocities = [rates[s] for s in self._slots]
         self._sensitivities = sensitivities

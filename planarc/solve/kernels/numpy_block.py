@@ -59,6 +59,7 @@ class Block:
         self.slots = [program.slots[str(tear)] for tear in code.tears]
         self._most = STEPS_BELOW if self._below else STEPS_TOP
         self._solved = list(range(len(code.residuals)))  # positions of the unknowns among the tears
+        self._free: list[int] = []  # and of the states
         self._accepted = [0.0] * len(self.slots)
         self._velocity = [0.0] * len(self.slots)
         self._acceleration = [0.0] * len(self.slots)
@@ -74,6 +75,7 @@ class Block:
     def select(self, states: set[int]) -> None:
         """`states`: positions of the states among the tears."""
         self._solved = [i for i in range(len(self.slots)) if i not in states]
+        self._free = sorted(states)
 
     def accept(self, t: float) -> None:
         w = self._w
@@ -125,10 +127,12 @@ class Block:
         self.done = True
         if not self._below and not self.evaluating:
             change = solve_linear(matrix, residuals)
-            if change is None and self._modal:
-                kept = [-a for a in self._accepted]
-                change = self._solve_open(matrix, residuals, kept)
-            return [-d for d in self._checked(change, residuals, matrix)]
+            if change is None:
+                if self._modal:
+                    kept = [-a for a in self._accepted]
+                    change = self._solve_open(matrix, residuals, kept)
+                change = self._checked(change, residuals, matrix)
+            return [-d for d in change]
         x = [self._w[s] for s in self.slots]
         solved = self._solved
         if not self.evaluating:

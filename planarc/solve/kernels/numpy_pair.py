@@ -31,10 +31,10 @@ class PairBlock(Block):
         w = self._w
         x = [w[s] for s in self.slots]
         i, j = self._solved
-        x[i] = x[j] = 0.0
-        for a, b, value in zip(first, second, x, strict=True):
-            p += a * value
-            q += b * value
+        for k in self._free:
+            value = x[k]
+            p += first[k] * value
+            q += second[k] * value
         found = solve_pair(first[i], first[j], second[i], second[j], p, q)
         if found is None:
             return super().solve(residuals, matrix)

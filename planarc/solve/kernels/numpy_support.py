@@ -78,7 +78,7 @@ def solve_linear(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None
         return _eliminate(matrix, right)
     factors, _, x, info = _lapack()(matrix, right)
     if info == 0:
-        pivots = [abs(p) for p in factors.diagonal().tolist()]
+        pivots = list(map(abs, factors.diagonal().tolist()))
         if min(pivots) > SINGULAR * max(pivots):
             found: list[float] = x.tolist()
             return found

@@ -11,7 +11,7 @@ two small numbers. CVODE, IDA and LSODA step over it at any tolerance; scipy's `
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.program import Kernel
@@ -129,8 +129,8 @@ class ScipyIntegrator(SteppingIntegrator):
 
     def interpolate(self, t: float) -> Sequence[float]:
         if self._dense is None:
-            self._dense = self._solver.dense_output()
-        return self._dense(t).tolist()  # type: ignore[no-any-return]
+            self._dense = _interpolant(self._solver.dense_output())
+        return self._dense(t)  # type: ignore[no-any-return]
 
     def last_step(self) -> float:
         return float(self._solver.step_size or 0.0) if self._solver is not None else 0.0
@@ -140,3 +140,23 @@ class ScipyIntegrator(SteppingIntegrator):
 
     def close(self) -> None:
         self._solver = self._dense = None
+
+
+def _interpolant(dense: Any) -> Callable[[float], list[float]]:
+    """scipy's dense output of one step, for single times: its arrays of a few numbers take
+    longer than the numbers. LSODA's is a polynomial in (t - its t)/h for each state."""
+    if not all(hasattr(dense, name) for name in ("yh", "h", "t")):
+        return lambda t: dense(t).tolist()
+    end, h = float(dense.t), float(dense.h)
+    rows = [row[::-1] for row in dense.yh.tolist()]
+
+    def states(t: float) -> list[float]:
+        x, found = (t - end) / h, []
+        for row in rows:
+            value = 0.0
+            for coefficient in row:
+                value = value * x + coefficient
+            found.append(value)
+        return found
+
+    return states

@@ -45,11 +45,11 @@ class Watch:
         self.scales = np.zeros(tears)
         self.bound = WORST
         self.refuge: Refuge | None = None
-        self.slots = np.array(slots, dtype=np.int32)
-        self.reference = np.zeros(len(slots))
+        self.slots = list(slots)
+        self.reference = [0.0] * len(slots)
         self.limit = 0.0
-        self.speeds = np.zeros(speeds, dtype=np.int32)
-        self.weights = np.ones(speeds)
+        self.speeds = [0] * speeds
+        self.weights = [1.0] * speeds
         self.pace = 0.0
 
     def begin(self, values: Sequence[float], limit: float) -> None:
@@ -57,19 +57,21 @@ class Watch:
         self.limit = limit
 
     def moved(self, w: Sequence[float]) -> bool:
-        pairs = zip(self.slots.tolist(), self.reference.tolist(), strict=True)
-        if any(abs(w[slot] - value) > self.limit for slot, value in pairs):
-            return True
+        limit = self.limit
+        for slot, value in zip(self.slots, self.reference, strict=True):
+            if abs(w[slot] - value) > limit:
+                return True
         return self.ratio(w) > self.pace
 
     def ratio(self, w: Sequence[float]) -> float:
         """The greatest ratio of velocities; 0 where nothing moves."""
         greatest, slowest, solved = 0.0, 0.0, True
-        for slot, weight in zip(self.speeds.tolist(), self.weights.tolist(), strict=True):
+        for slot, weight in zip(self.speeds, self.weights, strict=True):
             speed = abs(w[slot] * weight)
             if weight < 0:
-                slowest = max(speed, 0.0 if solved else slowest)
+                slowest = speed if solved or speed > slowest else slowest
             elif speed > AT_REST:
-                greatest = max(greatest, speed / slowest if slowest else math.inf)
+                ratio = speed / slowest if slowest else math.inf
+                greatest = ratio if ratio > greatest else greatest
             solved = weight > 0
         return greatest
