@@ -18,7 +18,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from time import process_time
@@ -186,14 +186,33 @@ def _runs_again(backend: str, solver: str, change: Any, count: int) -> float:
     return statistics.median(times[1:])
 
 
-def edited() -> float:
+def _commented(text: str, i: int) -> str:
+    return f"{text}\n// edited {i} times\n"
+
+
+def _with_another_mass(text: str, i: int) -> str:
+    mass = "crankBody(m=1,"
+    assert mass in text
+    return text.replace(mass, f"crankBody(m={1 + 0.01 * i},")
+
+
+def _with_another_body(text: str, i: int) -> str:
+    """One more than before."""
+    first, second = text.split("\nequation\n")
+    names = [f"added{k}" for k in range(i + 1)]
+    declared = "".join(f"  Body {n}(m=0.1, I=0.01);\n" for n in names)
+    connected = "".join(f"  connect({n}.frame_a, crank.frame_b);\n" for n in names)
+    return f"{first}\n{declared}\nequation\n{connected}{second}"
+
+
+def edited(change: Callable[[str, int], str]) -> float:
     """CPU seconds of `planarc simulate` after the model's text was changed."""
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
         file, text = here / "four_bar.pmo", bench.MODEL.read_text(encoding="utf-8")
         found = []
         for i in range(1 + REPEATS):
-            file.write_text(f"{text}\n// edited {i} times\n", encoding="utf-8")
+            file.write_text(change(text, i), encoding="utf-8")
             found.append(planarc(four_bar(file), here / "cache", here).seconds)
         return statistics.median(found[1:])
 
@@ -217,7 +236,9 @@ def bars() -> Iterator[Bar]:
     yield Bar("four-bar, hand-written equation", "ms", None, lambda: 1e3 * hand_written())
     yield Bar("four-bar again, numpy with lsoda", "ms", 120.0, lambda: 1e3 * lsoda())
     yield Bar("four-bar, 100 parameter changes, each", "ms", 12.0, lambda: 1e3 * parameters())
-    yield Bar("four-bar, model text changed", "s", 0.8, edited)
+    yield Bar("four-bar, another comment", "s", 0.8, lambda: edited(_commented))
+    yield Bar("four-bar, another mass", "s", 0.8, lambda: edited(_with_another_mass))
+    yield Bar("four-bar, another body", "s", 0.8, lambda: edited(_with_another_body))
     yield Bar("four-bar, unchanged", "s", 0.35, unchanged)
     yield Bar("chain 80, process", "s", 4.0, lambda: process("chain", 80).seconds)
     yield Bar("chain 80, simulation", "s", 0.6, lambda: member("chain", 80)["simulate"])
