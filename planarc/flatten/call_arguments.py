@@ -20,6 +20,7 @@ from planarc.flatten import (
 from planarc.flatten.conform import base_conforms, counted, dims_conform, mismatch
 from planarc.flatten.environment import Env
 from planarc.flatten.select import array, opened
+from planarc.flatten.several import for_each
 from planarc.ir import flat, syntax
 
 
@@ -54,9 +55,9 @@ def _given(
             f"not {len(node.arguments)}",
             node.span,
         )
-    given = {}
-    for variable, argument in zip(open_inputs, node.arguments, strict=False):
-        given[variable.name] = type_argument(argument, variable, env)
+    pairs = list(zip(open_inputs, node.arguments, strict=False))
+    values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
+    given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}
     by_name = {v.name: v for v in signature.inputs}
     for named in node.named:
         if named.name not in by_name:

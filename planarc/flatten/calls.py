@@ -31,6 +31,7 @@ from planarc.flatten import (
 from planarc.flatten.environment import Env
 from planarc.flatten.foreign_values import LOAD_RESOURCE
 from planarc.flatten.refusal import unsupported
+from planarc.flatten.several import for_each
 from planarc.flatten.tree import Class, Family, Instance, Leaf
 from planarc.ir import flat, syntax
 
@@ -116,7 +117,8 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
         return comprehension.type_comprehension(first, name, env)
     if name == "String" and node.named:
         return _string(node, env)
-    arguments = [expressions.type_expression(a, env) for a in _positional(node, name)]
+    given = _positional(node, name)
+    arguments = for_each(given, lambda a: expressions.type_expression(a, env))
     return builtins.apply_builtin(name, arguments, node.span, env)
 
 

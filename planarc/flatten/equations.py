@@ -28,6 +28,7 @@ from planarc.flatten.conform import type_text, unify
 from planarc.flatten.environment import Env
 from planarc.flatten.expressions import type_expression
 from planarc.flatten.joining import all_branches, holds_connection, is_connection_operator
+from planarc.flatten.several import for_each
 from planarc.flatten.special import type_assert, type_reinit, type_terminate
 from planarc.flatten.statements import check_result_count, condition_of, when_condition
 from planarc.flatten.tree import Instance
@@ -66,8 +67,7 @@ def type_equations(
 def _equality(node: syntax.Equality, env: Env, to: Collector) -> Equations:
     if isinstance(node.left, syntax.Tuple) and isinstance(node.right, syntax.Call):
         return _several_results(node, node.left, node.right, env, to)
-    left = type_expression(node.left, env)
-    right = type_expression(node.right, env)
+    left, right = for_each((node.left, node.right), lambda side: type_expression(side, env))
     if unify(left.type, right.type) is None:
         raise error(
             "F300",

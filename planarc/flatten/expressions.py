@@ -12,7 +12,7 @@ Reference: Modelica Language Specification 3.6, chapters 3 and 10.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from planarc.core.diagnostic import error
@@ -20,6 +20,7 @@ from planarc.flatten import calls, comprehension, evaluate, function_values, ope
 from planarc.flatten.conform import expect_scalar, type_text, unify
 from planarc.flatten.environment import Env
 from planarc.flatten.select import array, boolean, integer, string
+from planarc.flatten.several import for_each
 from planarc.ir import flat, syntax
 
 
@@ -73,11 +74,15 @@ def _binary(node: syntax.Binary, env: Env) -> flat.Expression:
     while isinstance(left, syntax.Binary):
         spine.append(left)
         left = left.left
-    value = type_expression(left, env)
-    for binary in reversed(spine):
-        right = type_expression(binary.right, env)
+    spine.reverse()
+    value, *others = _each((left, *(b.right for b in spine)), env)
+    for binary, right in zip(spine, others, strict=True):
         value = operators.binary(binary.op, value, right, binary.span)
     return value
+
+
+def _each(parts: Iterable[syntax.Expression], env: Env) -> list[flat.Expression]:
+    return for_each(parts, lambda part: type_expression(part, env))
 
 
 def _if(node: syntax.If, env: Env) -> flat.Expression:
@@ -89,8 +94,7 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
     chosen = _chosen_branch(conditions)
     if chosen is not None:
         return type_expression([*branches, node.otherwise][chosen], env)
-    values = [type_expression(v, env) for v in branches]
-    otherwise = type_expression(node.otherwise, env)
+    *values, otherwise = _each((*branches, node.otherwise), env)
     type_ = otherwise.type
     for branch in values:
         common = unify(branch.type, type_)
@@ -135,9 +139,9 @@ def _chosen_branch(conditions: list[flat.Expression]) -> int | None:
 
 
 def _range(node: syntax.Range, env: Env) -> flat.Expression:
-    start = type_expression(node.start, env)
-    step = None if node.step is None else type_expression(node.step, env)
-    stop = type_expression(node.stop, env)
+    parts = (node.start, node.stop) if node.step is None else (node.start, node.stop, node.step)
+    start, stop, *steps = _each(parts, env)
+    step = steps[0] if steps else None
     return operators.range_(start, step, stop, node.span, env)
 
 
@@ -156,7 +160,7 @@ def _comprehension(node: syntax.Comprehension, env: Env) -> flat.Expression:
 def _array(node: syntax.Array, env: Env) -> flat.Expression:
     if len(node.items) == 1 and isinstance(node.items[0], syntax.Comprehension):
         return comprehension.type_comprehension(node.items[0], "array", env)
-    items = [type_expression(item, env) for item in node.items]
+    items = _each(node.items, env)
     if not items:
         raise error("F272", "`{}` needs at least one entry: write `zeros(0)`", node.span)
     type_ = items[0].type
@@ -174,7 +178,7 @@ def _array(node: syntax.Array, env: Env) -> flat.Expression:
 
 
 def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:
-    rows = [[type_expression(e, env) for e in row] for row in node.rows]
+    rows = for_each(node.rows, lambda row: _each(row, env))
     return operators.matrix(rows, node.span)
 
 
