@@ -8,7 +8,7 @@ from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
 from planarc.ir.program import Kernel, Program
 from planarc.solve import trouble
-from planarc.solve.failure import not_finite
+from planarc.solve.failure import Place, not_finite
 
 
 def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
@@ -16,15 +16,8 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
     that a `reinit` set there."""
     block = kernel.failed_block
     if block < 0:
-        bad = trouble.first_not_finite(program, kernel)
-        if bad is not None:
-            return not_finite(bad, t)
-        return Diagnostic(
-            "R421",
-            f"at t = {t:.6g} s {trouble.without_value(program, kernel)} has no finite value",
-            hint="look for a division by something that vanishes",
-        )
-    infos = [program.equations[e] for e in program.blocks[block].equations]
+        return not_finite(program, kernel, Place(t), t)
+    infos = [info for _, info in trouble.worst_equations(program, kernel, t, block)]
     names = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
     message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
     message += "be solved"

@@ -21,6 +21,7 @@ from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
 from planarc.solve import exchange, failure, sharing
 from planarc.solve.asserts import AssertWatch
 from planarc.solve.chatter import Chatter
+from planarc.solve.creep import Creep
 from planarc.solve.delays import Delays, jumped, not_settled
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
@@ -29,7 +30,7 @@ from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.refuge import Refuge
 from planarc.solve.request import Request
 from planarc.solve.solvers.choice import make_integrator
-from planarc.solve.solvers.integrator import Integrator, March, Outcome, Settings
+from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, Settings
 from planarc.solve.start import solve_start
 from planarc.solve.states import Selector
 
@@ -49,6 +50,7 @@ class Run:
         self.backend = backend
         self.events = Events(program, kernel, request.span)
         self._chatter = Chatter(program, self.events.crossings, request)
+        self._creep = Creep(request.start, request.span)
         self.schedule = Schedule(program, kernel, request.start)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
@@ -183,6 +185,7 @@ class Run:
                 limit = stop
             began = time.perf_counter()
             march = self.integrator.march(limit, self.recorder, self.selector.watch, steps)
+            taken = steps
             steps = self._budget(steps, time.perf_counter() - began)
             if progress is not None:
                 progress(self.integrator.t)
@@ -198,6 +201,9 @@ class Run:
                 steps = 2
             elif march.outcome is Outcome.LOOK:
                 exchange.watch(self)
+            elif march.outcome is Outcome.BUDGET and self._creep.found(self.integrator.t, taken):
+                t, y = self.integrator.t, self.integrator.y
+                self.ended = failure.stopped(self, t, y, Cause.STEP)
         if self.ended is None:
             self._finish()
 
@@ -218,7 +224,9 @@ class Run:
         known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
         if same(known, t):
             t = stop if same(known, stop) else known
-            crossing |= self.schedule.switching(t)
+            truths = self.events.crossings.truths()  # steps may be shorter than an instant
+            switching = self.schedule.switching(t).items()
+            crossing |= {i: truth for i, truth in switching if truth != truths[i]}
         fired = self.schedule.firing(t)
         if not crossing and on_the_way:
             crossing = self.events.crossings.missed(t, self.integrator.y)

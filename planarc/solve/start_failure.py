@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.ir.dae import MISFIT
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import newton, trouble
 
@@ -21,9 +22,10 @@ _SMALL = 1e-6
 
 def not_evaluated(system: System, flag: int) -> PlanarcError:
     """The equations have no value at the start."""
-    where = trouble.first_not_finite(system.program, system.kernel)
-    if where is None and system.kernel.failed_block >= 0:
-        return _block_failed(system, system.kernel.failed_block)
+    kernel = system.kernel
+    if kernel.failed_block >= 0 and kernel.failed_equation < 0:
+        return _block_failed(system, kernel.failed_block)
+    where = trouble.first_not_finite(system.program, kernel, system.t)
     message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
     related: tuple[Related, ...] = ()
     if where is not None:
@@ -98,7 +100,7 @@ def row_info(system: System, row: int) -> EquationInfo | None:
         return program.initial_equations[k] if k < len(program.initial_equations) else None
     fixed = system.conditions[row - system.fixed_rows.start]
     for condition in program.sharing.conditions if program.sharing else ():
-        if condition.held is fixed:
+        if condition.held is not None and condition.held.slot == fixed.slot:
             return condition.info
     note = ", fixed = true" if fixed.fixed else ""
     return EquationInfo(f"{fixed.display} = start{note}", fixed.span, "")
@@ -229,7 +231,9 @@ def _contradiction(
     extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
     first = program.candidates[extra]
     others = [(program.candidates[i].display, program.candidates[i].span) for i in partners]
-    others += [(f.display, f.span) for f in program.fixed if f.fixed]
+    others += [
+        (f.display, f.span) for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)
+    ]
     names = trouble.names([*(n for n, _ in others), first.display])
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:

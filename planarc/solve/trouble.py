@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from planarc.ir.program import EquationInfo, Kernel, Let, Program, Solve
+from planarc.ir.program import EquationInfo, Kernel, Let, Program, Solve, Statement
+from planarc.solve.replay import Replay
 
 _MOST_NAMES = 6
 
@@ -24,21 +25,13 @@ def names(items: Sequence[str]) -> str:
     return listed(shown)
 
 
-def first_not_finite(program: Program, kernel: Kernel) -> EquationInfo | None:
+def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:
     """The equation that the kernel says failed, or the first one, in the order of
-    evaluation, whose unknown has no finite value."""
-    if kernel.failed_equation >= 0:
-        return program.equations[kernel.failed_equation]
-    for level in (*program.levels, program.rest):
-        for statement in level:
-            inner = program.blocks[statement.block].body if isinstance(statement, Solve) else ()
-            for let in (statement,) if isinstance(statement, Let) else inner:
-                slot = program.slots.get(repr(let.target))
-                if slot is None or let.equation is None:
-                    continue
-                if not math.isfinite(kernel.w[slot]):
-                    return program.equations[let.equation]
-    return None
+    evaluation, that gives no finite number."""
+    found = kernel.failed_equation
+    if found < 0:
+        found = Replay(program, kernel, t).first_not_finite()
+    return program.equations[found] if found >= 0 else None
 
 
 def without_value(program: Program, kernel: Kernel) -> str:
@@ -53,22 +46,47 @@ def worst_equations(
     program: Program, kernel: Kernel, t: float, block: int, most: int = 3
 ) -> list[tuple[float, EquationInfo]]:
     """The equations of a block with their residuals at the workspace's values, worst first."""
-    code = program.blocks[block]
-    infos = [program.equations[e] for e in code.equations]
-    if code.height == 0:
-        return [(math.nan, info) for info in infos[:most]]
-    below = [b for b in program.blocks if b.height > 0]
-    r = [0.0] * (sum(len(b.residuals) for b in below) + len(program.initial_residuals))
-    kernel.residuals(t, [kernel.w[c.slot] for c in program.candidates], r or [0.0])
-    first = sum(len(b.residuals) for b in program.blocks[:block] if b.height > 0)
-    pairs = list(zip(r[first : first + len(infos)], infos, strict=False))
+    infos = [program.equations[e] for e in program.blocks[block].equations]
+    pairs = list(zip(Replay(program, kernel, t).residuals(block), infos, strict=False))
     return sorted(pairs, key=lambda p: -abs(p[0]) if math.isfinite(p[0]) else -math.inf)[:most]
+
+
+def determining(program: Program, kernel: Kernel, slot: int) -> EquationInfo | None:
+    """The equation that gives a value: its assignment, or the equation of the block it is
+    solved in that depends on it most, compared with what else that one depends on."""
+    for statement in (s for level in program.levels for s in level):
+        lets: Sequence[Statement] = (statement,)
+        if isinstance(statement, Solve):
+            code = program.blocks[statement.block]
+            tears = [program.slots[repr(tear)] for tear in code.tears]
+            if slot in tears and code.equations:
+                rows = kernel.jacobian(statement.block)
+                shares = [_share(row, tears.index(slot)) for row in rows]
+                return program.equations[code.equations[shares.index(max(shares))]]
+            lets = code.body
+        for let in lets:
+            if not isinstance(let, Let) or let.equation is None:
+                continue
+            if program.slots.get(repr(let.target)) == slot:
+                return program.equations[let.equation]
+    return None
+
+
+def _share(row: Sequence[float], k: int) -> float:
+    whole = sum(map(abs, row))
+    return abs(row[k]) / whole if math.isfinite(whole) and whole > 0 else 0.0
 
 
 def fastest(
     names_of_states: Sequence[str], y: Sequence[float], ydot: Sequence[float], most: int = 3
 ) -> str:
     """The states that change most quickly, measured by their own size."""
-    speed = [abs(d) / max(1.0, abs(v)) for v, d in zip(y, ydot, strict=True)]
-    order = sorted(range(len(speed)), key=lambda i: (not math.isnan(speed[i]), -speed[i]))
+    speed = paces(y, ydot)
+    order = [i for i in sorted(range(len(speed)), key=lambda i: -speed[i]) if speed[i] > 0]
     return listed(f"`{names_of_states[i]}` (rate {ydot[i]:.3g})" for i in order[:most])
+
+
+def paces(y: Sequence[float], ydot: Sequence[float]) -> list[float]:
+    """How quickly each state changes, measured by its own size; without a value, infinitely."""
+    speeds = (abs(d) / max(1.0, abs(v)) for v, d in zip(y, ydot, strict=True))
+    return [math.inf if math.isnan(s) else s for s in speeds]

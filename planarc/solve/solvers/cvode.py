@@ -98,6 +98,7 @@ class Cvode:
         self._vectors = [lib.N_VNew_Serial(states, self._context) for _ in range(3)]
         self._y, self._dense, self._absolute = (self._numbers(v) for v in self._vectors)
         self._raised: BaseException | None = None
+        self._flag = 0  # of the last evaluation
         self._rhs, self._roots, user = self._functions()
         self._memory = C.c_void_p()
         self._matrix = self._linear = None
@@ -140,7 +141,8 @@ class Cvode:
             return seen[address]
 
         def rhs(t: float, y: int, ydot: int, _: object) -> int:
-            return kernel.rhs(t, numbers(y), numbers(ydot))  # type: ignore[arg-type]
+            flag = self._flag = kernel.rhs(t, numbers(y), numbers(ydot))  # type: ignore[arg-type]
+            return abs(flag)  # positive: CVODE tries a shorter step, up to what has no value
 
         def roots(t: float, y: int, g: object, _: object) -> int:
             return kernel.roots(t, numbers(y), g)  # type: ignore[arg-type]
@@ -346,7 +348,8 @@ class Cvode:
             found = (C.c_int * self._settings.relations)()
             self._lib.CVodeGetRootInfo(self._memory, found)
             return March(Outcome.ROOT, directions=tuple(found))
-        return March(Outcome.FAILED, cause=_CAUSES.get(flag, Cause.STEP))
+        cause = Cause.NOT_FINITE if self._flag < 0 else _CAUSES.get(flag, Cause.STEP)
+        return March(Outcome.FAILED, cause=cause)
 
     def interpolate(self, t: float) -> Sequence[float]:
         self._lib.CVodeGetDky(self._memory, t, 0, self._vectors[1])
@@ -358,6 +361,17 @@ class Cvode:
         step = C.c_double()
         self._lib.CVodeGetLastStep(self._memory, C.byref(step))
         return step.value
+
+    def errors(self) -> Sequence[float]:
+        if self._memory.value is None:
+            return ()
+        own = [self._lib.N_VNew_Serial(self._size, self._context) for _ in range(2)]
+        self._lib.CVodeGetEstLocalErrors(self._memory, own[0])
+        self._lib.CVodeGetErrWeights(self._memory, own[1])
+        errors, weights = (list(self._numbers(v)) for v in own)
+        for vector in own:
+            self._lib.N_VDestroy(vector)
+        return [e * w for e, w in zip(errors, weights, strict=True)]
 
     def counts(self) -> Counts:
         """Since the run began: CVODE's own counters start again at every restart."""

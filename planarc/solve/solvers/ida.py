@@ -271,6 +271,18 @@ class IdaIntegrator(ScipyIntegrator):
         self._lib.IDAGetLastStep(self._memory, C.byref(step))
         return step.value
 
+    def errors(self) -> Sequence[float]:
+        if self._memory.value is None:
+            return ()
+        size = len(self._z)
+        own = [self._lib.N_VNew_Serial(size, self._context) for _ in range(2)]
+        self._lib.IDAGetEstLocalErrors(self._memory, own[0])
+        self._lib.IDAGetErrWeights(self._memory, own[1])
+        errors, weights = (self._numbers(v, size)[: self._size] for v in own)
+        for vector in own:
+            self._lib.N_VDestroy(vector)
+        return [e * w for e, w in zip(errors, weights, strict=True)]
+
     # What it did, and the end
 
     def _present_jacobians(self) -> int:

@@ -105,6 +105,10 @@ class Integrator(Protocol):
 
     def last_step(self) -> float: ...
 
+    def errors(self) -> Sequence[float]:
+        """Of each state in the last step that was tried, as a part of its tolerance; nothing
+        where that is not known."""
+
     def counts(self) -> Counts: ...
 
     def close(self) -> None:

@@ -80,6 +80,9 @@ class SteppingIntegrator(ABC):
     @abstractmethod
     def last_step(self) -> float: ...
 
+    def errors(self) -> Sequence[float]:
+        return ()
+
     @abstractmethod
     def counts(self) -> Counts: ...
 

@@ -1,0 +1,23 @@
+"""Creeping: steps so short that the run would never come to its end."""
+
+from __future__ import annotations
+
+#: So many steps that bring the run forward by less than this part of it: at that pace it
+#: would take ten thousand million. A short stiff transient takes some hundred.
+CREEP_STEPS, CREEP_TIME = 10_000, 1e-6
+
+
+class Creep:
+    """Counts steps between places that lie far enough apart."""
+
+    def __init__(self, start: float, span: float) -> None:
+        self._least = CREEP_TIME * span
+        self._place, self._steps = start, 0
+
+    def found(self, t: float, steps: int) -> bool:
+        """Whether the run creeps, `steps` steps after the last call, now at `t`."""
+        if t - self._place > self._least:
+            self._place, self._steps = t, 0
+        else:
+            self._steps += steps
+        return self._steps >= CREEP_STEPS

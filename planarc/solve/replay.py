@@ -1,0 +1,89 @@
+"""The statements of a program once more, in Python: what each gives where a kernel failed.
+
+A kernel says that a block could not be solved, or that some number is not finite, and
+nothing more: it is made to be fast. For the message everything is evaluated again, one
+statement after the other, with the states and the tears as they stand in the workspace.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from planarc.ir.expr import Expr, Op, evaluate, postorder
+from planarc.ir.program import BlockCode, Kernel, Let, Program, Solve, Statement
+
+
+class Replay:
+    """Values of all statements at the workspace's present states and tears."""
+
+    def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
+        self._program, self._w, self._t = program, kernel.w, t
+        self._values: dict[Expr, float] = {}
+
+    def first_not_finite(self) -> int:
+        """The first equation, in the order of evaluation, that gives no finite number, or -1."""
+        for let in self._run((*self._program.levels, self._program.rest)):
+            if let.equation is not None and not math.isfinite(self._values[let.target]):
+                return let.equation
+        return -1
+
+    def residuals(self, block: int) -> list[float]:
+        """How far a block's equations are from being fulfilled; nan where that is not known."""
+        code = self._program.blocks[block]
+        for _ in self._run(self._program.levels, block):
+            pass
+        values = [self._values.get(r, math.nan) for r in code.residuals]
+        return self._linear(code, values) if code.linear else values
+
+    def _linear(self, code: BlockCode, at_zero: Sequence[float]) -> list[float]:
+        """Its residuals are known where all tears are zero, and how they change with these."""
+        if not code.jacobian and code.tears:
+            return [math.nan] * len(at_zero)
+        for _ in self._lets(code.jacobian_body):
+            pass
+        found = list(at_zero)
+        for i, j, slope in code.jacobian:
+            found[i] += self._value(slope) * self._values[code.tears[j]]
+        return found
+
+    def _run(self, lists: Iterable[Sequence[Statement]], last: int = -1) -> Iterator[Let]:
+        """The assignments up to the end of block `last`, each when it is evaluated."""
+        for statements in lists:
+            for statement in statements:
+                if isinstance(statement, Let):
+                    yield from self._lets((statement,))
+                    continue
+                yield from self._block(statement)
+                if statement.block == last:
+                    return
+
+    def _block(self, statement: Solve) -> Iterator[Let]:
+        code = self._program.blocks[statement.block]
+        for tear in code.tears:
+            self._values[tear] = float(self._w[self._program.slots[repr(tear)]])
+        yield from self._lets(code.body)
+
+    def _lets(self, lets: Iterable[Let]) -> Iterator[Let]:
+        for let in lets:
+            slot = self._program.slots.get(repr(let.target))
+            if slot is not None and any(e.op is Op.PAST for e in postorder((let.value,))):
+                self._values[let.target] = float(self._w[slot])  # the past is not here
+            else:
+                self._values[let.target] = self._value(let.value)
+            yield let
+
+    def _value(self, e: Expr) -> float:
+        try:
+            return float(evaluate(e, self._leaf))
+        except (ArithmeticError, ValueError):
+            return math.nan
+
+    def _leaf(self, e: Expr) -> float:
+        if e.op is Op.TIME:
+            return self._t
+        known = self._values.get(e)
+        if known is not None:
+            return known
+        slot = self._program.slots.get(repr(e))
+        return math.nan if slot is None else float(self._w[slot])
