@@ -151,13 +151,18 @@ def to_program(model: SortedDae, clock: Clock | None = None) -> Program:
 def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> str | bytes:
     """NumPy source, or a native object file."""
     with (clock or Clock()).phase("codegen"):
-        if backend is Backend.NUMPY:
-            from planarc.codegen.numpy.printer import source
+        try:
+            if backend is Backend.NUMPY:
+                from planarc.codegen.numpy.printer import source
 
-            return source(program)
-        from planarc.codegen.native.machine import compile_object
+                return source(program)
+            from planarc.codegen.native.machine import compile_object
 
-        return compile_object(program)
+            return compile_object(program)
+        except PlanarcError as problem:
+            from planarc.codegen.refusal import located
+
+            raise located(problem, program) from None
 
 
 def to_slopes(compiled: Compiled, scope: Scope) -> str | bytes | None:

@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, error
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.ir.program import Program
 
 
-def not_differentiable(function: str) -> PlanarcError:
+class NotDifferentiable(PlanarcError):
     """A derivative of an external function is asked for, which only its author could tell."""
-    return error(
-        "G401",
-        f"the external function `{function}` cannot be differentiated",
-        hint="call it in a when-clause, or with arguments that change at events only",
-    )
+
+    def __init__(self, function: str) -> None:
+        self.function = function
+        super().__init__(
+            Diagnostic(
+                "G401",
+                f"the external function `{function}` cannot be differentiated",
+                hint="call it in a when-clause, or with arguments that change at events only",
+            )
+        )
+
+
+def located(problem: PlanarcError, program: Program) -> PlanarcError:
+    """The refusal at the first equation that calls the function."""
+    if not isinstance(problem, NotDifferentiable):
+        return problem
+    for equation in program.equations:
+        if problem.function in equation.text:
+            first = problem.diagnostics[0]
+            return PlanarcError(replace(first, span=equation.span))
+    return problem

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Final
 
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
-from planarc.codegen.refusal import not_differentiable
+from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir import external
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import C_LIBRARY
@@ -120,7 +120,7 @@ def _external(c: Code, e: Expr, numbers: list[Value]) -> Value:
     """A call back to Python: such functions are called at events."""
     function, output, wrt = e.data
     if wrt:
-        raise not_differentiable(function)
+        raise NotDifferentiable(function)
     row = c.place(REAL, len(numbers))
     for i, number in enumerate(numbers):
         row.store(number, i)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from planarc.codegen.refusal import not_differentiable
+from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Let
 
@@ -108,7 +108,7 @@ def _node(e: Expr, args: list[Text], careful: bool) -> Text:
         case Op.APPLY:
             function, output, wrt = e.data
             if wrt:
-                raise not_differentiable(function)
+                raise NotDifferentiable(function)
             given = "".join(f"{a[0]}, " for a in args)
             return f"external({function!r}, {output}, ({given}))", _ATOM
         case _:
