@@ -52,7 +52,7 @@ def class_of(element: Element, span: Span | None = None) -> Class:
 
 
 def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
-    if definition.prefixes.outer and not definition.prefixes.inner:
+    if definition.prefixes.outer:
         found = _inner_class(element)
         if found is not None:
             return found
@@ -126,9 +126,24 @@ def _inner_class(element: Element) -> Class | None:
         if slot is not None and slot[1].prefixes.inner:
             found = lookup.member(current, element.name)
             if found is not None and found.is_class:
-                return class_of(found)
+                return class_of(_inner_half(found))
         current = current.parent
     return None
+
+
+def _inner_half(element: Element) -> Element:
+    """An `inner outer` class as what stands inside of its model sees it: as it is declared."""
+    definition = element.definition
+    assert isinstance(definition, syntax.ClassDef)
+    prefixes = definition.prefixes
+    if not (prefixes.inner and prefixes.outer):
+        return element
+    if element.inner is None:
+        alone = replace(definition, prefixes=replace(prefixes, outer=False))
+        element.inner = Element(
+            element.name, alone, element.scope, element.mod, element.protected, element.entry
+        )
+    return element.inner
 
 
 def _check_replaceable(element: Element, old: Span, new: Span) -> None:
