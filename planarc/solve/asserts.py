@@ -19,7 +19,6 @@ from planarc.ir import external
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Kernel, Program
-from planarc.ir.tape import Prepared, prepare
 from planarc.solve.elementwise import functions
 from planarc.solve.event_failure import assertion_diagnostic
 from planarc.solve.once import once
@@ -122,10 +121,11 @@ class AssertWatch:
 
     def _broken_constants(self) -> list[int]:
         """Those of parameters alone that do not hold, or have no value."""
+        read = Reader(self._program, self._kernel, 0.0)
         found = []
-        for i, condition in self._constant:
+        for i in self._constant:
             try:
-                holds = condition(self._kernel.w, 0.0)
+                holds = read(self._program.assertions[i].condition)
             except (ArithmeticError, ValueError):
                 holds = False
             if not holds:
@@ -156,11 +156,9 @@ class AssertWatch:
 
 
 @once
-def _sorted_out(
-    program: Program,
-) -> tuple[tuple[int, ...], tuple[tuple[int, Prepared], ...], tuple[int, ...]]:
-    """The assertions that may change during a run; the others, prepared; the slots that the
-    first ones need stored."""
+def _sorted_out(program: Program) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+    """The assertions that may change during a run; the others; the slots that the first ones
+    need stored."""
     constant = {c.slot for c in program.columns if c.constant}
     constant |= {p.slot for p in program.parameter_slots}
     needed: dict[int, None] = {}
@@ -169,7 +167,7 @@ def _sorted_out(
         if any(_varies(e, program, constant) for e in postorder((assertion.condition,))):
             varying.append(i)
         else:
-            others.append((i, prepare(assertion.condition, lambda e: program.slots[repr(e)])))
+            others.append(i)
         texts = (p[0] for p in assertion.message.parts if not isinstance(p, str))
         for e in postorder((assertion.condition, *texts)):
             if not e.args and e.op not in (Op.CONST, Op.TIME):

@@ -12,6 +12,7 @@ from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op, evaluate
 from planarc.ir.program import Kernel, Program
 from planarc.ir.tape import Prepared, prepare
+from planarc.solve.once import once
 
 #: Preparing an expression takes as long as reading it so many times.
 OFTEN = 20
@@ -26,8 +27,7 @@ class Reader:
     def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
         self.t = t
         self._slots, self._w = program.slots, kernel.w
-        self._prepared: dict[Expr, Prepared] = {}
-        self._times: dict[Expr, int] = {}  # how often an expression was read
+        self._prepared, self._times = _read_before(program)
 
     def __call__(self, e: Expr) -> Any:
         prepared = self._prepared.get(e)
@@ -52,6 +52,12 @@ class Reader:
         if slot is None:
             raise KeyError(repr(e))
         return slot
+
+
+@once
+def _read_before(program: Program) -> tuple[dict[Expr, Prepared], dict[Expr, int]]:
+    """Expressions that are prepared, and how often others were read, in all runs."""
+    return {}, {}
 
 
 def text_of(message: Message, read: Reader) -> str:
