@@ -1,4 +1,4 @@
-"""lark's table run on word types alone, to try what would come next.
+"""The table run on word types alone, to try what would come next.
 
 The parser proper makes nodes and stops at the first error. What follows an error
 is only read to find further errors, and to try repairs: that needs no nodes, but
@@ -8,7 +8,7 @@ stacks that can be kept and taken up again.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from planarc.parse.machine import Machine
 
@@ -26,17 +26,16 @@ Stack: TypeAlias = tuple[Item, ...]
 
 class Automaton:
     def __init__(self, machine: Machine, start: str) -> None:
-        conf: Any = machine.begin(start).parse_conf
-        self.table: dict[int, dict[str, tuple[Any, Any]]] = conf.states
-        self._end: int = conf.end_state
-        self.begin: Stack = (Item(conf.start_state, "", 0),)
+        self.table, self._rules = machine.table.states, machine.table.rules
+        first, self._end = machine.table.starts[start]
+        self.begin: Stack = (Item(first, "", 0),)
 
     def shift(self, stack: Stack, kind: str, at: int) -> Stack | None:
         """The stack after one more token, None where that token cannot stand."""
         reduced = self._reduce(stack, kind)
         if reduced is None or kind == "$END":
             return reduced
-        return (*reduced, Item(self.table[reduced[-1].state][kind][1], kind, at))
+        return (*reduced, Item(self.table[reduced[-1].state][kind], kind, at))
 
     def finished(self, stack: Stack, kind: str) -> list[str]:
         """The rules that end where a token of this kind stands, innermost first."""
@@ -69,14 +68,13 @@ class Automaton:
             found = self.table[top[-1].state].get(kind)
             if found is None:
                 return None
-            if isinstance(found[1], int):
+            if found >= 0:
                 return tuple(top)
-            rule = found[1]
-            size = len(rule.expansion)
+            rule = self._rules[~found]
+            size = rule.size
             first = top[-size].first if size else top[-1].first
             if size:
                 del top[-size:]
-            name = rule.origin.name
-            top.append(Item(self.table[top[-1].state][name][1], str(name), first))
+            top.append(Item(self.table[top[-1].state][rule.name], rule.name, first))
             if names is not None:
-                names.append(str(rule.alias or name))
+                names.append(rule.alias)

@@ -1,4 +1,4 @@
-"""From text to syntax tree: lark runs the grammar, `build` makes the nodes.
+"""From text to syntax tree: `table` runs the grammar, `build` makes the nodes.
 
 In:   Source              one text
 Out:  StoredDefinition    its tree, or `PlanarcError` with every syntax error
@@ -32,10 +32,6 @@ from planarc.parse.stored import load_tree, store_tree
 if TYPE_CHECKING:
     from planarc.parse.lexer import Token
     from planarc.parse.machine import Machine
-
-#: States of the automaton inside each other. It bounds how deep a tree is nested,
-#: other than by operators in a row.
-MAX_NESTING = 400
 
 
 def parse_text(source: Source) -> syntax.StoredDefinition:
@@ -94,7 +90,7 @@ def _without_collecting() -> Iterator[None]:
 def _parse(start: str, span: Span) -> Any:
     from planarc.parse.lexer import scan
     from planarc.parse.machine import load_machine
-    from planarc.parse.recover import find_errors
+    from planarc.parse.table import run
 
     nul = span.source.text.find("\0", span.start, span.end)
     if nul >= 0:
@@ -104,9 +100,11 @@ def _parse(start: str, span: Span) -> Any:
     with machine.lock:
         tokens, lexical = scan(span.source, machine.terminals, span.start, span.end)
         machine.build.begin(span)
-        tree = _run(machine, start, tokens)
+        tree = run(machine.table, machine.reductions, start, tokens)
         errors = machine.build.errors
         if tree is None:
+            from planarc.parse.recover import find_errors
+
             errors, mended = find_errors(machine, start, tokens, lexical)
             mended.append(tokens[-1])
             errors = [*errors, *_errors_beside(machine, start, mended, span, [*errors, *lexical])]
@@ -120,27 +118,13 @@ def _errors_beside(
     machine: Machine, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
 ) -> list[Diagnostic]:
     """What is wrong beside the grammar, found by building the mended text."""
+    from planarc.parse.table import run
+
     machine.build.begin(span)
-    _run(machine, start, mended)
+    run(machine.table, machine.reductions, start, mended)
     lines = {error.span.line for error in errors if error.span}
     return [
         error
         for error in machine.build.errors
         if error.code != "P102" and error.span and error.span.line not in lines
     ]
-
-
-def _run(machine: Machine, start: str, tokens: list[Token]) -> Any:
-    """Feed the tokens to lark's automaton; None when one does not fit."""
-    from lark.exceptions import UnexpectedToken
-
-    state = machine.begin(start)
-    feed, stack = state.feed_token, state.state_stack
-    try:
-        for token in tokens[:-1]:
-            feed(token)
-            if len(stack) > MAX_NESTING:
-                raise PlanarcError(Diagnostic("P106", "this is nested too deeply", token.span))
-        return feed(tokens[-1], is_end=True)
-    except UnexpectedToken:
-        return None

@@ -104,12 +104,12 @@ def test_another_version_compiles_again(monkeypatch: pytest.MonkeyPatch, backend
 
 def test_code_of_another_processor_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("llvmlite")
-    from planarc.codegen.native import machine
+    from planarc.codegen.native import processor
 
     request = Request(text=DECAY.format(rate=1))
     compile_model(request, Backend.NATIVE)
     assert compile_model(request, Backend.NATIVE).remembered
-    monkeypatch.setattr(machine, "key", lambda: "another processor")
+    monkeypatch.setattr(processor, "key", lambda: "another processor")
     assert not compile_model(request, Backend.NATIVE).remembered
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from planarc.core import cache
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Source
 from planarc.ir import syntax
 from planarc.parse import stored
@@ -136,13 +137,13 @@ def test_threads_do_not_mix_their_errors(own_cache: Path) -> None:
         text = f"model M{number} equation x{number} = {'1' if number % 2 else ''}; end M{number};"
         try:
             found[number] = parse_text(Source(f"{number}", text)).classes[0].name
-        except Exception as error:
-            found[number] = str(error)
+        except PlanarcError as error:
+            found[number] = error.diagnostics[0].message
 
     threads = [threading.Thread(target=work, args=(n,)) for n in range(16)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    expected = {n: f"M{n}" if n % 2 else "P101 expected an expression, not `;`" for n in range(16)}
+    expected = {n: f"M{n}" if n % 2 else "expected an expression, not `;`" for n in range(16)}
     assert found == expected
