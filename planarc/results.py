@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
+    from planarc.ir.insight import Layer
     from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
     from planarc.ir.result import Result as Rows
 
@@ -278,6 +279,7 @@ class Result:
         width: int = 640,
         dark: bool | None = None,
         traces: Sequence[str] = (),
+        layers: Sequence[str] = (),
     ) -> Path: ...
 
     def animate(
@@ -293,14 +295,16 @@ class Result:
         width: int = 640,
         dark: bool | None = None,
         traces: Sequence[str] = (),
+        layers: Sequence[str] = (),
     ) -> Page | Path:
         """The moving mechanism: beside curves on a page that a notebook shows, or as a file.
 
         The ending of `path` says what: `.svg`, which moves by itself in a browser, `.gif`,
         `.mp4`, or `.png` (one instant). Shown is the run from `begin` to `end` (s), `speed`
         seconds of it in one, with `rate` frames a second, or the one instant `at`. `width`
-        is in pixels; `traces` names points whose paths are drawn. All but `.svg` needs
-        `pip install planarc[pictures]`.
+        is in pixels; `traces` names points whose paths are drawn, `layers` what the page
+        lays over the mechanism (`forces`, `velocities`, `accelerations`, `paths`). All but `.svg`
+        needs `pip install planarc[pictures]`.
         """
         if path is None:
             return self._page(curves)
@@ -308,8 +312,13 @@ class Result:
         from planarc.view.picture.motion import When
 
         when = When(begin, end, speed, rate)
-        options = PictureOptions(when, at, width, dark, tuple(traces))
-        write_picture(Path(path), self.rows, options)
+        options = PictureOptions(when, at, width, dark, tuple(traces), tuple(layers))
+        found: Sequence[Layer] = ()
+        if layers:
+            from planarc.compiler import study
+
+            found = study(self.rows).layers
+        write_picture(Path(path), self.rows, options, found)
         return Path(path)
 
     def _page(self, curves: Sequence[str] | None) -> Page:

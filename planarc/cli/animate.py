@@ -66,6 +66,15 @@ def animate(
             show_default=False,
         ),
     ] = None,
+    layers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--layer",
+            metavar="LAYER",
+            help="Draw forces, velocities, accelerations or paths. Repeatable.",
+            show_default=False,
+        ),
+    ] = None,
     model_name: Annotated[
         str | None,
         typer.Option(
@@ -99,6 +108,7 @@ def animate(
     .mp4 also imageio-ffmpeg: pip install "planarc[pictures]". A .png, and any picture with --at,
     shows one instant.
     """
+    from planarc.compiler import study
     from planarc.view.picture.make import (
         PictureOptions,
         check_installed,
@@ -110,7 +120,9 @@ def animate(
     path = named_output(output, "planarc animate four_bar.pmo -o four_bar.gif")
     check_installed(check_suffix(path))
     check_writable(path, "--output")
-    options = PictureOptions(When(begin, end, speed, rate), at, width, dark, tuple(traces or ()))
+    when = When(begin, end, speed, rate)
+    wanted = tuple(layers or ())
+    options = PictureOptions(when, at, width, dark, tuple(traces or ()), wanted)
     if Path(target).suffix.lower() in TABLES:
         _refuse_run(mode, stop, settings)
         rows = _read(Path(target), model_name, class_name, library)
@@ -120,7 +132,7 @@ def animate(
             rows = run_of(model, settings, end if stop is None else stop).rows
         else:
             rows = _mode(model, settings, mode, around, amplitude).rows
-    made = write_picture(path, rows, options)
+    made = write_picture(path, rows, options, study(rows).layers if wanted else ())
     _tell(path, made, as_json)
     return Exit.DONE
 

@@ -55,6 +55,7 @@ _EXAMPLES = {
     "animate": (
         "planarc animate four_bar.pmo -o four_bar.svg",
         "planarc animate four_bar.pmo --trace couplerBody --to 2.5 --width 480 -o four_bar.gif",
+        "planarc animate four_bar.pmo --layer forces --at 0.6 -o forces.png",
         "planarc animate four_bar.pmo --mode 1 --around equilibrium -o mode.mp4",
     ),
     "cache": ("planarc cache", "planarc cache --clear"),

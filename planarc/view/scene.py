@@ -20,7 +20,7 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -108,6 +108,18 @@ def make_scene(result: Result) -> Scene:
         items = [_shortened(item, size, notes) for item in items]
         box = _bounds(items)
     return Scene(result.time, tuple(items), box, tuple(notes))
+
+
+def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Scene:
+    """The scene with more items below and above all others."""
+    if not (under or over):
+        return scene
+    import numpy as np
+
+    items = (*under, *scene.items, *over)
+    with np.errstate(all="ignore"):
+        box = _bounds(list(items))
+    return replace(scene, items=items, box=box)
 
 
 def _is_world(result: Result, part: str) -> bool:

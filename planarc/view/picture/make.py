@@ -20,6 +20,7 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
 from planarc.view.picture.camera import Camera, fit_camera
 from planarc.view.picture.motion import Motion, When, sample_motion, still
+from planarc.view.picture.overlays import with_layers
 from planarc.view.picture.traces import trace_items
 from planarc.view.scene import Scene, make_scene
 from planarc.view.storage import replacing
@@ -27,6 +28,7 @@ from planarc.view.storage import replacing
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+    from planarc.ir.insight import Layer
     from planarc.ir.result import Result
 
 SUFFIXES = (".svg", ".gif", ".mp4", ".png")
@@ -42,7 +44,8 @@ class PictureOptions(Data):
     """`at`: one instant (s) instead of a motion. `width` in pixels; the height follows.
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
-    points whose paths are drawn: see `traces`.
+    points whose paths are drawn: see `traces`. `layers` are ids of those of the report
+    (`forces`, `velocities`, `accelerations`, `paths`).
     """
 
     when: When = field(default_factory=When)
@@ -50,6 +53,7 @@ class PictureOptions(Data):
     width: int = 640
     dark: bool | None = None
     traces: tuple[str, ...] = ()
+    layers: tuple[str, ...] = ()
 
 
 class Made(Data):
@@ -61,8 +65,11 @@ class Made(Data):
     notes: tuple[str, ...]
 
 
-def write_picture(path: Path, result: Result, options: PictureOptions) -> Made:
-    """Raises UsageError V701 (ending), V702 (size, pace), V703 (times), V705 (nothing to draw)."""
+def write_picture(
+    path: Path, result: Result, options: PictureOptions, layers: Sequence[Layer] = ()
+) -> Made:
+    """`layers` are those of the run's insight. Raises UsageError V701 (ending), V702 (size,
+    pace), V703 (times), V705 (nothing to draw)."""
     suffix = check_suffix(path)
     _check_pace(options.when)
     if not _NARROWEST <= options.width <= _WIDEST:
@@ -73,7 +80,7 @@ def write_picture(path: Path, result: Result, options: PictureOptions) -> Made:
                 hint=f"choose a width from {_NARROWEST} to {_WIDEST}",
             )
         )
-    scene = _scene(result, options.traces)
+    scene = with_layers(_scene(result, options.traces), layers, options.layers)
     camera = fit_camera(scene.box, options.width)
     motion = _motion(scene, options, suffix)
     if suffix == ".svg":

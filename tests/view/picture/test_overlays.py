@@ -1,0 +1,62 @@
+"""Layers of the report in pictures: arrows where the vectors are, in one scale, and paths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc import Result, UsageError
+from planarc.compiler import study
+from planarc.view.picture.overlays import with_layers
+from planarc.view.scene import Kind, make_scene
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return planarc.load(EXAMPLES / "pendulum.pmo").simulate(2, intervals=200)
+
+
+def test_velocities_are_arrows_of_one_scale(result: Result) -> None:
+    layers = study(result.rows).layers
+    scene = make_scene(result.rows)
+    drawn = with_layers(scene, layers, ["velocities"])
+    arrows = drawn.items[len(scene.items) :]
+    (layer,) = (layer for layer in layers if layer.id == "velocities")
+    assert len(arrows) == len(layer.members) > 0
+    scales = []
+    for arrow, mark in zip(arrows, layer.members, strict=True):
+        speed = np.hypot(mark.u, mark.v)
+        assert np.allclose(arrow.length * np.cos(arrow.angle) * speed, mark.u * arrow.length)
+        scales.append(np.max(np.atleast_1d(arrow.length)) / np.max(speed))
+    assert np.ptp(scales) < 1e-12
+    assert scene.box is not None and drawn.box is not None
+    span = max(scene.box[2] - scene.box[0], scene.box[3] - scene.box[1])
+    longest = max(float(np.max(a.length)) for a in arrows)
+    assert longest == pytest.approx(0.28 * span)
+    assert drawn.box[2] - drawn.box[0] >= scene.box[2] - scene.box[0]
+
+
+def test_paths_lie_below_and_vectors_above(result: Result) -> None:
+    layers = study(result.rows).layers
+    drawn = with_layers(make_scene(result.rows), layers, ["forces", "paths", "forces"])
+    kinds = [item.kind for item in drawn.items]
+    assert kinds[0] is Kind.CURVE
+    assert kinds[-1] is Kind.ARROW
+    scene = make_scene(result.rows)
+    assert with_layers(scene, layers, []) is scene
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".png"])
+def test_pictures_take_layers(result: Result, suffix: str, tmp_path: Path) -> None:
+    if suffix == ".png":
+        pytest.importorskip("PIL")
+    plain = result.animate(tmp_path / f"plain{suffix}", at=0.5)
+    drawn = result.animate(tmp_path / f"drawn{suffix}", at=0.5, layers=["forces", "velocities"])
+    assert plain.read_bytes() != drawn.read_bytes()
+    with pytest.raises(UsageError, match="did you mean `forces`"):
+        result.animate(tmp_path / f"wrong{suffix}", layers=["force"])
