@@ -1,36 +1,19 @@
-"""How a reference case is run: the only place here that knows planarc's entry."""
+"""The entry of the reference cases, as a fixture."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
 
-def simulate(
-    model: Path,
-    stop: float,
-    intervals: int,
-    tolerance: float,
-    backend: str,
-    solver: str = "auto",
-) -> Any:
-    """The result of a run; `result[name]` are the values of a variable over `result.time`."""
-    from planarc.compiler import simulate
-    from planarc.core.options import Backend, RunOptions, Solver
-
-    options = RunOptions(
-        stop=stop,
-        intervals=intervals,
-        tolerance=tolerance,
-        backend=Backend(backend),
-        solver=Solver(solver),
-    )
-    return simulate(model, options=options)
+import accuracy
 
 
 @pytest.fixture
 def run() -> Callable[..., Any]:
-    return simulate
+    return accuracy.run
