@@ -201,6 +201,7 @@ def _dependent(made: _Made) -> tuple[int, ...]:
     """The equations of the model that are to be left out."""
     from planarc.solve.dependence import dependent_rows
     from planarc.solve.kernels.numpy_support import without_lapack
+    from planarc.solve.sharing import left_out_rows, strict
     from planarc.solve.start import solve_start
 
     program = made.program
@@ -209,19 +210,17 @@ def _dependent(made: _Made) -> tuple[int, ...]:
 
     conditions = program.sharing.conditions if program.sharing else ()
     numbered = list(zip(conditions, made.left_out, strict=True))
-    held = {c.held: i for c, i in numbered if c.held is not None}
+    held = [i for c, i in numbered if c.held is not None]
     found = [i for c, i in numbered if c.held is None]
 
     def judge(system: System, values: Vector) -> None:
-        system = system.holding(list(held))
-        last = system.fixed_rows[len(system.fixed_rows) - len(held) :]
-        others = dict(zip(last, held.values(), strict=True))
+        others = dict(zip(left_out_rows(system), held, strict=True))
         for row in dependent_rows(system, values, tuple(others), span):
             found.append(others[row] if row in others else _equation(made, system, row))
 
     with without_lapack():
         try:
-            solve_start(program, kernel, t, judge=judge)
+            solve_start(strict(program), kernel, t, judge=judge)
         except PlanarcError as problem:
             if problem.diagnostics[0].code not in _ASSEMBLY:
                 raise
@@ -264,16 +263,15 @@ def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
 
     from planarc.solve import trouble
     from planarc.solve.dependence import least_misfit
+    from planarc.solve.sharing import left_out_rows, strict
     from planarc.solve.start_failure import row_info
     from planarc.solve.start_system import System
 
     kernel, t, _ = _open(made.program)
     kernel.forgive()
-    conditions = made.program.sharing.conditions if made.program.sharing else ()
-    held = [c.held for c in conditions if c.held is not None]
-    system = System(made.program, kernel, t).holding(held)
+    system = System(strict(made.program), kernel, t)
     guess = np.array([kernel.w[c.start] for c in made.program.candidates])
-    found = least_misfit(system, guess, system.fixed_rows[len(system.fixed_rows) - len(held) :])
+    found = least_misfit(system, guess, left_out_rows(system))
     info = None if found is None else row_info(system, found.row)
     if found is None or info is None:
         return None

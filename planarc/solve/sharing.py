@@ -14,18 +14,46 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
-from planarc.ir.dae import SHARING
+from planarc.ir.dae import MISFIT, SHARING
 from planarc.ir.program import Condition, Kernel, Program
 from planarc.solve import trouble
 
 if TYPE_CHECKING:
     from planarc.solve.newton import Vector
+    from planarc.solve.start_system import System
 
 #: Accelerations that change by more than this part of what the forces change, depend on them.
 DEPENDS = 1e-6
 #: A condition that was left out holds when it is off by less (metres, radians).
 FITS = 1e-6
+
+
+def strict(program: Program) -> Program:
+    """The same, held at the start to what was left out since it follows from the rest."""
+    if program.sharing is None:
+        return program
+    held = [c.held for c in program.sharing.conditions if c.held is not None]
+    return replace(program, fixed=(*program.fixed, *(replace(f, fixed=True) for f in held)))
+
+
+def left_out_rows(system: System) -> list[int]:
+    """Of a strict program: the rows that hold it to what was left out, in their order."""
+    conditions = enumerate(system.conditions, system.fixed_rows.start)
+    return [row for row, f in conditions if f.display.startswith(MISFIT)]
+
+
+def missed(system: System, values: Vector) -> bool:
+    """Whether an assembled position misses what was left out: a loop was closed on another side.
+    A strict program misses nothing."""
+    sharing = system.program.sharing
+    slots = [c.held.slot for c in sharing.conditions if c.held is not None] if sharing else []
+    if not slots or left_out_rows(system):
+        return False
+    system.evaluate_flag(values)
+    return any(abs(system.kernel.w[slot]) > FITS for slot in slots)
 
 
 def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic:

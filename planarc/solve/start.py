@@ -32,10 +32,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
+from planarc.ir.dae import MISFIT
 from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
 from planarc.ir.result import Held
-from planarc.solve import newton, start_failure
-from planarc.solve.start_branch import nearest_root
+from planarc.solve import newton, sharing, start_failure
+from planarc.solve.start_branch import agreed_place, nearest_root
 from planarc.solve.start_redundancy import refuse_redundancy
 from planarc.solve.start_system import Part, System, declared
 
@@ -46,8 +47,6 @@ if TYPE_CHECKING:
 
 #: A candidate that moves less than this part of a free motion is not held against it.
 INDEPENDENT = 1e-3
-#: Redundant conditions that are missed by less are met (metres, radians).
-MET = 1e-9
 
 
 class Start(Data):
@@ -83,23 +82,9 @@ def solve_start(
     system = system.holding(choice.others)
     if values is None:
         raise start_failure.explain(system, u0, choice)
-    missed = _missed(system, values)
-    if missed:
-        system = system.holding((*choice.others, *missed))
-        values = _assemble(system, u0, choice)
-        if values is None:
-            raise start_failure.explain(system, u0, choice)
+    if sharing.missed(system, values):
+        return solve_start(sharing.strict(program), kernel, t, given, judge)
     return _finish(system, values, choice.held, judge)
-
-
-def _missed(system: System, values: Vector) -> list[FixedSlot]:
-    """Conditions that were left out since they follow from others, all of them where one is not
-    met: the loops were closed on another side."""
-    sharing = system.program.sharing
-    held = [c.held for c in sharing.conditions if c.held is not None] if sharing else []
-    if held:
-        system.evaluate_flag(values)
-    return held if any(abs(system.kernel.w[f.slot]) > MET for f in held) else []
 
 
 def _finish(
@@ -124,7 +109,7 @@ def _finish(
             *(
                 Held(f.display, float(w[f.start]), float(w[f.slot]), f in system.conditions)
                 for f in program.fixed
-                if system.written(f)
+                if system.written(f) and not f.display.startswith(MISFIT)
             ),
         ),
     )
@@ -159,6 +144,8 @@ def choose_held(system: System, u: Vector) -> Choice:
 def _choose_closed(system: System, u: Vector) -> _Outcome | None:
     """The best outcome in positions with closed loops."""
     closed = [p for p in map(partial(_closed, system), places(u)) if p is not None]
+    if not closed and (agreed := agreed_place(system, u)) is not None:
+        closed.append(agreed)
     found = [o for p in closed if (o := _held_at(system, p)) is not None]
     return max(found, key=lambda o: o.taken, default=None)
 
@@ -320,6 +307,9 @@ def _solve_stages(
     for rows, columns in system.stages():
         root = None
         if system.initial_rows.stop - 1 in rows:
+            here = system(u)
+            if here is not None and not here[rows].any():
+                continue
             root = solve_stage(system, u, rows, _movable(system, u, held))
         if root is None or not root.converged:
             root = nearest_root(system, u, rows, columns, held)

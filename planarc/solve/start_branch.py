@@ -80,6 +80,17 @@ def nearest_root(
     return _nearest(system, found, guides) if found else first
 
 
+def agreed_place(system: System, u: Vector) -> Vector | None:
+    """An assembled position with all values that were written, where they agree."""
+    for rows, columns in system.stages():
+        own = [row for row in rows if row < system.initial_rows.start]
+        root = _agreeing(system, u, own, columns, _guides(system, columns))
+        if root is None:
+            return None
+        u = root.point
+    return u
+
+
 def _agreeing(
     system: System,
     u: Vector,

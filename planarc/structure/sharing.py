@@ -90,23 +90,18 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
     weights = _Weights(dae.table, reduced.elimination, forces)
     if not open_ or not _are_forces(active, parts, {v for v, s in open_.items() if s in weights}):
         return Shared(dae, 0)
-    live = reduced.elimination.live
-    forms = expand_equations(dae, live, offsets).forms
-    sums: dict[Expr, list[Expr]] = {symbol: weights.terms(symbol) for symbol in open_.values()}
-    multipliers: list[Variable] = []
-    for e in parts.under_equations:
-        source = dae.equations[live[e].index]
-        multiplier = dae.table.symbol(f"{SHARING}[{len(multipliers) + 1}]")
-        multipliers.append(_multiplier(multiplier.name, source))
+    equations = [(e, reduced.elimination.live[e].index) for e in parts.under_equations]
+    multipliers = [_multiplier(k, dae.equations[i]) for k, (_, i) in enumerate(equations, 1)]
+    unknown = frozenset(open_.values())
+    sums = {symbol: weights.terms(symbol) for symbol in open_.values()}
+    forms = expand_equations(dae, reduced.elimination.live, offsets).forms
+    for (e, i), multiplier in zip(equations, multipliers, strict=True):
         factors = coefficients(dae.table, reduced.contents, forms[e][-1].residual(dae.table))
-        for v in active[e]:
-            symbol = open_.get(v)
-            if symbol is None:
-                continue
+        for symbol in (open_[v] for v in active[e] if v in open_):
             factor = factors[symbol]
-            if factor is None:
-                raise _not_linear(source, symbol)
-            sums[symbol].append(dae.table.mul(factor, multiplier))
+            if factor is None or not unknown.isdisjoint(reduced.contents(factor)):
+                raise _not_linear(dae.equations[i], symbol)
+            sums[symbol].append(dae.table.mul(factor, dae.table.symbol(multiplier.name)))
     stationary = (
         Equation(dae.table.add(*terms), dae.table.zero, component=_owner(symbol))
         for symbol, terms in sums.items()
@@ -118,7 +113,7 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
         parameters=(*dae.parameters, bias),
         equations=(*dae.equations, *stationary),
     )
-    return Shared(full, len(parts.under_variables) - len(parts.under_equations))
+    return Shared(full, len(open_) - len(equations))
 
 
 def _reduce(dae: Dae) -> _Reduced:
@@ -179,9 +174,9 @@ class _Weights:
         ]
 
 
-def _multiplier(name: str, source: Equation) -> Variable:
+def _multiplier(number: int, source: Equation) -> Variable:
     return Variable(
-        name,
+        f"{SHARING}[{number}]",
         state_select=StateSelect.NEVER,
         protected=True,
         component=source.component,
