@@ -25,6 +25,7 @@ from planarc.solve.creep import Creep
 from planarc.solve.delays import Delays, jumped, not_settled
 from planarc.solve.events import Events
 from planarc.solve.instants import Schedule, same
+from planarc.solve.interruption import Interruption
 from planarc.solve.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.refuge import Refuge
@@ -38,6 +39,8 @@ Progress = Callable[[float], None]
 
 #: Longest time without coming back to Python, seconds of real time.
 PATIENCE = 0.1
+#: So much longer than the last one a march may be.
+GROWTH = 64
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
 
@@ -71,6 +74,7 @@ class Run:
         self.selection: list[int] = []
         self.refuge = Refuge(kernel, program, self.recorder)
         self.selector.watch.refuge = self.refuge
+        self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
         self.states: list[StateChoice] = []
@@ -189,6 +193,8 @@ class Run:
             steps = self._budget(steps, time.perf_counter() - began)
             if progress is not None:
                 progress(self.integrator.t)
+            if self.interruption.asked:
+                raise KeyboardInterrupt
             self._check_asserts(march.outcome is Outcome.FAILED)
             if self.ended is not None:
                 return
@@ -208,11 +214,11 @@ class Run:
             self._finish()
 
     def _budget(self, steps: int, seconds: float) -> int:
-        """Steps for the next march: soon back after a restart, then ever later."""
-        if seconds > PATIENCE:
-            return max(1, steps // 2)
+        """Steps for the next march, going by what the last one took; soon back after a
+        restart, of which nothing is known yet."""
+        factor = min(max(0.5 * PATIENCE / max(seconds, 1e-9), 0.5), GROWTH)
         most = 64 if self.program.relations else 1 << 16
-        return min(4 * steps, most) if seconds < PATIENCE / 4 else steps
+        return max(1, min(int(steps * factor), most))
 
     def _happens(self, march: March) -> bool:
         """Treats the event at the time reached, if there is one."""
@@ -358,7 +364,7 @@ class Run:
                 jacobians=counts.jacobians,
                 error_test_failures=counts.error_test_failures,
                 events=len(self.records),
-                reason=self.reason,
+                reason=self.reason + ", Jacobian from formulas" * self.integrator.formulas,
             ),
             states=tuple(self.states),
             held=self.held,

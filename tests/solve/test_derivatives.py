@@ -14,7 +14,7 @@ from msgspec.structs import replace
 import planarc
 from planarc.analysis.partials import Formulas, NoFormulaError
 from planarc.analysis.point import Point, open_point
-from planarc.core.options import Backend, RunOptions, Solver
+from planarc.core.options import Backend, RunOptions
 from planarc.ir.derivatives import Scope
 from planarc.solve.solvers import cvode
 
@@ -177,30 +177,6 @@ def test_a_point_without_derivative_is_told(backend: Backend) -> None:
     assert found[0, 0] == pytest.approx(-1.0)
 
 
-# CVODE
-
-
-def swinging(n: int, monkeypatch: pytest.MonkeyPatch, most: float, **options: Any) -> Any:
-    monkeypatch.setattr(cvode, "MOST_DIFFERENCES", most)
-    model = planarc.load(family("chain", n))
-    return model.simulate(1.0, solver=str(Solver.CVODE_BDF), **options)
-
-
-def test_cvode_goes_on_with_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From where differences have cost enough, in machine code: the same motion, and no
-    evaluation for differences any more."""
-    model = planarc.load(family("chain", 12))
-    by_differences = swinging(12, monkeypatch, float("inf"))
-    by_formulas = swinging(12, monkeypatch, 0)
-    assert "(native)" in by_formulas.statistics.solver
-    assert len(model.states) == 24
-    a, b = by_differences.statistics, by_formulas.statistics
-    assert a.jacobians == b.jacobians > 1
-    assert a.rhs_calls - b.rhs_calls >= 24 * (a.jacobians - 1)
-    end = f"rev[{6}].phi"
-    assert np.max(np.abs(by_differences[end] - by_formulas[end])) < 1e-6
-
-
 def test_equal_code_of_models_that_may_be_asked_for_more() -> None:
     """An Integer and a Real parameter give the same code; only one has derivatives."""
     text = "model K parameter Integer n = 2; Real x(start=1, fixed=true);"
@@ -212,3 +188,60 @@ def test_equal_code_of_models_that_may_be_asked_for_more() -> None:
             0.0, point.y, [point.states[0].derivative]
         )
         assert found[2][0, 0] == pytest.approx(-1.0)
+
+
+# CVODE
+
+
+def run(monkeypatch: pytest.MonkeyPatch, source: str, most: float, **options: Any) -> Any:
+    """From formulas from `most` evaluations for differences on, however few states there are."""
+    monkeypatch.setattr(cvode, "MOST_DIFFERENCES", most)
+    monkeypatch.setattr(cvode, "FEWEST_COMPILED", 1)
+    return planarc.load(source).simulate(solver="cvode-bdf", **options)
+
+
+def test_cvode_goes_on_with_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From where differences have cost enough, in machine code: the same motion, and no
+    evaluation for differences any more."""
+    # The run comes back to Python at its events, and looks then.
+    sampled = "Integer k(start=0, fixed=true); equation"
+    chain = (
+        family("chain", 12)
+        .replace("equation", sampled, 1)
+        .replace("end Chain;", "when sample(0.2, 0.2) then k = pre(k) + 1; end when; end Chain;")
+    )
+    found = {most: run(monkeypatch, chain, most, stop_time=1) for most in (0, 30, float("inf"))}
+    counts = {most: r.statistics for most, r in found.items()}
+    assert "(native)" in counts[0].solver
+    assert [("formulas" in c.reason) for c in counts.values()] == [True, True, False]
+    jacobians = counts[0].jacobians
+    assert jacobians > 2
+    assert counts[float("inf")].rhs_calls - counts[0].rhs_calls >= 24 * (jacobians - 1)
+    for r in found.values():
+        assert np.max(np.abs(r["rev[6].phi"] - found[0]["rev[6].phi"])) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["crank_slider", "sides", "bouncing"])
+def test_through_events_and_other_states(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = str(MODELS[name])
+    derived = run(monkeypatch, source, 0, stop_time=2, tolerance=1e-9)
+    plain = run(monkeypatch, source, float("inf"), stop_time=2, tolerance=1e-9)
+    assert "formulas" in derived.statistics.reason
+    assert len(derived.events) == len(plain.events)
+    assert len(derived.states) == len(plain.states)
+    for state in derived.states[0].states:
+        a, b = derived[state][-1], plain[state][-1]
+        assert a == pytest.approx(b, abs=1e-5 * max(1, abs(b)))
+
+
+def test_machine_code_takes_differences_where_there_is_no_derivative(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """sqrt(x) at x = 0, where the run begins and, for one of two, stays."""
+    text = "model R Real x(start=0, fixed=true); Real y(start=0, fixed=true); Real z(start=1,"
+    text += " fixed=true); equation der(x) = 1 - sqrt(x) - 50*(z - x); der(y) = -sqrt(abs(y));"
+    text += " der(z) = 100*(x - z) + y; end R;"
+    derived = run(monkeypatch, text.replace("sqrt(x)", "sqrt(abs(x))"), 0, stop_time=1)
+    plain = run(monkeypatch, text.replace("sqrt(x)", "sqrt(abs(x))"), 1e9, stop_time=1)
+    assert derived.statistics.jacobians > 0
+    assert derived["z"][-1] == pytest.approx(plain["z"][-1], abs=1e-5)

@@ -18,6 +18,17 @@ of the mechanism. Microseconds a step of a chain of N rods, 2N states, tolerance
 350). GMRES has no preconditioner: where stiffness makes it take many products a step,
 the run goes on with elimination.
 
+The Jacobian of machine code is differenced: of a chain of N rods that costs 2N right-hand
+sides. From formulas it takes a third of that from N = 20 on, and as long for N = 5,
+
+    N                            20     40     80
+    us for differences           92    350   1300
+    us from formulas             24    170    450
+    ms to compile these          60    100    250
+
+so that a run of 10 s (45 Jacobians) becomes 10 to 17 % shorter, and compiling pays only where
+there are a hundred times as many: from `MOST_DIFFERENCES` on, they are compiled.
+
 `tolerance` T is passed on as it is: relative tolerance T, absolute tolerance T times
 the nominal value of each state. No factor is hidden here.
 
@@ -54,8 +65,11 @@ LONGEST_STEP = 1 / 50
 
 #: Larger systems are solved by GMRES.
 LARGEST_DENSE = 200
-#: So many right-hand sides a run spends on differences before formulas are compiled.
-MOST_DIFFERENCES = 4000
+#: So many right-hand sides a run spends on differences before formulas are compiled: about
+#: where these would have paid for it.
+MOST_DIFFERENCES = 50_000
+#: With fewer states differences of machine code are quicker.
+FEWEST_COMPILED = 16
 #: Vectors that GMRES keeps before it gives up; the number CVODE recommends.
 KRYLOV_VECTORS = 5
 #: More evaluations a step than this mean that GMRES does not converge well.
@@ -103,7 +117,7 @@ class Cvode:
         self._memory = C.c_void_p()
         self._matrix = self._linear = None
         self.krylov = states > LARGEST_DENSE
-        self.formulas = False  # whether a native right-hand side has a native Jacobian
+        self.formulas = self._derives = False
         self._for_differences = 0
         self._user = user
         self._time = C.c_double()
@@ -154,7 +168,7 @@ class Cvode:
         where they pay (`MOST_DIFFERENCES`)."""
         kernel, size, data = self._kernel, self._size, self._lib.SUNDenseMatrix_Data
         if self._user is not None:
-            return self._native_jacobian() if self.formulas else None
+            return self._native_jacobian() if self._derives else None
         known = getattr(kernel, "state_jacobian", None)
         if known is None or size < FEWEST_DERIVED:
             return None
@@ -182,11 +196,17 @@ class Cvode:
 
     def _judge_differences(self) -> None:
         """From here on formulas, where differences have cost as much as compiling these."""
-        if self.formulas or self._differenced() < MOST_DIFFERENCES:
+        if self._derives or self._size < FEWEST_COMPILED:
             return
-        self.formulas = True
-        self._jacobian = self._jacobian_function()
-        if self._jacobian is not None:
+        if self._differenced() < MOST_DIFFERENCES:
+            return
+        self._derives = True
+        self._set_jacobian()
+
+    def _set_jacobian(self) -> None:
+        self._jacobian = None if self.krylov else self._jacobian_function()
+        self.formulas = self._jacobian is not None
+        if self.formulas:
             self._lib.CVodeSetJacFn(self._memory, self._jacobian)
 
     def _differenced(self) -> int:
@@ -277,9 +297,7 @@ class Cvode:
             self._linear = lib.SUNLinSol_Dense(self._vectors[0], self._matrix, context)
         flag = lib.CVodeSetLinearSolver(self._memory, self._linear, self._matrix)
         self._check(flag, "CVodeSetLinearSolver")
-        self._jacobian = None if self.krylov else self._jacobian_function()
-        if self._jacobian is not None:
-            lib.CVodeSetJacFn(self._memory, self._jacobian)
+        self._set_jacobian()
 
     def _free_linear_solver(self) -> None:
         self._lib.SUNLinSolFree(self._linear)

@@ -122,7 +122,8 @@ class IdaIntegrator(ScipyIntegrator):
         self._matrix = lib.SUNDenseMatrix(size, size, self._context)
         self._linear = lib.SUNLinSol_Dense(z, self._matrix, self._context)
         lib.IDASetLinearSolver(self._memory, self._linear, self._matrix)
-        if size >= FEWEST_UNKNOWNS and self._derived() is not None:
+        self.formulas = size >= FEWEST_UNKNOWNS and self._derived() is not None
+        if self.formulas:
             self._callback = _JACOBIAN(self._jacobian_of)
             lib.IDASetJacFn(self._memory, self._callback)
         lib.IDASetMaxNumSteps(self._memory, -1)

@@ -82,6 +82,7 @@ class Settings(Data):
 class Integrator(Protocol):
     name: str
     looks: bool  # whether a march measures the choice of states at every step
+    formulas: bool  # whether the Jacobian comes from formulas
 
     @property
     def t(self) -> float: ...

@@ -92,6 +92,8 @@ class ScipyIntegrator(SteppingIntegrator):
         self._jacobians += self._present_jacobians()
         self._limit = limit
         derived = self._size >= FEWEST_DERIVED and hasattr(self._kernel, "state_jacobian")
+        # Differences of machine code cost less than compiling its derivatives.
+        self.formulas = derived = derived and not hasattr(self._kernel, "cv_jacobian")
         self._solver = getattr(integrate, self._method)(
             self._rhs,
             self._t,

@@ -27,7 +27,7 @@ class SteppingIntegrator(ABC):
     """See `Integrator` and `Stepper`. No step is longer than `longest` times the run."""
 
     name = ""
-    looks = ends_evaluated = False
+    looks = ends_evaluated = formulas = False
     longest = 1 / 50
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
