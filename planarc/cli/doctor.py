@@ -14,7 +14,7 @@ from planarc.cli.exits import Exit
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions, Solver
 
-NEEDED = ("lark", "numpy", "scipy", "sympy", "typer", "rich", "platformdirs", "werkzeug")
+NEEDED = ("lark", "msgspec", "numpy", "scipy", "sympy", "typer", "rich", "platformdirs", "werkzeug")
 #: What each is for, and what happens without it.
 CHOSEN = {
     "llvmlite": "native code; without it the numpy back end runs",

@@ -14,6 +14,7 @@ slower in half the time, and for a chain of 80 rods in a sixteenth of it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -46,29 +47,31 @@ def compile_slopes(program: Program, scope: Scope) -> bytes | None:
 
 
 def _joined(runtime: bytes, text: str) -> bytes:
+    """A model whose values or comments alone were changed has the text that it had."""
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
-    return len(runtime).to_bytes(8, "little") + runtime + _kept(text, level, ())
+    code = _kept((str(level), text), lambda: _compiled(text, level, ()))
+    return len(runtime).to_bytes(8, "little") + runtime + code
 
 
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models."""
-    return _kept(runtime_text(), 1, _PASSES)
+    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, _PASSES))
 
 
 @cache
 def _passing() -> bytes:
     """What passes derivatives on, likewise."""
-    return _kept(passing_text(), 1, _PASSES)
+    return _kept(("passing",), lambda: _compiled(passing_text(), 1, _PASSES))
 
 
-def _kept(text: str, level: int, passes: tuple[str, ...]) -> bytes:
-    """Compiled, or as it was compiled before: a model whose values or comments alone were
-    changed has the same text."""
-    name = store.key("object", key(), str(level), " ".join(passes), text)
+def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
+    """Object code that was made before, or is made now. Of planarc's own text it is enough
+    to know the name: the cache's keys hold the state of planarc's files."""
+    name = store.key("object", key(), *what)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(text, level, passes)
+        known = make()
         store.store("native", name, known)
     return known
 
