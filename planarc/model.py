@@ -234,7 +234,8 @@ class Model:
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
         kernel = self.forced(compiled.load(), options, inputs)
-        result = Result(simulate(compiled.program, kernel, options, progress=progress))
+        rows = simulate(compiled.program, kernel, options, progress=progress)
+        result = Result(rows, compiled)
         ended = result.ended
         if ended is not None and ended.severity is Severity.ERROR:
             raise RunStopped(ended, result)

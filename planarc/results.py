@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from planarc.ir.insight import Layer
+    from planarc.compiler import Compiled
+    from planarc.ir.insight import Insight, Layer
     from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
     from planarc.ir.result import Result as Rows
 
@@ -40,8 +41,9 @@ class Result:
     for each of its subscripts. Going through a result gives the names of its variables.
     """
 
-    def __init__(self, rows: Rows) -> None:
+    def __init__(self, rows: Rows, compiled: Compiled | None = None) -> None:
         self.rows = rows
+        self._compiled = compiled  # what made them: it tells how near dead points are
 
     def __getitem__(self, name: str) -> Vector:
         """Raises UnknownName (a UsageError and a KeyError)."""
@@ -322,24 +324,27 @@ class Result:
         return Path(path)
 
     def _page(self, curves: Sequence[str] | None) -> Page:
-        from planarc.compiler import study
         from planarc.view.report.page import render_page
         from planarc.view.scene import make_scene
 
         shown = None if curves is None else tuple(self._scalars(curves))
-        scene, insight = make_scene(self.rows), study(self.rows)
+        scene, insight = make_scene(self.rows), self._insight()
         return Page(render_page(self.rows, scene, self._summary(), shown, insight))
 
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
-        from planarc.compiler import study
         from planarc.view.report import write_report
         from planarc.view.scene import make_scene
 
         shown = None if curves is None else self._scalars(curves)
-        scene, insight = make_scene(self.rows), study(self.rows)
+        scene, insight = make_scene(self.rows), self._insight()
         write_report(Path(path), self.rows, scene, self._summary(), shown, insight)
         return Path(path)
+
+    def _insight(self) -> Insight:
+        from planarc.compiler import study
+
+        return study(self.rows, None if self._compiled is None else self._compiled.load())
 
     def _summary(self) -> tuple[tuple[str, str], ...]:
         s = self.statistics

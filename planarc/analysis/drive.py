@@ -109,7 +109,7 @@ def drive(
     kernel = ForcedKernel(inner, _force(program, inner, functions), begin)
     rows = simulate(program, kernel, options)
     shown = tuple(c for c in program.columns if not c.name.startswith(_ADDED))
-    result = Result(replace(rows, program=replace(program, columns=shown)))
+    result = Result(replace(rows, program=replace(program, columns=shown)), compiled)
     if rows.ended is not None and rows.ended.severity is Severity.ERROR:
         raise RunStopped(rows.ended, result)
     return Driven(result, efforts)

@@ -106,6 +106,12 @@ def test_a_notebook_shows_the_moving_mechanism(result: Result, tmp_path: Path) -
         result.report(tmp_path / "c.html", ["revD.fi"])
 
 
+def test_the_page_tells_how_near_dead_points_are(result: Result, tmp_path: Path) -> None:
+    page = result.report(tmp_path / "page.html").read_text("utf-8")
+    assert "smallest singular value" in page
+    assert "smallest singular value" in result.animate().text
+
+
 def test_a_missing_package_is_named(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, call in (
         ("pandas", result.to_pandas),
