@@ -124,18 +124,15 @@ class Lister:
             e = stack[-1]
             if e in known:
                 stack.pop()
-                continue
-            waiting = [a for a in reversed(e.args) if a not in known]
-            if waiting:
-                stack.extend(waiting)
-                continue
-            stack.pop()
-            self._remember(e, self._written(out, e))
+            elif waiting := [a for a in reversed(e.args) if a not in known]:
+                stack += waiting
+            else:
+                stack.pop()
+                self._trail.append(e)
+                known[e] = self._written(out, e) if e.args else e
         return known[root]
 
     def _written(self, out: list[Let], e: Expr) -> Expr:
-        if not e.args:
-            return e
         new = self._node(out, e)
         if e in self._shared or self._depths[new] > DEEPEST:
             return self._named(out, new)
@@ -143,11 +140,12 @@ class Lister:
 
     def _node(self, out: list[Let], e: Expr) -> Expr:
         """The node over its arguments as they are written."""
-        args = tuple(self._known[a] for a in e.args)
+        args = tuple([self._known[a] for a in e.args])
         while len(args) > LONGEST:  # a sum or product: its first terms by themselves
             args = (self._named(out, self._table.node(e.op, args[:LONGEST])), *args[LONGEST:])
         new = self._table.node(e.op, args, e.data)
-        self._depths[new] = 1 + max(self._depths.get(a, 0) for a in args)
+        depths = self._depths
+        depths[new] = 1 + max([depths.get(a, 0) for a in args])
         return new
 
     def _named(self, out: list[Let], value: Expr) -> Expr:

@@ -128,7 +128,7 @@ class Exprs:
     """The table of shared nodes of one compilation, and the only maker of nodes."""
 
     def __init__(self) -> None:
-        self._nodes: dict[tuple[Any, ...], Expr] = {}
+        self._nodes: tuple[dict[Any, Expr], ...] = tuple({} for _ in Op)  # by operation
         self._numbers: dict[float, Expr] = {}  # constants except zeros, truth values and nan
         self.all: list[Expr] = []  # by id
         self.zero = self.const(0.0)
@@ -139,12 +139,12 @@ class Exprs:
 
     def node(self, op: Op, args: tuple[Expr, ...] = (), data: Any = None) -> Expr:
         """The node as given, without any simplification."""
-        key = (op, data, args)
-        found = self._nodes.get(key)
+        key = args if data is None else (data, args)
+        found = self._nodes[op].get(key)
         return self._new(key, op, args, data) if found is None else found
 
-    def _new(self, key: tuple[Any, ...], op: Op, args: tuple[Expr, ...], data: Any) -> Expr:
-        found = self._nodes[key] = Expr()
+    def _new(self, key: Any, op: Op, args: tuple[Expr, ...], data: Any) -> Expr:
+        found = self._nodes[op][key] = Expr()
         found.op, found.args, found.data, found.id = op, args, data, len(self.all)
         self.all.append(found)
         return found
@@ -155,13 +155,13 @@ class Exprs:
         # Python calls True equal to 1.0 and -0.0 equal to 0.0, which are different nodes.
         if isinstance(value, bool) or not value or value != value:
             value = value if isinstance(value, bool) else float(value)
-            key = (_CONST, repr(value))
-            found = self._nodes.get(key)
+            key = repr(value)
+            found = self._nodes[_CONST].get(key)
             return self._new(key, _CONST, (), value) if found is None else found
         found = self._numbers.get(value)
         if found is None:
             value = float(value)
-            found = self._numbers[value] = self._new((_CONST, repr(value)), _CONST, (), value)
+            found = self._numbers[value] = self._new(repr(value), _CONST, (), value)
         return found
 
     def symbol(self, name: str, order: int = 0) -> Expr:

@@ -98,7 +98,10 @@ class Forest:
         return sign, name, shift
 
     def resolve(self, symbol: Expr) -> Expr:
-        sign, root, shift = self.find(symbol.name)
+        name: str = symbol.data[0]
+        if self.is_root(name):
+            return symbol
+        sign, root, shift = self.find(name)
         order = symbol.order + shift
         if root in self._value:
             found = self._table.zero if order else self._value[root]
@@ -175,12 +178,9 @@ class _Search:
     def _refresh(self, i: int) -> None:
         """Put in what has become known of the variables of an equation."""
         residual = self.residuals[i]
-        changed = {}
-        for symbol in self.contents.ordered(residual):
-            found = self.forest.resolve(symbol)
-            if found is not symbol:
-                changed[symbol] = found
-        if changed:
+        stale = [s for s in self.contents(residual) if not self.forest.is_root(s.data[0])]
+        if stale:
+            changed = {s: self.forest.resolve(s) for s in sorted(stale)}
             self.residuals[i] = Substitution(self.table, changed)(residual)
 
     def _classify(self, i: int, late: bool) -> None:

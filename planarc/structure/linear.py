@@ -11,10 +11,12 @@ Example: 0 = ta + tb - sin(phi)*f + m*(a - g), unknowns ta, phi, f, a
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from operator import attrgetter
 
 from planarc.ir.expr import Expr, Exprs, Op, Substitution
 
 _EMPTY: frozenset[Expr] = frozenset()
+_number = attrgetter("id")
 _NESTING = 40  # deeper if-expressions count as not affine
 
 
@@ -27,18 +29,19 @@ class Contents:
 
     def __call__(self, root: Expr) -> frozenset[Expr]:
         memo = self._memo
-        if root in memo:
-            return memo[root]
+        known = memo.get(root)
+        if known is not None:
+            return known
         stack = [root]
         while stack:
             e = stack[-1]
-            waiting = [a for a in e.args if a not in memo]
-            if waiting:
-                stack.extend(waiting)
-                continue
-            stack.pop()
-            if e not in memo:
+            if e in memo:
+                stack.pop()
+            elif waiting := [a for a in e.args if a not in memo]:
+                stack += waiting
+            else:
                 memo[e] = self._of(e)
+                stack.pop()
         return memo[root]
 
     def _of(self, e: Expr) -> frozenset[Expr]:
@@ -53,7 +56,7 @@ class Contents:
 
     def ordered(self, root: Expr) -> list[Expr]:
         """The same by order of creation."""
-        return sorted(self(root))
+        return sorted(self(root), key=_number)
 
 
 def coefficients(table: Exprs, contents: Contents, root: Expr) -> dict[Expr, Expr | None]:
@@ -69,14 +72,17 @@ def _coefficients(
     table: Exprs, contents: Contents, root: Expr, depth: int
 ) -> dict[Expr, Expr | None]:
     parts: dict[Expr, list[Expr] | None] = {}
+    bent: set[Expr] = set()  # symbols known to be curved: nothing more is to be found of them
 
     def curved(symbols: Collection[Expr]) -> None:
+        bent.update(symbols)
         parts.update(dict.fromkeys(sorted(symbols)))
 
     stack: list[tuple[Expr, Expr]] = [(root, table.one)]
     while stack:
         e, factor = stack.pop()
-        if not contents(e):
+        inside = contents(e)
+        if not inside or bent.issuperset(inside):
             continue
         match e.op:
             case Op.SYMBOL:
@@ -84,7 +90,7 @@ def _coefficients(
                 if present is not None:
                     present.append(factor)
             case Op.ADD:
-                stack.extend((a, factor) for a in reversed(e.args))
+                stack.extend([(a, factor) for a in reversed(e.args)])
             case Op.NEG:
                 stack.append((e.args[0], table.neg(factor)))
             case Op.MUL:
@@ -96,10 +102,12 @@ def _coefficients(
                 stack.append((e.args[0], table.div(factor, e.args[1])))
             case Op.IF if depth < _NESTING:
                 curved(contents(e.args[0]))
+                if bent.issuperset(inside):  # branches of numbers, as in a table
+                    continue
                 for symbol, part in _branches(table, contents, e, depth).items():
                     present = parts.setdefault(symbol, [])
                     if part is None:
-                        parts[symbol] = None
+                        curved((symbol,))
                     elif present is not None:
                         present.append(table.mul(factor, part))
             case _:
