@@ -48,7 +48,8 @@ def simulate(
             _blame_parameters(program, kernel, request)
             raise
         try:
-            run.go(progress)
+            with run.interruption:
+                run.go(progress)
         except KeyboardInterrupt:
             run.ended = Diagnostic(
                 "R440", f"interrupted at t = {run.integrator.t:.6g} s", severity=Severity.ERROR

@@ -1,0 +1,44 @@
+"""Ctrl-C during a run: it is remembered, and the run ends between two marches.
+
+An exception in the middle of a step would be lost where Python is called from C, or
+leave half a row. A second Ctrl-C is raised at once, for what never comes back.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType, TracebackType
+
+
+class Interruption:
+    """A context; `asked` becomes true with the first Ctrl-C in it.
+
+    Only in the main thread, and where nobody else has taken the signal: elsewhere
+    KeyboardInterrupt comes as it always does.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._installed = False
+
+    def __enter__(self) -> Interruption:
+        here = threading.current_thread() is threading.main_thread()
+        if here and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._take)
+            self._installed = True
+        return self
+
+    def _take(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            signal.default_int_handler(number, frame)
+        self.asked = True
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._installed:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
