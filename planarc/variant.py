@@ -69,10 +69,10 @@ def texts_of(
     types = _types(request) if any(slots[n].literals for n in changed) else {}
 
     def literal(name: str, value: float) -> str:
-        return _literal(slots[name], value, types.get(name, types.get(_whole(name), "")))
+        return _literal(slots[name], value, types.get(name, types.get(whole_name(name), "")))
 
     texts = {n: literal(n, v) for n, v in changed.items() if "[" not in n}
-    for array in dict.fromkeys(_whole(n) for n in changed if "[" in n):
+    for array in dict.fromkeys(whole_name(n) for n in changed if "[" in n):
         elements = elements_of(array, slots)
         values = _present(variant_of(request, texts) if texts else request, backend)
         values |= changed
@@ -102,7 +102,7 @@ def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, fl
     """An element that follows other parameters would follow them no longer."""
     for element in elements:
         if not (element.name in changed or element.settable or element.structural):
-            one = next(n for n in changed if "[" in n and _whole(n) == _whole(element.name))
+            one = next(n for n in changed if "[" in n and whole_name(n) == whole_name(element.name))
             raise UsageError(
                 Diagnostic(
                     "C205",
@@ -113,8 +113,8 @@ def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, fl
             )
 
 
-def _whole(name: str) -> str:
-    """`a[2].n[1]` as `a.n`."""
+def whole_name(name: str) -> str:
+    """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""
     return _SUBSCRIPTS.sub("", name)
 
 

@@ -13,6 +13,7 @@ What does not change the motion stands in a group of its own; colours are left o
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
+from planarc.variant import whole_name
 
 if TYPE_CHECKING:
     from planarc.ir.program import Column, ParameterSlot, Program
@@ -59,6 +61,10 @@ class Group(Data):
     fields: tuple[Field, ...]
 
 
+#: Elements of a structural array that get a field each; a larger one is a table.
+_MOST = 12
+
+
 def groups_of(model: Model) -> tuple[Group, ...]:
     """The model's own fields first, then those of its components; the drawing last."""
     program = model.program
@@ -66,12 +72,13 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     kernel = model.compiled().load()
     kernel.parameters()
     moving = moves(program)
+    sizes = Counter(whole_name(p.name) for p in program.parameter_slots)
     own: dict[str, list[Field]] = {}
     rest: list[Field] = []
     for p in program.parameter_slots:
         if p.final or not (p.settable or p.structural) or not _is_public(p.name, known):
             continue
-        if "color" in p.name.lower() or (p.structural and "[" in p.name):
+        if "color" in p.name.lower() or (p.structural and sizes[whole_name(p.name)] > _MOST):
             continue
         component = p.name.partition(".")[0] if "." in p.name else ""
         label = p.name.partition(".")[2] or p.name

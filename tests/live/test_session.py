@@ -180,3 +180,20 @@ def test_a_page_that_is_gone_stops_its_run(session: Session) -> None:
     session.leave("a")
     thread.join()
     assert ends == [Overtaken]
+
+
+def test_elements_of_structural_arrays_have_fields() -> None:
+    text = (
+        "model Rows parameter Integer n[2](each min=1) = {1, 2}; parameter Integer big[20] ="
+        " {i for i in 1:20}; Real x[n[1]] = fill(time, n[1]); Real y[n[2]] = fill(time, n[2]);"
+        " Real z[big[20]] = fill(time, big[20]); end Rows;"
+    )
+    session = Session(Request(text=text), Backend.NUMPY)
+    assert [name for name in fields(session.answer(Order())) if "[" in name] == ["n[1]", "n[2]"]
+    order = Order(values={"n[2]": 3.0}, stop=1.0)
+    answer = session.answer(order)
+    assert answer["problems"] == []
+    assert answer["notes"][0][1].startswith("`n[2]` is structural")
+    names = session.result(order).names
+    assert {"x[1]", "y[3]"} <= set(names)
+    assert "x[2]" not in names
