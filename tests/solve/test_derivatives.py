@@ -203,14 +203,10 @@ def run(monkeypatch: pytest.MonkeyPatch, source: str, most: float, **options: An
 def test_cvode_goes_on_with_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     """From where differences have cost enough, in machine code: the same motion, and no
     evaluation for differences any more."""
-    # The run comes back to Python at its events, and looks then.
-    sampled = "Integer k(start=0, fixed=true); equation"
-    chain = (
-        family("chain", 12)
-        .replace("equation", sampled, 1)
-        .replace("end Chain;", "when sample(0.2, 0.2) then k = pre(k) + 1; end when; end Chain;")
-    )
-    found = {most: run(monkeypatch, chain, most, stop_time=1) for most in (0, 30, float("inf"))}
+    monkeypatch.setattr(cvode, "JUDGED_OFTEN", 50)
+    chain = family("chain", 12)
+    asked: Any = {"stop_time": 1, "tolerance": 1e-9}
+    found = {most: run(monkeypatch, chain, most, **asked) for most in (0, 30, float("inf"))}
     counts = {most: r.statistics for most, r in found.items()}
     assert "(native)" in counts[0].solver
     assert [("formulas" in c.reason) for c in counts.values()] == [True, True, False]

@@ -74,8 +74,8 @@ FEWEST_COMPILED = 16
 KRYLOV_VECTORS = 5
 #: More evaluations a step than this mean that GMRES does not converge well.
 MOST_PRODUCTS = 14
-#: So many steps are taken before that is judged.
-JUDGED_STEPS = 40
+#: So many steps are taken before that is judged, and before differences are.
+JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
 #: Return flags of CVODE; every other failure is one of the setup.
 _CAUSES = {
@@ -194,14 +194,26 @@ class Cvode:
         address = self._kernel.cv_jacobian(scales)  # type: ignore[attr-defined]
         return C.c_void_p(address) if address else None
 
+    def _judge(self, steps: int) -> int:
+        """Whether to go on as before, and after how many steps at most to judge again: at
+        numbers of steps, so that a run does not depend on the speed of the machine."""
+        compiles = self._user is not None and not self._adams and not self._derives
+        if self.krylov:
+            every, judge = JUDGED_STEPS, self._judge_krylov
+        elif compiles and self._size >= FEWEST_COMPILED:
+            every, judge = JUDGED_OFTEN, self._judge_differences
+        else:
+            return steps
+        done = self._number("NumSteps") % every
+        if done == 0:
+            judge()
+        return min(steps, every - done)
+
     def _judge_differences(self) -> None:
         """From here on formulas, where differences have cost as much as compiling these."""
-        if self._derives or self._size < FEWEST_COMPILED:
-            return
-        if self._differenced() < MOST_DIFFERENCES:
-            return
-        self._derives = True
-        self._set_jacobian()
+        if self._differenced() >= MOST_DIFFERENCES:
+            self._derives = True
+            self._set_jacobian()
 
     def _set_jacobian(self) -> None:
         self._jacobian = None if self.krylov else self._jacobian_function()
@@ -328,10 +340,7 @@ class Cvode:
     # On the way
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        if self.krylov:
-            self._judge_krylov()
-        elif self._user is not None and not self._adams:
-            self._judge_differences()
+        steps = self._judge(steps)
         self._lib.CVodeSetStopTime(self._memory, limit)
         if self._driver is None:
             past = self._settings.past
