@@ -38,7 +38,7 @@ from planarc.ir.result import Held
 from planarc.solve import newton, sharing, start_failure
 from planarc.solve.start_branch import agreed_place, nearest_root
 from planarc.solve.start_redundancy import refuse_redundancy
-from planarc.solve.start_system import Part, System, declared
+from planarc.solve.start_system import Part, System
 
 if TYPE_CHECKING:
     import numpy as np
@@ -166,7 +166,7 @@ class _Outcome(Data):
 
 
 def _held_at(system: System, place: Vector) -> _Outcome | None:
-    candidates, order = system.program.candidates, _by_rank(system)
+    candidates, order = system.program.candidates, system.asking
     others = [f for f in order if isinstance(f, FixedSlot)]
     slopes = gradients(system, place, others)
     motions = free_motions(system, place)
@@ -257,22 +257,6 @@ class _Span:
             return ()
         parts = np.linalg.lstsq(self._motions[self._held].T, self._motions[i], rcond=1e-6)[0]
         return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
-
-
-def _by_rank(system: System) -> list[int | FixedSlot]:
-    """What asks to be held: fixed candidates (by number), then all that was written, by
-    StateSelect and declaration."""
-    program = system.program
-    places = declared(program)
-    last = len(places)
-    asking: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
-    for i, c in enumerate(program.candidates):
-        if system.written(c):
-            asking.append(((not c.fixed, -c.select, places.get(c.display, last), i), i))
-    for i, f in enumerate(program.fixed, len(program.candidates)):
-        if system.written(f) and not f.fixed:
-            asking.append(((True, -f.select, places.get(f.display, last), i), f))
-    return [item for _, item in sorted(asking, key=lambda pair: pair[0])]
 
 
 def free_motions(system: System, point: Vector) -> Vector | None:

@@ -17,6 +17,7 @@ Promises:  costs one small singular value decomposition where all is well.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -58,12 +59,13 @@ def _dependent_rows(system: System, i: int) -> Vector | None:
     import numpy as np
 
     matrix = np.array(system.kernel.jacobian(i), dtype=float)
-    if not np.all(np.isfinite(matrix)):
+    if not math.isfinite(matrix.sum()):
         return None
-    left, sizes, _ = np.linalg.svd(matrix)
-    rank = int(np.sum(sizes > RANK * max(1.0, sizes[0])))
+    sizes = np.linalg.svd(matrix, compute_uv=False).tolist()
+    rank = sum(s > RANK * max(1.0, sizes[0]) for s in sizes)
     if rank == len(matrix):
         return None
+    left = np.linalg.svd(matrix)[0]
     weights: Vector = np.abs(left[:, rank:]).max(axis=1)
     return weights
 

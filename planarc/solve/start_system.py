@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
@@ -64,6 +65,21 @@ class System:
         """Whether the user has said where it starts, in the model or for this run."""
         said = start.written if isinstance(start, FixedSlot) else start.start_written
         return said or start.fixed or start.start in self.given
+
+    @cached_property
+    def asking(self) -> list[int | FixedSlot]:
+        """What asks to be held: fixed candidates (by number), then all that was written, by
+        StateSelect and declaration."""
+        program, places = self.program, declared(self.program)
+        last = len(places)
+        found: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
+        for i, c in enumerate(program.candidates):
+            if self.written(c):
+                found.append(((not c.fixed, -c.select, places.get(c.display, last), i), i))
+        for i, f in enumerate(program.fixed, len(program.candidates)):
+            if self.written(f) and not f.fixed:
+                found.append(((True, -f.select, places.get(f.display, last), i), f))
+        return [item for _, item in sorted(found, key=lambda pair: pair[0])]
 
     # Values
 

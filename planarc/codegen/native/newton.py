@@ -13,6 +13,8 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
+from operator import and_
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
@@ -27,6 +29,8 @@ from planarc.ir.newton import (
     STEPS_TOP,
 )
 
+#: Up to so many unknowns are eliminated in registers.
+SMALL = 5
 #: Flags that `pc_step`, `pc_linear` and `pc_solve` give.
 DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
 
@@ -252,8 +256,9 @@ def _solve() -> str:
         [(POINTER, "a"), (POINTER, "r"), (POINTER, "x"), (POINTER, "sizes"), (INT, "m")],
     )
     a, r, x, sizes, m = c.arguments
-    with c.when(m.equals(2), leaves=True):  # one loop: what most mechanisms are made of
-        _solve_two(c, a, r, x, sizes)
+    for small in range(1, SMALL + 1):
+        with c.when(m.equals(small), leaves=True):
+            _solve_small(c, small, a, r, x, sizes)
     with c.loop(m) as i:
         largest = c.variable(0.0)
         with c.loop(m) as k:
@@ -306,31 +311,43 @@ def _solve() -> str:
     return c.text()
 
 
-def _solve_two(c: Code, a: Value, r: Value, x: Value, sizes: Value) -> None:
-    """The same for two unknowns, without loops: in a quarter of the time."""
-    rows = [tuple(a.load(REAL, 2 * i + k) for k in range(2)) for i in range(2)]
-    right = [r.load(REAL, i) for i in range(2)]
-    size = [c.largest(c.absolute(p), c.absolute(q)) for p, q in rows]
-    total = [s + c.absolute(v) for s, v in zip(size, right, strict=True)]
-    with c.when(~((total[0] < 1e300) & (total[1] < 1e300)), leaves=True):
+def _solve_small(c: Code, m: int, a: Value, r: Value, x: Value, sizes: Value) -> None:
+    """The same for a known number of unknowns, in registers and without branches: in half the
+    time."""
+    rows = [[*(a.load(REAL, i * m + k) for k in range(m)), r.load(REAL, i)] for i in range(m)]
+    size = [reduce(c.largest, map(c.absolute, row[:m])) for row in rows]
+    finite = [s + c.absolute(row[m]) < 1e300 for s, row in zip(size, rows, strict=True)]
+    with c.when(~reduce(and_, finite), leaves=True):
         c.give(NOT_FINITE)
-    for i in range(2):
+    for i in range(m):
         sizes.store(size[i], i)
-    other = c.absolute(rows[1][0]) * size[0] > c.absolute(rows[0][0]) * size[1]
-
-    def exchanged(first: Value, second: Value) -> tuple[Value, Value]:
-        return c.select(other, second, first), c.select(other, first, second)
-
-    (p0, q0), (p1, q1) = (exchanged(rows[0][k], rows[1][k]) for k in range(2))
-    (rp, rq), (sp, sq) = exchanged(*right), exchanged(*size)
-    factor = q0 / p0
-    rest = q1 - factor * p1
-    regular = (c.absolute(p0) > sp * SINGULAR) & (c.absolute(rest) > sq * SINGULAR)
-    with c.when(~regular, leaves=True):
+    regular: list[Value] = []
+    inverse: list[Value] = []
+    for k in range(m):
+        for i in range(k + 1, m):
+            more = c.absolute(rows[i][k]) * size[k] > c.absolute(rows[k][k]) * size[i]
+            above, below = [*rows[k], size[k]], [*rows[i], size[i]]
+            for j in range(k, m + 2):
+                above[j], below[j] = (
+                    c.select(more, below[j], above[j]),
+                    c.select(more, above[j], below[j]),
+                )
+            (*rows[k], size[k]), (*rows[i], size[i]) = above, below
+        regular.append(c.absolute(rows[k][k]) > size[k] * SINGULAR)
+        inverse.append(c.constant(1.0, REAL) / rows[k][k])
+        for row in rows[k + 1 :]:
+            factor = row[k] * inverse[k]
+            for j in range(k + 1, m + 1):
+                row[j] = row[j] - factor * rows[k][j]
+    with c.when(~reduce(and_, regular), leaves=True):
         c.give(UNSOLVED)
-    second = (rq - factor * rp) / rest
-    x.store((rp - p1 * second) / p0)
-    x.store(second, 1)
+    found: dict[int, Value] = {}
+    for k in reversed(range(m)):
+        total = rows[k][m]
+        for j, known in found.items():
+            total = total - rows[k][j] * known
+        found[k] = total * inverse[k]
+        x.store(found[k], k)
     c.give(MORE)
 
 

@@ -1,0 +1,88 @@
+"""Elimination in machine code, small systems in registers and larger ones in loops."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+import pytest
+
+from planarc.codegen.native import newton
+
+Solve = Callable[[np.ndarray, np.ndarray], tuple[int, np.ndarray, np.ndarray]]
+
+
+@cache
+def engine() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    text = "declare double @llvm.fabs.f64(double)\n" + newton._solve()
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
+    made = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    made.finalize_object()
+    return made
+
+
+@pytest.fixture
+def solve() -> Solve:
+    """The flag, the solution, and the sizes of the rows."""
+    shape = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 4, ctypes.c_int64)
+    function = shape(engine().get_function_address("pc_solve"))
+
+    def call(matrix: np.ndarray, right: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
+        m = len(right)
+        given = [matrix.copy(), right.copy(), np.zeros(m), np.zeros(m)]
+        flag = function(*(a.ctypes.data for a in given), m)
+        return flag, given[2], given[3]
+
+    return call
+
+
+SIZES = pytest.mark.parametrize("m", range(1, newton.SMALL + 4))
+
+
+@SIZES
+def test_solutions_are_exact_whatever_the_scale_of_the_rows(m: int, solve: Solve) -> None:
+    random = np.random.default_rng(m)
+    for _ in range(40):
+        matrix = random.normal(size=(m, m)) * 10.0 ** random.integers(-8, 9, size=(m, 1))
+        matrix[random.random((m, m)) < 0.2] = 0.0
+        if np.linalg.cond(matrix / abs(matrix).max(axis=1, initial=1e-300, keepdims=True)) > 1e4:
+            continue
+        wanted = random.normal(size=m)
+        flag, found, sizes = solve(matrix, matrix @ wanted)
+        assert flag == newton.MORE
+        assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+        assert sizes == pytest.approx(abs(matrix).max(axis=1))
+
+
+@SIZES
+def test_rows_are_exchanged(m: int, solve: Solve) -> None:
+    turned = np.roll(np.eye(m), 1, axis=0)
+    flag, found, _ = solve(turned, np.arange(1.0, m + 1))
+    assert flag == newton.MORE
+    assert (turned @ found).tolist() == list(range(1, m + 1))
+
+
+@SIZES
+def test_a_singular_matrix_is_told(m: int, solve: Solve) -> None:
+    matrix = np.ones((m, m)) if m > 1 else np.zeros((1, 1))
+    assert solve(matrix, np.ones(m))[0] == newton.UNSOLVED
+    zero_row = np.eye(m)
+    zero_row[-1] = 0.0
+    assert solve(zero_row, np.ones(m))[0] == newton.UNSOLVED
+
+
+@SIZES
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_not_finite_is_told(m: int, bad: float, solve: Solve) -> None:
+    matrix = np.eye(m)
+    matrix[-1, 0] = bad
+    assert solve(matrix, np.ones(m))[0] == newton.NOT_FINITE
+    right = np.ones(m)
+    right[0] = bad
+    assert solve(np.eye(m), right)[0] == newton.NOT_FINITE
