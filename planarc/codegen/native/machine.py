@@ -18,11 +18,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.passing import passing_text
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import key, target_machine
 from planarc.codegen.native.runtime import runtime_text
-from planarc.codegen.slopes import derive_slopes
 from planarc.core import cache as store
 
 if TYPE_CHECKING:
@@ -42,6 +40,8 @@ def compile_object(program: Program) -> bytes:
 def compile_slopes(program: Program, scope: Scope) -> bytes | None:
     """The object code of derivatives, to be added to the program's own; None where the
     program calls a function that has none."""
+    from planarc.codegen.slopes import derive_slopes
+
     slopes = derive_slopes(program, scope)
     return None if slopes is None else _joined(_passing(), slopes_ir(program, slopes, scope))
 
@@ -62,6 +62,8 @@ def _runtime() -> bytes:
 @cache
 def _passing() -> bytes:
     """What passes derivatives on, likewise."""
+    from planarc.codegen.native.passing import passing_text
+
     return _kept(("passing",), lambda: _compiled(passing_text(), 1, _PASSES))
 
 

@@ -29,16 +29,19 @@ Promises:  no address is in the text: the object code made of it can be kept on 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import DECLARATIONS, formula, real
 from planarc.codegen.native.newton import NOT_FINITE
-from planarc.codegen.slopes import Slopes
-from planarc.ir.derivatives import Scope
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
+
+if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
+    from planarc.ir.derivatives import Scope
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200

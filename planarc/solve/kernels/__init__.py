@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from planarc.ir.derivatives import Scope
 from planarc.ir.program import Kernel, Program
+
+if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
 
 
 def load(

@@ -15,18 +15,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.core.data import Data
-from planarc.ir.derivatives import Scope
 from planarc.ir.frame import Frame, Mode, Number, Placement, Record, place
 from planarc.ir.history import History
 from planarc.ir.program import Addresses, Program
 from planarc.solve.kernels.engine import Engine
 from planarc.solve.kernels.failures import first_not_finite
-from planarc.solve.kernels.native_derivatives import NativeDerivatives
 from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
 from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from planarc.ir.derivatives import Scope
+    from planarc.solve.kernels.native_derivatives import NativeDerivatives
 
     Vector = NDArray[np.float64]
     Indices = NDArray[np.intp]
@@ -101,7 +102,8 @@ class NativeKernel:
         self, program: Program, code: bytes, slopes: Callable[[Scope], Any] | None = None
     ) -> None:
         self._program = program
-        self._slopes, self._derivatives = slopes, dict[Scope, NativeDerivatives | None]()
+        self._slopes = slopes
+        self._derivatives: dict[str, NativeDerivatives | None] = {}
         self._engine = engine = _engine(code)
         made = _made(program)
         self._place = made.place
@@ -335,7 +337,7 @@ class NativeKernel:
         self._y[:] = y
         if self._call_rhs(t):
             return None
-        found = self._derivatives_of(Scope.RATES)
+        found = self._derivatives_of("RATES")
         return None if found is None else found.by_states(t)
 
     def derivatives(
@@ -343,7 +345,7 @@ class NativeKernel:
     ) -> Any:
         if self.outputs(t, y):
             return None
-        found = self._derivatives_of(Scope.ALL)
+        found = self._derivatives_of("ALL")
         return None if found is None else found.of_values(t, leaves, rows)
 
     def residual_jacobian(
@@ -351,13 +353,13 @@ class NativeKernel:
     ) -> Any:
         if self.residual_form(t, y, u, unknowns)[0]:
             return None
-        found = self._derivatives_of(Scope.RATES)
+        found = self._derivatives_of("RATES")
         return None if found is None else found.of_residuals(t, unknowns)
 
     def cv_jacobian(self, scales: Sequence[float]) -> int:
         """The address of the Jacobian as CVODE calls it, for the present choice of states, or
         0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`."""
-        found = self._derivatives_of(Scope.RATES)
+        found = self._derivatives_of("RATES")
         if found is None:
             return 0
         from planarc.solve.solvers.sundials import open_sundials
@@ -366,18 +368,24 @@ class NativeKernel:
         self._frame[Frame.PASSING] = found.memory.ctypes.data
         return self._engine.address("pc_cv_jacobian")
 
-    def _derivatives_of(self, scope: Scope) -> NativeDerivatives | None:
-        if scope not in self._derivatives:
+    def _derivatives_of(self, which: str) -> NativeDerivatives | None:
+        """Loaded when first asked for; `which` is the name of a `Scope`."""
+        if which not in self._derivatives:
+            from planarc.ir.derivatives import Scope
+
+            scope = Scope[which]
             code = self._slopes(scope) if self._slopes is not None else None
             made = None
             if code is not None:
+                from planarc.solve.kernels.native_derivatives import NativeDerivatives
+
                 self._engine.add(code)
                 made = NativeDerivatives(
                     self._program, self._engine, scope, self._frame.ctypes.data
                 )
                 made.select(self._selection)
-            self._derivatives[scope] = made
-        return self._derivatives[scope]
+            self._derivatives[which] = made
+        return self._derivatives[which]
 
     # Below the protocol
 

@@ -8,17 +8,19 @@ from collections.abc import Callable, MutableSequence, Sequence
 from functools import lru_cache
 from operator import itemgetter
 from types import CodeType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from planarc.ir.derivatives import Scope
 from planarc.ir.history import History
 from planarc.ir.program import Program
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy_block import Block, NotFiniteError, UnsolvedError, by_columns
-from planarc.solve.kernels.numpy_derivatives import NumpyDerivatives
 from planarc.solve.kernels.numpy_pair import PairBlock
 from planarc.solve.kernels.numpy_support import NAMESPACE
 from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+
+if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
+    from planarc.solve.kernels.numpy_derivatives import NumpyDerivatives
 
 _FILE = "<planarc numpy>"
 _EQUATION = re.compile(r"# e(\d+)")
@@ -36,7 +38,8 @@ class NumpyKernel:
         self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
     ) -> None:
         self._program = program
-        self._slopes, self._derivatives = slopes, dict[Scope, NumpyDerivatives | None]()
+        self._slopes = slopes
+        self._derivatives: dict[str, NumpyDerivatives | None] = {}
         self._source = source
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
@@ -74,10 +77,13 @@ class NumpyKernel:
         self._blocks[block].sway(amount)
 
     def forgive(self) -> None:
-        """Go on with zeros where accelerations and forces cannot be solved for: asked for by
-        those who want to know of positions alone."""
+        """Do not solve for accelerations and forces, which are not wanted by those who ask for
+        positions alone. Where initial equations may need them, go on with zeros where there is
+        no solution."""
         for block, code in zip(self._blocks, self._program.blocks, strict=True):
-            block.lenient = code.height == 0
+            needed = bool(self._program.initial_residuals)
+            block.lenient = code.height == 0 and needed
+            block.evaluating = code.height == 0 and not needed
 
     # The protocol
 
@@ -142,7 +148,7 @@ class NumpyKernel:
         """
         if self._run_levels(t, y):
             return None
-        found = self._derivatives_of(Scope.RATES)
+        found = self._derivatives_of("RATES")
         return None if found is None else found.by_states(t)
 
     def derivatives(
@@ -152,7 +158,7 @@ class NumpyKernel:
         `leaves`), a row for each; None as above. The workspace is filled."""
         if self.outputs(t, y):
             return None
-        found = self._derivatives_of(Scope.ALL)
+        found = self._derivatives_of("ALL")
         return None if found is None else found.of_values(t, leaves, rows)
 
     def residual_jacobian(
@@ -161,19 +167,25 @@ class NumpyKernel:
         """d(what `residual_form` gives)/d(states, then unknowns), or None."""
         if self.residual_form(t, y, u, unknowns)[0]:
             return None
-        found = self._derivatives_of(Scope.RATES)
+        found = self._derivatives_of("RATES")
         return None if found is None else found.of_residuals(t, unknowns)
 
-    def _derivatives_of(self, scope: Scope) -> NumpyDerivatives | None:
-        if scope not in self._derivatives:
+    def _derivatives_of(self, which: str) -> NumpyDerivatives | None:
+        """Loaded when first asked for; `which` is the name of a `Scope`."""
+        if which not in self._derivatives:
+            from planarc.ir.derivatives import Scope
+
+            scope = Scope[which]
             text = self._slopes(scope) if self._slopes is not None else None
             made = None
             if text is not None:
+                from planarc.solve.kernels.numpy_derivatives import NumpyDerivatives
+
                 space = dict(self._functions)
                 exec(_compiled(text), space)
                 made = NumpyDerivatives(self._program, self._selection, space, self.w)
-            self._derivatives[scope] = made
-        return self._derivatives[scope]
+            self._derivatives[which] = made
+        return self._derivatives[which]
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         code = self._run_levels(t, y)
