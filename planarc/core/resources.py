@@ -20,6 +20,11 @@ def grammar_file() -> Path:
     return resource("grammar") / "modelica.lark"
 
 
+def table_file() -> Path:
+    """What lark makes of the grammar."""
+    return resource("grammar") / "modelica.json"
+
+
 def stdlib() -> Path:
     """The root of the embedded libraries."""
     return resource("stdlib")

@@ -1,18 +1,21 @@
 """From the grammar's text to the automaton's table, by lark.
 
-This is the only module that imports lark (40 ms).
+This is the only module that imports lark (40 ms). What it makes of `grammar/modelica.lark`
+lies beside it, as `grammar/modelica.json`, so that it is needed only where the grammar was
+changed; `pytest --update-golden tests/parse/test_machine.py` writes it again.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import msgspec
 from lark import Lark
 from lark.lexer import Lexer, PatternStr
 from lark.parse_tree_builder import ExpandSingleChild
 from lark.parsers.lalr_analysis import Shift
 
-from planarc.parse.table import Rule, Table
+from planarc.parse.table import Rule, Table, digest
 
 STARTS = ("stored_definition", "expression_text", "annotation_text")
 
@@ -38,18 +41,47 @@ def make_table(text: str) -> Table:
         kind, target = entry
         return target if kind is Shift else ~numbers[target]
 
+    states = [
+        {str(symbol): action(entry) for symbol, entry in sorted(conf.states[i].items(), key=str)}
+        for i in range(len(conf.states))
+    ]
+    order = _order(states, [confs[start].start_state for start in STARTS])
+    place = {old: new for new, old in enumerate(order)}
     return Table(
-        tuple(
-            {str(symbol): action(entry) for symbol, entry in conf.states[i].items()}
-            for i in range(len(conf.states))
-        ),
+        tuple({s: place[n] if n >= 0 else n for s, n in states[i].items()} for i in order),
         rules,
-        {start: (found.start_state, found.end_state) for start, found in confs.items()},
+        {start: (place[c.start_state], place[c.end_state]) for start, c in confs.items()},
         tuple(
             (t.name, t.pattern.value if fixed else t.pattern.to_regexp(), fixed)
             for t in lark.terminals
             for fixed in (isinstance(t.pattern, PatternStr),)
         ),
+    )
+
+
+def _order(states: list[dict[str, int]], starts: list[int]) -> list[int]:
+    """The states as they are reached: lark numbers them differently in each process."""
+    found = dict.fromkeys(starts)
+    waiting = list(found)
+    for state in waiting:
+        for target in states[state].values():
+            if target >= 0 and target not in found:
+                found[target] = None
+                waiting.append(target)
+    return waiting
+
+
+def table_text(text: str) -> str:
+    """The table of a grammar as JSON, one line a state or rule."""
+    table = make_table(text)
+
+    def lines(values: Any) -> str:
+        return ",\n".join(msgspec.json.encode(v).decode() for v in values)
+
+    return (
+        f'{{"grammar":"{digest(text)}","table":{{"states":[\n{lines(table.states)}\n],'
+        f'"rules":[\n{lines(table.rules)}\n],"starts":{lines([table.starts])},'
+        f'"terminals":[\n{lines(table.terminals)}\n]}}}}\n'
     )
 
 

@@ -1,22 +1,25 @@
 """The grammar made ready to run: the automaton's table, our builder, our terminals.
 
-lark needs 0.2 s to make the table, which is therefore kept in the cache. Only where it is not
-there is lark imported.
+lark needs 0.25 s to make the table, which therefore lies beside the grammar. Only where that is
+not the table of this grammar is lark imported, and the table kept in the cache.
 """
 
 from __future__ import annotations
 
 import pickle
+from contextlib import suppress
 from functools import cache
 from threading import Lock
 from typing import Any
 
+import msgspec
+
 from planarc.core import cache as disk
 from planarc.core.data import Data
-from planarc.core.resources import grammar_file
+from planarc.core.resources import grammar_file, table_file
 from planarc.parse.build import Build
 from planarc.parse.lexer import Terminals, compile_terminals
-from planarc.parse.table import Reduction, Table, reductions
+from planarc.parse.table import Kept, Reduction, Table, digest, reductions
 
 
 class Machine(Data):
@@ -38,6 +41,10 @@ def load_machine() -> Machine:
 
 def _load_table() -> Table:
     text = grammar_file().read_text("utf-8")
+    with suppress(OSError, msgspec.DecodeError):
+        kept = msgspec.json.decode(table_file().read_bytes(), type=Kept)
+        if kept.grammar == digest(text):
+            return kept.table
     key = disk.key("table", text)
     stored = disk.load("grammar", key)
     if stored is not None:

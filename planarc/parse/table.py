@@ -1,6 +1,6 @@
 """The automaton of the grammar as plain data, and its run over tokens.
 
-lark makes the table from `grammar/modelica.lark`, once; it is kept in the cache. To run it
+lark makes the table from `grammar/modelica.lark`, see `grammar`. To run it
 takes no more than the loop below, while lark's own needs its import and a rebuild of all
 its objects, 35 ms in each process that parses a text.
 
@@ -11,6 +11,7 @@ its objects, 35 ms in each process that parses a text.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from hashlib import blake2b
 from typing import Any
 
 from planarc.core.data import Data
@@ -44,6 +45,18 @@ class Table(Data):
     rules: tuple[Rule, ...]
     starts: dict[str, tuple[int, int]]  # first and last state
     terminals: tuple[tuple[str, str, bool], ...]  # name, pattern, whether it is a fixed text
+
+
+class Kept(Data):
+    """A table in a file, with what tells whether it is that of a grammar."""
+
+    grammar: str  # the digest of its text
+    table: Table
+
+
+def digest(text: str) -> str:
+    """Tells grammars apart."""
+    return blake2b(text.encode("utf-8"), digest_size=16).hexdigest()
 
 
 def reductions(table: Table, build: object) -> tuple[Reduction, ...]:
