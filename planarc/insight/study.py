@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from planarc.insight.energy import find_energies
 from planarc.insight.facts import closeness_facts, energy_facts, mechanism_facts
+from planarc.insight.formulas import formula_series
 from planarc.insight.kinematics import find_layers
 from planarc.insight.rank import find_closeness
 from planarc.ir.insight import Insight, Series
@@ -31,7 +32,7 @@ def study(result: Result, kernel: Kernel | None = None) -> Insight:
     dead = tuple(s.name for s in series if s.unit != "J")
     return Insight(
         tuple(facts),
-        tuple(series),
+        (*series, *formula_series(result)),
         (("Energy", energy, True), ("Dead points", dead, False)),
         find_layers(result, mechanism),
     )

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Literal, TypeAlias
+
 from planarc.core.data import Data
+
+#: In the order of evaluation, operands first: a number, a variable, an operator or a function.
+Step: TypeAlias = "float | tuple[Literal['variable', 'apply'], str]"
+
+
+class Formula(Data):
+    """An expression in variables of the result. `steps` take their operands from a stack."""
+
+    text: str
+    steps: tuple[Step, ...]
 
 
 class Plot(Data):
-    """`curves` are names of variables over time."""
+    """`curves` are names of variables over time, or texts of formulas, which stand in
+    `formulas` as well."""
 
     title: str
     curves: tuple[str, ...]
+    formulas: tuple[Formula, ...] = ()
 
 
 class Figure(Data):

@@ -7,7 +7,7 @@ gave. What does not change makes no curve.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -34,7 +34,8 @@ def choose_figures(
     result: Result, names: Sequence[str] | None = None, insight: Insight | None = None
 ) -> tuple[Figure, ...]:
     """The figures of a page; `names` are shown instead of any other."""
-    own = _documented(result)
+    formulas = {s.name for s in insight.series} if insight is not None else set()
+    own = _documented(result, formulas)
     joints = [name for name, kind in _parts(result) if ".Joints." in kind]
     found = [*own]
     if joints:
@@ -60,13 +61,15 @@ def shown_names(result: Result) -> tuple[str, ...]:
     return tuple(dict.fromkeys(n for f in figures if f.on for n in f.curves))
 
 
-def _documented(result: Result) -> list[Figure]:
+def _documented(result: Result, formulas: Collection[str]) -> list[Figure]:
     """The model's own figures: the preferred ones are shown, or else the first."""
     found = []
     for figure in result.program.figures:
         for i, plot in enumerate(figure.plots):
             title = plot.title or figure.title or f"Figure {i + 1}"
-            curves = tuple(name for name in plot.curves if name in result and name != "time")
+            computed = {f.text for f in plot.formulas}.intersection(formulas)
+            known = (name for name in plot.curves if name in computed or name in result)
+            curves = tuple(name for name in known if name != "time")
             found.append(Figure(title, curves, figure.preferred))
     found = [f for f in found if f.curves]
     if found and not any(f.on for f in found):
