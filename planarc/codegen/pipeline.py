@@ -29,6 +29,7 @@ def generate(sorted: SortedDae) -> Program:
     sections = write_sections(sorted)
     tables = Tables(sorted, sections)
     dae = sorted.dae
+    relations = tuple(r.text for r in dae.relations)
     return Program(
         name=dae.name,
         table=dae.table,
@@ -52,8 +53,8 @@ def generate(sorted: SortedDae) -> Program:
         initial_residuals=sections.initial_residuals,
         roots=sections.roots,
         discrete=sections.discrete,
-        equations=tuple(equation_info(e.equation) for e in sorted.equations),
-        initial_equations=_initial_infos(sorted),
+        equations=tuple(equation_info(e.equation, relations) for e in sorted.equations),
+        initial_equations=_initial_infos(sorted, relations),
         guesses=tables.guesses(),
         functions=dae.functions,
         visuals=dae.visuals,
@@ -71,12 +72,14 @@ def generate(sorted: SortedDae) -> Program:
     )
 
 
-def equation_info(equation: Equation) -> EquationInfo:
-    return EquationInfo((equation.left, equation.right), equation.span, equation.component)
+def equation_info(equation: Equation, relations: tuple[str, ...] = ()) -> EquationInfo:
+    sides = equation.left, equation.right
+    return EquationInfo(sides, equation.span, equation.component, relations)
 
 
-def _initial_infos(sorted: SortedDae) -> tuple[EquationInfo, ...]:
+def _initial_infos(sorted: SortedDae, relations: tuple[str, ...]) -> tuple[EquationInfo, ...]:
     """In the order of `Program.initial_residuals`."""
     return tuple(
-        equation_info(sorted.equations[r.equation].equation) for r in sorted.initial_residuals
+        equation_info(sorted.equations[r.equation].equation, relations)
+        for r in sorted.initial_residuals
     )

@@ -168,7 +168,15 @@ class Tables:
 
     def relations(self) -> tuple[RelationSlot, ...]:
         return tuple(
-            RelationSlot(self._layout[f"event[{i}]"], zero, r.strict, r.time_only, r.text, r.span)
+            RelationSlot(
+                self._layout[f"event[{i}]"],
+                zero,
+                r.strict,
+                r.time_only,
+                r.text,
+                r.span,
+                r.component,
+            )
             for i, (r, zero) in enumerate(
                 zip(self._dae.relations, self._sections.zeros, strict=True)
             )

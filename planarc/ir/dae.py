@@ -108,6 +108,7 @@ class Relation(Located):
     time_only: bool
     text: str  # as the user wrote it, for messages
     span: Span = NOWHERE
+    component: str = ""  # whose equation or algorithm it stands in first
 
 
 class Sampler(Located):

@@ -15,7 +15,7 @@ are ordered by `id`, their number of creation, never by address or hash.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -556,16 +556,20 @@ def number_text(value: float | bool) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def text(root: Expr, longest: int | None = None) -> str:
+def text(root: Expr, longest: int | None = None, relations: Sequence[str] = ()) -> str:
     """The expression in Modelica's notation, with as few parentheses as it needs.
 
     Parts whose text would have more than `longest` characters are written `...`: shared parts
-    make texts far longer than the expression is large.
+    make texts far longer than the expression is large. `relations` are the texts of the stored
+    truths; without them these are numbered.
     """
     if root.op is Op.SYMBOL:
         return symbol_text(*root.data)
     done: dict[Expr, tuple[str, int]] = {}  # text and binding strength
     for e in postorder((root,)):
+        if e.op is Op.EVENT and relations:
+            done[e] = relations[e.data], _OPERATORS[Op.LESS][1]
+            continue
         done[e] = found = _text(e, [done[a] for a in e.args])
         if longest is not None and len(found[0]) > longest and e is not root:
             done[e] = "...", 9

@@ -184,6 +184,7 @@ class RelationSlot(Data):
     time_only: bool
     text: str
     span: Span
+    component: str = ""
 
 
 class WhenCode(Data):
@@ -216,14 +217,14 @@ class EquationInfo(Data):
     written: str | tuple[Expr, Expr]  # as text, or the two sides
     span: Span
     component: str
+    relations: tuple[str, ...] = ()  # of the model, as they are written
 
     @property
     def text(self) -> str:
         """Made when a message needs it: few of a model's equations ever fail."""
         if isinstance(self.written, str):
             return self.written
-        left, right = self.written
-        return f"{text(left, _LONGEST_PART)} = {text(right, _LONGEST_PART)}"
+        return " = ".join(text(side, _LONGEST_PART, self.relations) for side in self.written)
 
 
 class Condition(Data):

@@ -30,6 +30,7 @@ def lower_algorithm(
     model: Model, algorithm: flat.Algorithm, starts: Mapping[str, Value], into: Lowered
 ) -> None:
     """Append the equations of an algorithm section to `into`."""
+    model.component = algorithm.component
     runner = _Section(Scope(model), "this algorithm", algorithm.span, events=True)
     runner.into = into
     runner.origin = algorithm

@@ -51,6 +51,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
     """Append the scalar equations of a model to `into`."""
     scope = Scope(model)
     for e in equations:
+        model.component = e.component
         match e:
             case flat.Equality() | flat.IfEquation():
                 for left, right in _pairs(scope, e):

@@ -36,6 +36,7 @@ class Model(Struct, dict=True):
     #: parameters whose present values shaped the equations
     frozen: set[str] = field(default_factory=set)
     relations: list[dae.Relation] = field(default_factory=list)
+    component: str = ""  # of what is being lowered
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
     #: conditions of subscripts that an assertion checks already
@@ -104,7 +105,7 @@ class Model(Struct, dict=True):
             time_only = all(
                 e.op is not Op.SYMBOL or e.name in self.parameters for e in postorder((zero,))
             ) and not any(e.op in (Op.PRE, Op.EVENT) for e in postorder((zero,)))
-            self.relations.append(dae.Relation(zero, strict, time_only, text, span))
+            self.relations.append(dae.Relation(zero, strict, time_only, text, span, self.component))
         return self.table.event(self._relation_of[key])
 
 

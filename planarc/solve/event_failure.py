@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
-from planarc.ir.program import Kernel, Program
+from planarc.ir.program import Kernel, Program, RelationSlot
 from planarc.solve import trouble
 from planarc.solve.failure import Place, not_finite
 
@@ -36,7 +36,7 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
 
 def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Diagnostic:
     """`values`: truths of relations and discrete values of the last iterations at `t`."""
-    names = [f"`{r.text}`" for r in program.relations]
+    names = [_named(r) for r in program.relations]
     names += [f"`{d.name}`" for d in program.discretes]
     spans = [r.span for r in program.relations] + [None for _ in program.discretes]
     columns = zip(*values, strict=True)
@@ -51,16 +51,25 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     )
 
 
-def chattering(program: Program, t: float, often: Sequence[tuple[str, int]]) -> Diagnostic:
-    spans = {r.text: r.span for r in program.relations}
-    names = trouble.listed(f"`{text}`" for text, _ in often)
+def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
+    """`often`: the causes that come again and again, those of relations with their texts."""
+    relations = {r.text: r for r in program.relations}
+    told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
+    first = relations.get(often[0]) if often else None
+    switch = "switches" if len(told) == 1 else "switch"
     return Diagnostic(
         "R432",
-        f"events follow each other without end at t = {t:.6g} s: {names} switches to and fro",
-        spans.get(often[0][0]) if often else None,
+        f"events follow each other without end at t = {t:.6g} s: {trouble.listed(told)} {switch} "
+        "to and fro",
+        first.span if first else None,
         hint="let the model come to rest there (a stuck or resting mode), or smooth the "
         "relation, or put it in `noEvent(...)`",
     )
+
+
+def _named(relation: RelationSlot) -> str:
+    place = f" in `{relation.component}`" if relation.component else ""
+    return f"`{relation.text}`{place}"
 
 
 def no_value(t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:

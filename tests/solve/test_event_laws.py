@@ -308,6 +308,21 @@ equation
     assert abs(result["x"][-1] + result["v"][-1]) < 1e-3
 
 
+def test_chattering_names_the_component(backend: str, stopped: Stopped) -> None:
+    text = """model M
+  model Relay
+    Real x(start=1, fixed=true), v(start=0, fixed=true);
+  equation
+    der(x) = v;
+    der(v) = if x + v > 0 then -5 else 5;
+  end Relay;
+  Relay calm(x(start=-1e3)), wild;
+end M;"""
+    diagnostic, _ = stopped(text, backend, 3.0, tolerance=1e-9)
+    assert diagnostic.code == "R432"
+    assert "`x + v > 0` in `wild` switches to and fro" in diagnostic.message
+
+
 def test_a_regularised_relation_runs_on(backend: str) -> None:
     """The advice holds: smoothed, the same law slides down the line, v = -x."""
     result = run(

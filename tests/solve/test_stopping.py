@@ -125,7 +125,7 @@ def test_steps_without_end(solver: str, backend: str, stopped: Stopped) -> None:
     diagnostic, result = stopped(ROUGH, backend, 2.0, solver=solver)
     assert diagnostic.code == "R420"
     assert diagnostic.message.startswith("the integration stopped at t = 0.5 s: the ")
-    assert "`x` was worst" in diagnostic.message
+    assert "`x` was worst, which `der(x) = if time < 0.5 then -x" in diagnostic.message
     assert diagnostic.span is not None
     assert diagnostic.span.line == 5
     assert "fastest were `x` (rate " in str(diagnostic.hint)
