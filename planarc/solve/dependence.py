@@ -73,8 +73,7 @@ def _groups(system: System, values: Vector, others: Sequence[int]) -> list[_Grou
         if b.height > 1
     ]
     columns = [c for group in found for c in group.columns]
-    for row in others:
-        slopes = _slopes(system, values, [row], columns)[0]
+    for row, slopes in zip(others, _slopes(system, values, others, columns), strict=True):
         tied = {c for c, s in zip(columns, slopes, strict=True) if not abs(s) <= RANK}
         inside = [g for g in found if not tied.isdisjoint(g.columns)]
         rows = [*(r for g in inside for r in g.rows), row]

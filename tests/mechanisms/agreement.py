@@ -56,9 +56,14 @@ def _spread(m: Mechanism, reference: Reference, end: tuple[np.ndarray, np.ndarra
 
 
 def disagreement(
-    m: Mechanism, backend: str, reference: Reference | None = None, redundant: str = "refuse"
+    m: Mechanism,
+    backend: str,
+    reference: Reference | None = None,
+    redundant: str = "refuse",
+    start: float = 1e-9,
 ) -> str:
-    """What differs, in words; empty where nothing does."""
+    """What differs, in words; empty where nothing does. `start`: by how much positions and
+    speeds may differ at the start, relative to speeds."""
     reference = reference or Reference(m)
     q = reference.start()
     v = reference.drift(q)
@@ -69,7 +74,7 @@ def disagreement(
     except planarc.PlanarcError as problem:
         return f"it does not run: {problem}"
     end = reference.move(STOP)
-    for row, known, allowed in ((0, (q, v), 1e-9), (-1, end[:2], 1e-5 / end[2] ** 2)):
+    for row, known, allowed in ((0, (q, v), start), (-1, end[:2], 1e-5 / end[2] ** 2)):
         here, speed = _motion(m, run, row)
         far = np.max(np.abs(here - known[0])) + np.max(np.abs(speed - known[1]))
         if not far < allowed * (1 + np.max(np.abs(known[1]))):

@@ -32,5 +32,6 @@ def test_motion_and_forces_of_least_squares_agree(seed: int) -> None:
     m, dependent = redundant(seed)
     reference = LeastSquares(m, dependent)
     q = reference.start()
-    found = disagreement(m, backend, reference, "accept")
+    # Untold coordinates of joints that repeat others are found by Newton's method.
+    found = disagreement(m, backend, reference, "accept", start=1e-6)
     assert not found, f"{found}\n{model_text(m, reference.frame_speeds(q, reference.drift(q)))}"
