@@ -337,7 +337,8 @@ class Kernel(Protocol):
     `selection[i]` is the candidate that state i is. Nonlinear blocks start from the last
     accepted point, extrapolated with its velocities, never from the last call.
 
-    A native kernel also has the attribute `addresses: Addresses`.
+    A native kernel also has the attribute `addresses: Addresses`. Kernels of generated code
+    have derivatives, too (`NumpyKernel.state_jacobian`, `derivatives`, `residual_jacobian`).
     """
 
     w: MutableSequence[float]

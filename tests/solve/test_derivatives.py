@@ -241,3 +241,36 @@ def test_machine_code_takes_differences_where_there_is_no_derivative(
     plain = run(monkeypatch, text.replace("sqrt(x)", "sqrt(abs(x))"), 1e9, stop_time=1)
     assert derived.statistics.jacobians > 0
     assert derived["z"][-1] == pytest.approx(plain["z"][-1], abs=1e-5)
+
+
+BEARINGS = """model Bearings "Two bearings that stick at first: who holds how much is open"
+  import Modelica.Mechanics.Rotational;
+  Rotational.Components.Inertia rotor(J=0.5, phi(start=0, fixed=true), w(start=0, fixed=true));
+  Rotational.Components.BearingFriction left(tau_pos=[0, 1]);
+  Rotational.Components.BearingFriction right(tau_pos=[0, 2]);
+  Rotational.Sources.Torque drive;
+equation
+  drive.tau = time;
+  connect(drive.flange, left.flange_a);
+  connect(left.flange_b, rotor.flange_a);
+  connect(rotor.flange_b, right.flange_a);
+end Bearings;
+"""
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_a_mode_that_leaves_unknowns_open_is_told(backend: Backend) -> None:
+    model = planarc.load(BEARINGS, backend=str(backend))
+    stuck = open_point(model, RunOptions(backend=backend))
+    with pytest.raises(NoFormulaError):
+        Formulas(stuck, {}, RunOptions(backend=backend)).at(0.0, stuck.y, [])
+    sliding = open_point(model, RunOptions(backend=backend, stop=5.0), at=4.0)
+    rates = [c.derivative for c in sliding.states]
+    _, found, _ = Formulas(sliding, {}, RunOptions(backend=backend)).at(4.0, sliding.y, rates)
+    assert np.isfinite(found).all()
+
+
+def test_cvode_goes_through_such_modes(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run(monkeypatch, BEARINGS, 0, stop_time=6, tolerance=1e-8)
+    t = found.time
+    assert found["rotor.w"] == pytest.approx(np.where(t > 3, (t - 3) ** 2, 0.0), abs=1e-6)
