@@ -66,10 +66,18 @@ class Metrics(Data):
         for name, part in self.parts:
             value = part(result)
             if isinstance(value, Mapping):
-                found.update((str(k), float(v)) for k, v in value.items())
+                found.update((str(k), _number(v)) for k, v in value.items())
             else:
-                found[name] = float(value)
+                found[name] = _number(value)
         return found
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        shape = f" of shape {value.shape}" if getattr(value, "shape", ()) else ""
+        raise TypeError(f"a metric is a number, not {type(value).__name__}{shape}") from None
 
 
 def read_metric(metric: Metric | None, program: Program) -> Metrics:

@@ -24,7 +24,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageErr
 from planarc.core.options import Backend, Redundant, RunOptions, Solver
 from planarc.request import Request
 from planarc.results import Result, RunStopped
-from planarc.values import Value, finite, parameter_values, start_values
+from planarc.values import Value, count, finite, parameter_values, start_values
 from planarc.variables import Names, Parameter, Variable, unknown_name
 
 if TYPE_CHECKING:
@@ -66,13 +66,16 @@ def load(
     forces, in N and N.m at all frames of all joints, those of least squares are taken.
     Raises PlanarcError with all diagnostics when the model is wrong.
     """
-    folders = tuple(Path(p) for p in libraries)
+    given = (libraries,) if isinstance(libraries, str | Path) else libraries
+    folders = tuple(Path(p) for p in given)
     if isinstance(source, Path):
         request = Request(source, class_name, folders)
     elif not isinstance(source, str):
         raise UsageError(
             Diagnostic("C206", f"a model is a file, a class or a text, not {type(source).__name__}")
         )
+    elif not source.strip():
+        raise UsageError(Diagnostic("C206", "a model is a file, a class or a text, not nothing"))
     elif _TEXT.search(source):
         request = Request(None, class_name, folders, text=source)
     elif source.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(source):
@@ -208,7 +211,7 @@ class Model:
             start=_time("start_time", start_time),
             stop=_time("stop_time", stop_time),
             interval=_time("interval", interval),
-            intervals=_count(intervals),
+            intervals=count("intervals", intervals),
             tolerance=_time("tolerance", tolerance),
             solver=_choice(Solver, "solver", solver),
             fixed_step=_time("fixed_step", fixed_step),
@@ -381,7 +384,7 @@ class Model:
             start=_time("start_time", start_time),
             stop=_time("stop_time", stop_time),
             tolerance=_time("tolerance", tolerance),
-            intervals=_count(intervals),
+            intervals=count("intervals", intervals),
             backend=self.backend,
         )
         return drive(self, motions, options, parameters, start)
@@ -419,7 +422,7 @@ class Model:
             start=_time("start_time", start_time),
             stop=_time("stop_time", stop_time),
             tolerance=_time("tolerance", tolerance),
-            intervals=_count(intervals),
+            intervals=count("intervals", intervals),
             backend=self.backend,
             values=settable,
             starts=start_values(model.program, start),
@@ -429,15 +432,6 @@ class Model:
 
 def _time(name: str, value: Any) -> float | None:
     return None if value is None else finite(name, value)
-
-
-def _count(value: Any) -> int | None:
-    if value is None:
-        return None
-    number = finite("intervals", value)
-    if number != int(number):
-        raise UsageError(Diagnostic("C202", f"`intervals` takes an integer, not {number:g}"))
-    return int(number)
 
 
 def _choice(kind: Any, name: str, value: Any) -> Any:

@@ -25,7 +25,7 @@ from planarc.core.options import RunOptions
 from planarc.design import Point, grid
 from planarc.metric import Metric, read_metric
 from planarc.table import Failure, Study
-from planarc.values import Value, finite, parameter_values, start_values
+from planarc.values import Value, count, finite, parameter_values, start_values
 from planarc.workers import Outcome, Payload, Task, outcomes_of
 
 if TYPE_CHECKING:
@@ -78,15 +78,15 @@ def sweep(
     table = _points(points)
     model, settable = model.with_parameters(parameters)
     options = RunOptions(
-        stop=stop_time,
-        tolerance=tolerance,
-        intervals=intervals,
+        stop=None if stop_time is None else finite("stop_time", stop_time),
+        tolerance=None if tolerance is None else finite("tolerance", tolerance),
+        intervals=count("intervals", intervals),
         backend=model.backend,
         values=settable,
         starts=start_values(model.program, start),
     )
     metrics = read_metric(metric, model.program)
-    tasks = _tasks(model, table)
+    tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics, plan_batch(model, options, metrics, len(tasks)))
     book = _journal(journal, payload, table)
     done = dict(book.done) if book else {}
@@ -151,7 +151,7 @@ def _points(points: Any) -> list[dict[str, Any]]:
     return table
 
 
-def _tasks(model: Model, table: Sequence[Mapping[str, Any]]) -> list[Task]:
+def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:
     """Points as numbers. Names are checked for all, before anything runs."""
     program = model.program
     parameters = {p.name: p for p in program.parameter_slots}
@@ -176,16 +176,17 @@ def _tasks(model: Model, table: Sequence[Mapping[str, Any]]) -> list[Task]:
                 continue
         names = (*values, *starts)
         if names not in checked:
-            _check(model, values, starts)
+            given = {**options.values, **values}, {**options.starts, **starts}
+            _check(model, replace(options, values=given[0], starts=given[1]))
             checked.add(names)
         tasks.append(Task(i, values, starts))
     return tasks
 
 
-def _check(model: Model, values: Mapping[str, float], starts: Mapping[str, float]) -> None:
+def _check(model: Model, options: RunOptions) -> None:
     from planarc.solve.request import resolve
 
-    resolve(model.program, RunOptions(values=values, starts=starts))
+    resolve(model.program, options)
 
 
 def _study(

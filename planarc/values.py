@@ -49,6 +49,16 @@ def finite(name: str, value: Any) -> float:
     return _number(name, value, ())
 
 
+def count(name: str, value: Any) -> int | None:
+    """A whole number, or None where none is given. Raises UsageError."""
+    if value is None:
+        return None
+    number = finite(name, value)
+    if number != int(number):
+        raise UsageError(Diagnostic("C202", f"`{name}` takes an integer, not {number:g}"))
+    return int(number)
+
+
 def by_name(given: Any) -> Mapping[str, Any]:
     """What is given as a mapping, or UsageError."""
     if given is None:

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 class UnknownName(UsageError, KeyError):
     """There is no such parameter or variable; the hint names the nearest ones."""
 
-    def __str__(self) -> str:  # KeyError would quote it
-        return Exception.__str__(self)
-
 
 class Parameter(Data):
     """`value` is the default. `settable`: a run may replace it without compiling again;

@@ -66,7 +66,7 @@ class Sensitivities(Data):
         if variable not in self.names:
             raise unknown_name("variable", variable, self.names)
         if parameter not in self.parameters:
-            raise unknown_name("parameter among those asked for:", parameter, self.parameters)
+            raise unknown_name("parameter that was asked for", parameter, self.parameters)
         at = self.names.index(variable), self.parameters.index(str(parameter))
         found: Vector = self.data[:, at[0], at[1]]
         return found

@@ -31,6 +31,15 @@ def test_an_error_in_python_says_where_and_what_as_the_command_line_does() -> No
     assert said[3].endswith("|   der(x) = speed;")
 
 
+def test_a_name_that_is_not_there_is_told_as_other_errors_are() -> None:
+    model = planarc.load("model Free Real x; equation der(x) = 1; end Free;")
+    with pytest.raises(KeyError) as caught:
+        model.variables["y"]
+    said = str(caught.value).splitlines()
+    assert said[0] == "error[C201]: there is no variable `y`"
+    assert said[1].startswith("  hint: choose among `x`")
+
+
 def test_an_error_crosses_processes_whole() -> None:
     error = raised(WRONG)
     again = pickle.loads(pickle.dumps(error))

@@ -126,6 +126,7 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("inputs", lambda m: m.simulate(inputs=3), "given by name"),  # type: ignore[arg-type]
     ("folder", lambda m: m.simulate(0).to_csv("."), "it is a folder"),
     ("result", lambda m: m.simulate(0)["hinge.fi"], "did you mean `hinge"),
+    ("empty", lambda m: planarc.load(" "), "not nothing"),
     ("nothing", lambda m: planarc.load(3), "not int"),  # type: ignore[arg-type]
     ("file", lambda m: planarc.load("nowhere.pmo"), "no file `nowhere.pmo`"),
 ]

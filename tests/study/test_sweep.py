@@ -146,6 +146,8 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("client", lambda m: planarc.sweep(m, {"k": [1.0]}, client="tcp://a"), "not str"),
     ("limit", lambda m: planarc.sweep(m, {"k": [1.0]}, limit="1 h"), "takes a number"),  # type: ignore[arg-type]
     ("no limit", lambda m: planarc.sweep(m, {"k": [1.0]}, limit=0), "above 0"),
+    ("stop", lambda m: planarc.sweep(m, {"k": [1.0]}, stop_time="1"), "takes a number"),  # type: ignore[arg-type]
+    ("tolerance", lambda m: planarc.sweep(m, {"k": [1.0]}, tolerance=2.0), "between"),
     ("range", lambda m: planarc.random({"k": (2, 1)}, 3), "low and high"),
     ("count", lambda m: planarc.latin_hypercube({"k": (1, 2)}, 0), "above 0"),
 ]
