@@ -1,10 +1,11 @@
 """The march of CVODE in machine code, so that no step comes back to Python.
 
-A call from Python into a compiled function costs 1 us, as much as ten right-hand
-sides of a four-bar; a step with its accepted point and a row would need four of
-them. The function below is the same as `integrator.march_steps`, once for all
-programs: everything that differs is an address in `Arguments`. It returns when
-CVODE reports anything but an ordinary step, when the steps allowed are used up, or
+A call from Python into a compiled function costs 1 us, twice as much as a right-hand
+side of a four-bar; a step with its accepted point, a row and a look at the choice of
+states would need five of them. The function below is the same as
+`integrator.march_steps`, once for all programs: everything that differs is an address
+in `Arguments`. It returns when CVODE reports anything but an ordinary step, when the
+steps allowed are used up, when the choice of states is to be looked at (`watch`), or
 when the kernel could not solve its equations.
 """
 
