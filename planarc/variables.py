@@ -66,6 +66,16 @@ class Names(Mapping[str, Item], Generic[Item]):
     def __contains__(self, name: object) -> bool:
         return name in self._items
 
+    def _repr_html_(self) -> str:
+        from planarc.core.htmltable import html_table
+
+        rows = (
+            (name, item.value, item.unit, item.description)  # type: ignore[attr-defined]
+            for name, item in self._items.items()
+        )
+        note = f"{len(self)} {self._kind}s"
+        return html_table(("name", "value", "unit", "description"), rows, note)
+
     def __repr__(self) -> str:
         shown = ", ".join(list(self._items)[:8])
         more = len(self._items) - 8

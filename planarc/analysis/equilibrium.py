@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 from planarc.analysis.point import Point, derivative, open_point
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.htmltable import html_table
 from planarc.core.options import RunOptions
 from planarc.values import Value, start_values
 
@@ -52,6 +53,14 @@ class Equilibrium(Data):
     values: Mapping[str, float]
     stable: bool
     steps: int
+
+    def __repr__(self) -> str:
+        listed = ", ".join(f"{n} = {v + 0.0:.6g}" for n, v in self.start.items())
+        return f"<Equilibrium, {'stable' if self.stable else 'unstable'}: {listed}>"
+
+    def _repr_html_(self) -> str:
+        note = f"Equilibrium, {'stable' if self.stable else 'unstable'}"
+        return html_table(("start value", ""), self.start.items(), note)
 
     def __getitem__(self, name: str) -> float:
         from planarc.variables import unknown_name

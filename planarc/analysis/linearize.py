@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, overload
 from planarc.analysis.point import Point, derivative, open_point
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.htmltable import html_table
 from planarc.core.options import RunOptions
 from planarc.values import Value, finite, start_values
 from planarc.variables import unknown_name
@@ -50,6 +51,11 @@ class Mode(Data):
         return abs(self.eigenvalue.imag) / (2 * math.pi)
 
     @property
+    def mostly(self) -> str:
+        """The state that moves most."""
+        return max(self.shape, key=lambda name: abs(self.shape[name]))
+
+    @property
     def damping(self) -> float:
         """The damping ratio: 0 undamped, 1 no oscillation; negative where it grows."""
         size = abs(self.eigenvalue)
@@ -70,6 +76,20 @@ class Linearization(Data, eq=False):
     values: Mapping[str, float]
     derivatives: str  # `formulas` or `differences`
     point: Point
+
+    def __repr__(self) -> str:
+        stable = "stable" if self.stable else "unstable"
+        given = f", {len(self.inputs)} inputs" if self.inputs else ""
+        states = ", ".join(self.states)
+        return f"<Linearization at t = {self.time:g} s, {stable}: states {states}{given}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            (m.eigenvalue, m.natural_frequency, m.frequency, m.damping, m.mostly)
+            for m in self.modes
+        )
+        head = ("eigenvalue [1/s]", "natural [rad/s]", "damped [Hz]", "damping", "mostly")
+        return html_table(head, rows, repr(self).strip("<>"))
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:

@@ -61,6 +61,11 @@ class Sensitivities(Data):
     method: str  # `equations` or `differences`
     derivatives: str  # of the equations: `formulas` or `differences`
 
+    def __repr__(self) -> str:
+        by = ", ".join(self.parameters)
+        rows = f"{len(self.time)} rows"
+        return f"<Sensitivities of {len(self.names)} variables by {by}: {rows}, from {self.method}>"
+
     def __getitem__(self, key: tuple[str, str]) -> Vector:
         variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
         if variable not in self.names:

@@ -68,7 +68,7 @@ def linearize(
             number(m.natural_frequency),
             number(m.frequency),
             number(m.damping),
-            max(m.shape, key=lambda n: abs(m.shape[n])),
+            m.mostly,
         )
         for m in found.modes
     ]

@@ -125,3 +125,19 @@ def test_a_missing_package_is_named(result: Result, monkeypatch: pytest.MonkeyPa
         (found,) = caught.value.diagnostics
         assert f"`{name}`" in found.message
         assert "pip install" in str(found.hint)
+
+
+def test_what_a_notebook_shows_of_analyses_is_short(four_bar: Model) -> None:
+    found = (
+        (four_bar.linearize("equilibrium"), "natural [rad/s]"),
+        (four_bar.equilibrium(), "revA.phi"),
+        (four_bar.parameters, "Mass"),
+        (four_bar.variables, "Cut force"),
+    )
+    for what, words in found:
+        assert len(repr(what)) < 300
+        assert words in what._repr_html_()
+    sensitivities = four_bar.sensitivities(["crankBody.m"], stop_time=0.1)
+    assert "by crankBody.m" in repr(sensitivities)
+    assert len(repr(sensitivities)) < 200
+    assert four_bar.variables._repr_html_().count("<tr>") <= 202
