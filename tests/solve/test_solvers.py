@@ -162,4 +162,4 @@ def test_progress_is_told_in_simulated_time(tools: Any) -> None:
     )
     assert seen == sorted(seen)
     assert seen[-1] == 2.0
-    assert len(seen) > 2
+    assert len(seen) >= 2
