@@ -85,7 +85,9 @@ class Place(Data):
 def _fastest(run: Run, y: Sequence[float], ydot: Sequence[float]) -> str:
     """From the derivatives here, or where there are none, from those of the last row."""
     candidates = [run.program.candidates[i] for i in run.selection]
-    if not ydot and run.recorder.count:
+    if not ydot:
+        if not run.recorder.count:
+            return ""
         row, column = run.recorder.data[run.recorder.count - 1], run.recorder.stored
         known = [c for c in candidates if c.slot in column and c.derivative in column]
         candidates = known
