@@ -28,7 +28,9 @@ Settings: TypeAlias = Annotated[
     ),
 ]
 Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
-Tolerance: TypeAlias = Annotated[float | None, typer.Option(help="Relative tolerance.")]
+Tolerance: TypeAlias = Annotated[
+    float | None, typer.Option(help="Relative error allowed in a step.")
+]
 Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
 
 

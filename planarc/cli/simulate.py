@@ -34,7 +34,9 @@ def simulate(
     intervals: Annotated[
         int | None, typer.Option(help="Number of intervals, instead of their length.")
     ] = None,
-    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Relative error allowed in a step.")
+    ] = None,
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
