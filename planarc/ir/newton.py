@@ -5,6 +5,9 @@ block in the top level all tears. They start
 
     below the top   at the last accepted point, moved along its derivatives:
                     x0 = x_a + h*x_a' + h^2/2*x_a'', h = t - t_a
+                    without the last term where it is longer than `BENT`: where
+                    accelerations are without bounds, a start beyond all measure would
+                    pass the tests below, which are relative to it
     in the top      at their last accepted values
 
 so that the result depends on time, states and the accepted point alone. A linear
@@ -31,6 +34,8 @@ HALVINGS: Final = 10
 STEPS_BELOW: Final = 12
 STEPS_TOP: Final = 60
 FAR: Final = 0.5
+#: Relative to max(1, |x_a|).
+BENT: Final = 10.0
 #: A pivot that small, relative to the largest entry of its row, makes a matrix singular.
 SINGULAR: Final = 1e-14
 #: One that small leaves its unknown open, where a modal block is singular.

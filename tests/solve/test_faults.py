@@ -170,6 +170,23 @@ def test_a_drive_to_the_end_of_a_mechanisms_reach_jams(backend: str, tolerance: 
     assert run["a.phi"] == pytest.approx(2 * run.time, abs=1e-5)
 
 
+@pytest.mark.parametrize("solver", ["cvode-adams", "ida", "lsoda", "scipy-bdf"])
+def test_no_solver_leaps_over_a_jam(solver: str, stopped: Stopped) -> None:
+    """Accelerations without bounds there must not make a start of the bars' angles that
+    passes for a solution."""
+    text = JAMS.replace(
+        "equation", "  Real z(start=0, fixed=true);\nequation\n  der(z) = a.phi;", 1
+    )
+    diagnostic, run = stopped(text, "native", 3, solver=solver)
+    reach = np.arccos((1 + 0.5**2 - 1.4**2) / (2 * 0.5)) / 2
+    assert diagnostic.code == "R422"
+    assert "`rod`" in diagnostic.message
+    assert "`a.phi` (rate 2)" in str(diagnostic.hint)
+    assert run.time[-1] == pytest.approx(reach, abs=0.02)
+    reached = (run["rod.d[1]"] ** 2 + run["rod.d[2]"] ** 2) ** 0.5
+    assert reached == pytest.approx(0.8, abs=1e-6)
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_bouncing_to_a_pile_of_events_keeps_the_rows(backend: str, stopped: Stopped) -> None:
     text = """

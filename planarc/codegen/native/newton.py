@@ -20,6 +20,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
 from planarc.ir.newton import (
     AGREES,
+    BENT,
     DEPENDENT,
     FAR,
     HALVINGS,
@@ -102,7 +103,9 @@ def _start() -> str:
         value = b.accepted.at(b.first + i)
         velocity = value.load(REAL, b.total)
         acceleration = value.load(REAL, b.total * 2)
-        x = value.load(REAL) + h * velocity + half * acceleration
+        accepted, bend = value.load(REAL), half * acceleration
+        most = c.largest(c.absolute(accepted), c.constant(1.0, REAL)) * BENT
+        x = accepted + h * velocity + c.select(c.absolute(bend) > most, 0.0, bend)
         b.x(i).store(x)
         b.origin.store(x, i)
     c.give()

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.newton import FAR, FITS, QUADRATIC, STEPS_BELOW, STEPS_TOP
+from planarc.ir.newton import BENT, FAR, FITS, QUADRATIC, STEPS_BELOW, STEPS_TOP
 from planarc.ir.program import BlockCode, Program
 
 if TYPE_CHECKING:
@@ -70,13 +70,17 @@ class BatchBlock:
     # Called from the text
 
     def start(self, t: Numbers) -> Numbers:
+        import numpy as np
+
         self.done = False
         self._count = 0
         if not self._below:
             self._x: Numbers = self._accepted.copy()
         else:
             h = t - self._time
-            guess = self._accepted + h * (self._velocity + 0.5 * h * self._acceleration)
+            bend = 0.5 * h * h * self._acceleration
+            bend[np.abs(bend) > BENT * np.maximum(1.0, np.abs(self._accepted))] = 0.0
+            guess = self._accepted + h * self._velocity + bend
             self._x = self._states()
             self._put(self._x, self._get(guess))
             self._origin = self._get(self._x)

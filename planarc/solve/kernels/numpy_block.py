@@ -10,6 +10,7 @@ from collections.abc import MutableSequence, Sequence
 from operator import mul
 
 from planarc.ir.newton import (
+    BENT,
     FAR,
     FITS,
     HALVINGS,
@@ -103,7 +104,10 @@ class Block:
             h = t - self._time
             half = 0.5 * h * h
             for i in self._solved:
-                x[i] = self._accepted[i] + h * self._velocity[i] + half * self._acceleration[i]
+                accepted, bend = self._accepted[i], half * self._acceleration[i]
+                x[i] = accepted + h * self._velocity[i]
+                if abs(bend) <= BENT or abs(bend) <= BENT * abs(accepted):
+                    x[i] += bend
             self._origin = x.copy()
         return x
 
