@@ -77,7 +77,8 @@ class _Made(Data):
 def _find(dae: Dae, mechanism: Mechanism, clock: Clock) -> _Made:
     from planarc.structure.sharing import surplus_equations
 
-    left_out = surplus_equations(dae)
+    frames = {frame for link in mechanism.links for frame in link.frames}
+    left_out = surplus_equations(dae, {frame.rpartition(".")[0] for frame in frames})
     made = _make(dae, mechanism, left_out, clock)
     for _ in range(_ROUNDS):
         found = _dependent(made)
@@ -181,9 +182,8 @@ def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
 # Numbers at the start
 
 
-def _open(program: Program) -> tuple[NumpyKernel, float, float]:
-    """A kernel with start values, the start time, and the time of a run. NumPy's back end is
-    there at once."""
+def _open(program: Program) -> tuple[NumpyKernel, float]:
+    """A kernel with start values, and the start time. NumPy's back end is there at once."""
     from planarc.codegen.numpy.printer import source
     from planarc.solve.events import Events
     from planarc.solve.kernels.numpy_kernel import NumpyKernel
@@ -194,7 +194,7 @@ def _open(program: Program) -> tuple[NumpyKernel, float, float]:
     request = resolve(program, RunOptions(backend=Backend.NUMPY))
     set_workspace(program, kernel, request)
     Events(program, kernel, request.span).begin(request.start)
-    return kernel, request.start, request.span
+    return kernel, request.start
 
 
 def _dependent(made: _Made) -> tuple[int, ...]:
@@ -205,7 +205,7 @@ def _dependent(made: _Made) -> tuple[int, ...]:
     from planarc.solve.start import solve_start
 
     program = made.program
-    kernel, t, span = _open(program)
+    kernel, t = _open(program)
     kernel.forgive()
 
     conditions = program.sharing.conditions if program.sharing else ()
@@ -215,7 +215,7 @@ def _dependent(made: _Made) -> tuple[int, ...]:
 
     def judge(system: System, values: Vector) -> None:
         others = dict(zip(left_out_rows(system), held, strict=True))
-        for row in dependent_rows(system, values, tuple(others), span):
+        for row in dependent_rows(system, values, tuple(others)):
             found.append(others[row] if row in others else _equation(made, system, row))
 
     with without_lapack():
@@ -244,7 +244,7 @@ def _can_be_solved(program: Program) -> bool:
     from planarc.solve.kernels.numpy_support import without_lapack
     from planarc.solve.start import solve_start
 
-    kernel, t, _ = _open(program)
+    kernel, t = _open(program)
     with without_lapack():
         try:
             solve_start(program, kernel, t, judge=lambda system, values: None)
@@ -267,7 +267,7 @@ def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
     from planarc.solve.start_failure import row_info
     from planarc.solve.start_system import System
 
-    kernel, t, _ = _open(made.program)
+    kernel, t = _open(made.program)
     kernel.forgive()
     system = System(strict(made.program), kernel, t)
     guess = np.array([kernel.w[c.start] for c in made.program.candidates])

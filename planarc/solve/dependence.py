@@ -8,7 +8,7 @@ flat, or in all of them. So the mechanism is moved along each direction that see
 its loops are closed again. Where more rows are independent than before, that place is looked at
 instead. Rows are redundant when their rank stays the same all around, and all free directions are
 motions; two bars in one line, which meet by accident, leave a direction free in which nothing
-moves. Where no direction is free, a driven mechanism is looked at somewhat later, too.
+moves. Where no direction is free, as many rows are too many everywhere.
 
 Example: a parallelogram with a third bar: four rows of rank three, one may be left out.
 
@@ -38,8 +38,6 @@ _STEP = 1e-5
 _MOVE, _SEEN = 0.05, 0.5
 #: Moves along all free directions at once, for a place that is like no other.
 _WIDE = (0.07, -0.19, 0.31)
-#: Parts of the run's time after which a driven mechanism is looked at.
-_TIMES = (0.013, 0.031)
 #: Of more rows it is not asked which of them does not fit.
 _MOST = 60
 #: So often a better place is gone to.
@@ -55,13 +53,11 @@ class _Place(Data):
     rank: int
 
 
-def dependent_rows(
-    system: System, values: Vector, others: Sequence[int], span: float
-) -> tuple[int, ...]:
-    """Numbers of rows of the system, ascending. `span` is the time of a run in seconds."""
+def dependent_rows(system: System, values: Vector, others: Sequence[int]) -> tuple[int, ...]:
+    """Numbers of rows of the system, ascending."""
     found: list[int] = []
     for group in _groups(system, values, others):
-        found.extend(_dependent(group, values, others, span))
+        found.extend(_dependent(group, values, others))
     return tuple(sorted(found))
 
 
@@ -82,13 +78,13 @@ def _groups(system: System, values: Vector, others: Sequence[int]) -> list[_Grou
     return [g for g in found if g.rows]
 
 
-def _dependent(group: _Group, values: Vector, others: Sequence[int], span: float) -> list[int]:
+def _dependent(group: _Group, values: Vector, others: Sequence[int]) -> list[int]:
     best = group.look(values)
     if best is None or best.rank == len(group.rows):
         return []
     places: list[_Place | None] = []
     for _ in range(_ROUNDS):
-        places = group.beside(best) if len(best.free) else group.later(best, span)
+        places = group.beside(best)
         better = max((p for p in places if p is not None), key=lambda p: p.rank, default=best)
         if better.rank <= best.rank:
             break
@@ -155,18 +151,6 @@ class _Group(Data):
         seen = self.look(root.point) if root.converged else None
         way = float((root.point - place.point)[columns] @ direction) / step
         return seen if seen is not None and (seen.rank > place.rank or way > _SEEN) else None
-
-    def later(self, place: _Place, span: float) -> list[_Place | None]:
-        """The same as time goes on."""
-        found: list[_Place | None] = []
-        now = self.system
-        others = [f for f in now.conditions if not f.fixed]
-        for part in _TIMES:
-            later = System(now.program, now.kernel, now.t + part * span, now.given, others)
-            root = solve_stage(later, place.point, self.rows, list(self.columns))
-            group = _Group(later, self.rows, self.columns)
-            found.append(group.look(root.point) if root.converged else None)
-        return found
 
 
 def _slopes(system: System, point: Vector, rows: Sequence[int], columns: Sequence[int]) -> Vector:

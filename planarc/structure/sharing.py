@@ -28,7 +28,7 @@ Reference: Lagrange's multipliers; F. E. Udwadia, R. E. Kalaba, Analytical Dynam
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec.structs import replace
 
@@ -66,11 +66,21 @@ class _Reduced(Data):
         return [[v for v, _ in row] for row in self.rows]
 
 
-def surplus_equations(dae: Dae) -> tuple[int, ...]:
-    """The equations that find no unknown, as numbers in the Dae: by structure alone."""
+def surplus_equations(dae: Dae, components: Collection[str] = ()) -> tuple[int, ...]:
+    """The equations that find no unknown, as numbers in the Dae: by structure alone.
+
+    Where there is a choice, those of the `components` find none: what a signal is stays said.
+    """
     reduced = _reduce(dae)
-    matching = match_equations(reduced.unknowns, len(reduced.elimination.kept))
-    return tuple(reduced.elimination.live[e].index for e in matching.exposed)
+    rows, live = reduced.unknowns, reduced.elimination.live
+    count = len(reduced.elimination.kept)
+    sources = (dae.equations[entry.index] for entry in live)
+    others = [
+        [] if source.generated or source.component in components else row
+        for row, source in zip(rows, sources, strict=True)
+    ]
+    matching = match_equations(rows, count, match_equations(others, count))
+    return tuple(live[e].index for e in matching.exposed)
 
 
 def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:

@@ -257,6 +257,30 @@ def test_a_driven_mechanism_is_accepted_where_it_stays_redundant() -> None:
     np.testing.assert_allclose(torque, 2 * (way[:, 0] * a[:, 1] - way[:, 1] * a[:, 0]), atol=1e-8)
 
 
+def test_two_motors_that_drive_the_same_motion_share_their_torque() -> None:
+    """What the motors' signal is stays said; the loop gives way. Of the hinges' torques, whose
+    sum is given, and the bars' forces, those of least squares differ little by halves: the
+    beam's load is nearer to the first bar."""
+    text = bars([0, 1], start="drivenFlange=true, phi(start=0.3)").replace(
+        "low1(phi(start=0.3))", "low1(drivenFlange=true, phi(start=0.3))"
+    )
+    text = text.replace(
+        "equation",
+        "Modelica.Mechanics.Rotational.Sources.Position d0(exact=true), d1(exact=true);\n"
+        "Modelica.Blocks.Sources.Sine sine(amplitude=1, f=0.5, phase=0.3);\n"
+        "equation connect(sine.y, d0.phi_ref); connect(sine.y, d1.phi_ref);\n"
+        "connect(d0.flange, low0.axis); connect(d1.flange, low1.axis);",
+        1,
+    )
+    run = accepted(text).simulate(0.5, intervals=5)
+    assert code_of(run) == ["R416"]
+    a, way = np.asarray(run["beam.a_CM"]) + np.array([0, G]), np.asarray(run["bar1.r_0"])
+    together = -(run["low0.frame_b.t"] + run["low1.frame_b.t"])
+    wanted = 2 * (way[:, 0] * a[:, 1] - way[:, 1] * a[:, 0])
+    np.testing.assert_allclose(together, wanted, atol=1e-8)
+    np.testing.assert_allclose(run["low0.frame_b.t"], run["low1.frame_b.t"], rtol=0.2)
+
+
 # What is not accepted ------------------------------------------------------------------------
 
 
