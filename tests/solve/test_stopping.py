@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -149,6 +150,20 @@ def test_the_command_keeps_the_rows_and_fails(
     lines = Path("Root.csv").read_text("utf-8").splitlines()
     assert 0.49 <= float(lines[-1].split(",")[0]) <= 0.5
     assert Path("Root.html").exists()
+
+
+def test_numbers_too_large_for_the_page_tell_nothing_of_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("blow.pmo").write_text(BLOW_UP, "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        code = run(
+            ["simulate", "blow.pmo", "--stop", "2", "--solver", "euler", "--fixed-step=1e-3"]
+        )
+    assert code == 3
+    assert Path("BlowUp.html").exists()
 
 
 #: Runs that would take hours; each gets SIGINT when it is under way.

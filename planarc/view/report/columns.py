@@ -42,7 +42,8 @@ class Columns:
     def _encode(self, values: Any) -> Encoded:
         import numpy as np
 
-        own = values[self._rows].astype(np.float32)
+        with np.errstate(over="ignore"):  # of a run that blew up: infinite to the page
+            own = values[self._rows].astype(np.float32)
         if own.size and (own == own[0]).all():
             return number(float(own[0]))
         return encode(own)
