@@ -17,12 +17,16 @@ def main() -> None:
     # matrices of planar mechanisms are too small for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from planarc.core.bytecode import keep_bytecode
+    try:
+        from planarc.core.bytecode import keep_bytecode
 
-    keep_bytecode()
+        keep_bytecode()
 
-    from planarc.cli.app import run
+        from planarc.cli.app import run
 
-    code = run(sys.argv[1:])
+        code = run(sys.argv[1:])
+    except KeyboardInterrupt:  # while modules are imported: afterwards `run` tells it
+        sys.stderr.write("error[C130]: interrupted\n")
+        code = 130
     gc.freeze()  # else Python looks for cycles in all there is, for 50 ms, before it ends
     sys.exit(code)
