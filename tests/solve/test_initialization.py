@@ -1,0 +1,103 @@
+"""The start, sentence by sentence of what is promised of it, in both back ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planarc
+
+
+@pytest.fixture(params=["numpy", "native"])
+def backend(request: pytest.FixtureRequest) -> str:
+    if request.param == "native":
+        pytest.importorskip("llvmlite")
+    return str(request.param)
+
+
+def run(body: str, backend: str, stop: float = 1.0) -> planarc.Result:
+    text = f"model M\n{body}\nend M;"
+    return planarc.load(text, backend=backend).simulate(stop, tolerance=1e-9)
+
+
+def test_a_steady_state_stays(backend: str) -> None:
+    """0 = -x + 2y and 0 = x - 3y + 1 at x = 2, y = 1."""
+    result = run(
+        """
+  Real x(start=5), y(start=-3);
+equation
+  der(x) = -x + 2*y;
+  der(y) = x - 3*y + 1;
+initial equation
+  der(x) = 0;
+  der(y) = 0;""",
+        backend,
+    )
+    assert result["x"] == pytest.approx(2.0, abs=1e-8)
+    assert result["y"] == pytest.approx(1.0, abs=1e-8)
+
+
+def test_homotopy_leads_where_newton_does_not(backend: str) -> None:
+    """From x = 5 Newton's steps on atan(x - 2) grow without end; the simple form is solved at
+    once and leads to the other."""
+    result = run(
+        """
+  Real x(start=5);
+  Real z(start=0, fixed=true);
+equation
+  homotopy(atan(x - 2), 0.3*(x - 2)) = 0;
+  der(z) = x;""",
+        backend,
+    )
+    assert result["x"] == pytest.approx(2.0, abs=1e-8)
+    assert result["z"][-1] == pytest.approx(2.0, abs=1e-8)
+
+
+def test_what_is_fixed_twice_and_agrees_is_accepted(backend: str) -> None:
+    result = run(
+        """
+  Real x(start=2, fixed=true), y(start=4, fixed=true), v(start=1, fixed=true);
+equation
+  y = 2*x;
+  der(x) = v;
+  der(v) = -x;""",
+        backend,
+    )
+    exact = 2 * np.cos(result.time) + np.sin(result.time)
+    assert result["x"] == pytest.approx(exact, abs=1e-7)
+
+
+def test_what_is_fixed_twice_and_does_not_agree_names_both(backend: str) -> None:
+    with pytest.raises(planarc.PlanarcError, match="R411") as caught:
+        run(
+            """
+  Real x(start=2, fixed=true), y(start=5, fixed=true);
+equation
+  y = 2*x;
+  der(x) = -x;""",
+            backend,
+        )
+    told = str(caught.value)
+    assert "`x`" in told
+    assert "`y`" in told
+
+
+def test_the_initial_system_is_solved_whatever_its_order(backend: str) -> None:
+    """Nonlinear, in a ring and with a parameter: a^2 + b = 7, b*c = 6, c - a = 0 at (2, 3, 2)."""
+    equations = ["a^2 + b = 7", "b*c = 6", "c - a = p"]
+    for turn in range(3):
+        order = equations[turn:] + equations[:turn]
+        result = run(
+            f"""
+  parameter Real p=0;
+  Real a(start=1.8), b(start=2.9), c(start=2.1);
+equation
+  der(a) = -a;
+  der(b) = a - b;
+  der(c) = b - c;
+initial equation
+  {"; ".join(order)};""",
+            backend,
+        )
+        found = [result[name][0] for name in "abc"]
+        assert found == pytest.approx([2, 3, 2], abs=1e-8)
