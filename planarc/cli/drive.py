@@ -47,7 +47,7 @@ def drive(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Inverse dynamics: find the torques and forces that a motion needs.
+    """Inverse dynamics: the torques and forces that a motion needs.
 
     For example --motion "revA.phi=1 + 2*time"; the result holds all joint forces.
     """

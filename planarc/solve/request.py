@@ -18,7 +18,8 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.ir.dae import Kind
-from planarc.ir.program import ParameterSlot, Program
+from planarc.ir.expr import Op, postorder
+from planarc.ir.program import Let, ParameterSlot, Program
 from planarc.solve.once import once
 
 if TYPE_CHECKING:
@@ -192,12 +193,30 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
             "give it one value for all runs, with `--set` or, in Python, `parameters={...}`",
         )
     if not parameter.settable:
+        sources = _computed_from(program, name, known)
+        if sources:
+            listed = " and ".join(f"`{n}`" for n in sources)
+            raise _usage(
+                "R405",
+                f"`{name}` cannot be set: it is computed from {listed}",
+                f"set {listed}, or change the model",
+            )
         raise _usage(
             "R405",
             f"`{name}` cannot be set: it is final, constant, or computed from other parameters",
             "set the parameters that it is computed from, or change the model",
         )
     return parameter
+
+
+def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[str]:
+    """The parameters in the formula of another one, where it is a formula of these alone."""
+    for statement in program.parameters:
+        if isinstance(statement, Let) and repr(statement.target) == name:
+            symbols = (e for e in postorder((statement.value,)) if e.op is Op.SYMBOL)
+            names = dict.fromkeys(e.name for e in symbols)
+            return list(names) if names.keys() <= set(known) else []
+    return []
 
 
 def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:

@@ -133,3 +133,10 @@ def test_a_study_and_sensitivities_of_another_structure(kinds: Model) -> None:
     with pytest.warns(Recompiled):
         found = model.sensitivities(["k"], values={"n": 2}, stop_time=1)
     assert found["x[2]", "k"][-1] == pytest.approx(np.e, rel=1e-5)
+
+
+def test_a_computed_parameter_names_those_that_may_be_set() -> None:
+    text = "model Area parameter Real a = 2; parameter Real b = 3; final parameter Real c = a*b;"
+    model = planarc.load(f"{text} Real x = c; end Area;")
+    with pytest.raises(UsageError, match="`c` cannot be set: it is computed from `a` and `b`"):
+        model.simulate(0, parameters={"c": 1.0})
