@@ -66,12 +66,14 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         return call_external(runner, function, span)
     if function.derivative_of is not None:
         return _derivative(scope, function, arguments, span)
+    count = len(scope.model.assertions)
     try:
         return _results(_deeper(scope), function, arguments, span)
     except PlanarcError as problem:
         if problem.diagnostics[0].code != "L322":
             raise
         refusal = problem
+        scope.model.take_assertions(count)  # of ways that are run otherwise now
     # Its course depends on parameters in too many ways: their values become structural.
     numbers = [_number(scope, a) for a in arguments]
     if numbers != list(arguments):
@@ -80,6 +82,7 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         except PlanarcError as problem:
             if problem.diagnostics[0].code != "L322":
                 raise
+            scope.model.take_assertions(count)
     return _by_cases(scope, function, numbers, span, refusal)
 
 
@@ -100,11 +103,13 @@ def _by_cases(
     for number in range(entries, 0, -1):
         numbers[unknown[0]] = place = scope.table.const(number)
         here = scope.table.equal(at, place)
+        count = len(scope.model.assertions)
         try:
             case = _results(_deeper(scope.where(here)), function, numbers, span)
         except PlanarcError as problem:
             if problem.diagnostics[0].code != "L312":
                 raise
+            scope.model.take_assertions(count)
             continue  # from here it would go on beyond the last entry
         found = tuple(
             scalar.choose(scope, here, new, old, span)
