@@ -23,7 +23,7 @@ def constant_not_finite(program: Program, kernel: Kernel) -> str:
     or nothing."""
     # Their slots stand before those of the candidates; a sum tells of all at once.
     end = program.candidates[0].slot if program.candidates else len(kernel.w)
-    if math.isfinite(sum(kernel.w[:end])):
+    if math.isfinite(sum(map(float, kernel.w[:end]))):  # of NumPy's, too: these would warn
         return ""
     for p in program.parameter_slots:
         if not math.isfinite(kernel.w[p.slot]):
