@@ -46,7 +46,7 @@ class Redundant(StrEnum):
 
 
 #: How redundant joints are accepted, in a hint.
-ACCEPTING = "`--redundant accept` (in Python `redundant=\"accept\"`)"
+ACCEPTING = '`--redundant accept` (in Python `redundant="accept"`)'
 
 
 class RunOptions(Data):
