@@ -113,6 +113,7 @@ def test_libraries_are_found_by_the_wheels_list(
     record = tmp_path / "scikit_sundae-1.2.0.dist-info" / "RECORD"
     record.parent.mkdir()
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "sksundae", raising=False)
     libs = "scikit_sundae.libs"
     for names in (
         [f"{libs}/libsundials_core-94.so.7.9.0", f"{libs}/libsundials_cvode-1.so.7"],
