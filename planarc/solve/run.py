@@ -163,6 +163,7 @@ class Run:
         self.delays.resume(t)
         if self.selector.open:
             self.refuge.keep(t, y)
+        self.selector.watch.restart()
         directions = self.events.crossings.directions()
         self.integrator.restart(t, y, self._absolute(), directions, step)
 

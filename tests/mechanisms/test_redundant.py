@@ -16,6 +16,9 @@ from mechanism import model_text
 from redundant import LeastSquares, redundant
 
 COUNT = int(os.environ.get("PLANARC_REDUNDANT", "24"))
+#: With NumPy's back end the states chosen at the start of 97 go bad where the scales of the
+#: constraints change, which neither the way nor the velocities tell.
+KEPT = (97,)
 
 
 @pytest.fixture(autouse=True)
@@ -24,7 +27,7 @@ def forgetful(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("planarc.memory.remember", lambda *_: None)
 
 
-@pytest.mark.parametrize("seed", range(COUNT))
+@pytest.mark.parametrize("seed", sorted({*range(COUNT), *KEPT}))
 def test_motion_and_forces_of_least_squares_agree(seed: int) -> None:
     backend = "native" if seed % 8 == 7 else "numpy"
     if backend == "native":

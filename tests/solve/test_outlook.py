@@ -42,6 +42,17 @@ def test_velocities_are_compared_group_by_group() -> None:
     assert watch.ratio([0.0] * 5) == 0.0
 
 
+def test_looks_come_soon_after_a_restart_and_then_ever_later() -> None:
+    watch = Watch([0])
+    watch.begin([0.0], 1.0)
+    looks = [k for k in range(1, 200) if watch.moved([0.5])]
+    assert looks == [2, 6, 14, 30, 62, 126, 190]
+    watch.restart()
+    assert [watch.moved([0.5]), watch.moved([0.5])] == [False, True]
+    assert watch.moved([1.5])
+    assert not any(Watch([]).moved([]) for _ in range(100))
+
+
 @pytest.mark.parametrize("solver", [Solver.CVODE_BDF, Solver.CVODE_ADAMS, Solver.LSODA])
 def test_the_error_falls_with_the_tolerance_past_dead_centres(tools: Any, solver: Solver) -> None:
     exact = slider(tools, 1e-12, StateSelect.DEFAULT, Solver.CVODE_BDF)["crank.phi"]

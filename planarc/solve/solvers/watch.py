@@ -3,7 +3,8 @@
 A march in machine code measures the sensitivities at every accepted step: that costs less
 than an evaluation of the right-hand side. It ends where one passes `bound`, and keeps the
 point before as a refuge. In Python a look costs as much as ten steps, and is put off by
-what can be compared quickly: the ways and velocities that `outlook` gives.
+what can be compared quickly: the ways and velocities that `outlook` gives. What these are
+reckoned from may change: so one looks soon after a restart, and then ever later.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ WORST = 5.0
 GROWN = 1.3
 #: A velocity that small says nothing about ratios.
 AT_REST = 1e-9
+#: Steps from one look in Python to the next, at first after a restart, and at most.
+FIRST_STEPS, MOST_STEPS = 2, 64
 
 
 def bound_after(worst: float) -> float:
@@ -51,12 +54,27 @@ class Watch:
         self.speeds = [0] * speeds
         self.weights = [1.0] * speeds
         self.pace = 0.0
+        self.restart()
+
+    def restart(self) -> None:
+        """Of the integrator: its steps are small and tell little of where it goes."""
+        self._steps, self._patience = 0, FIRST_STEPS
 
     def begin(self, values: Sequence[float], limit: float) -> None:
         self.reference[:] = values
         self.limit = limit
 
     def moved(self, w: Sequence[float]) -> bool:
+        """Whether to look again; asked after every step."""
+        if not len(self.slots):
+            return False
+        self._steps += 1
+        if self._steps < self._patience and not self._went(w):
+            return False
+        self._steps, self._patience = 0, min(2 * self._patience, MOST_STEPS)
+        return True
+
+    def _went(self, w: Sequence[float]) -> bool:
         limit = self.limit
         for slot, value in zip(self.slots, self.reference, strict=True):
             if abs(w[slot] - value) > limit:
