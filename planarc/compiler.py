@@ -264,7 +264,7 @@ def compile_model(
         model = flatten(target, clock)
         try:
             dae = to_dae(model, clock)
-            program, notes = _find_program(dae, request.redundant, clock)
+            program, notes = find_program(dae, request.redundant, clock)
         except PlanarcError as problem:  # a warning may tell what led to it
             told = {(e.code, e.span) for e in problem.diagnostics}
             others = (w for w in model.warnings if (w.code, w.span) not in told)
@@ -276,10 +276,11 @@ def compile_model(
     return Compiled(program, backend, code, warnings)
 
 
-def _find_program(
-    dae: Dae, redundant: Redundant, clock: Clock
+def find_program(
+    dae: Dae, redundant: Redundant, clock: Clock | None = None
 ) -> tuple[Program, tuple[Diagnostic, ...]]:
     """With what is to be told of it."""
+    clock = clock or Clock()
     mechanism = find_mechanism(dae)
     if redundant is Redundant.ACCEPT and mechanism is not None:
         from planarc.acceptance import accept_redundancy

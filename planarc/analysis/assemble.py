@@ -57,6 +57,7 @@ def assemble(
     import numpy as np
 
     from planarc.solve.request import resolve
+    from planarc.solve.sharing import missed
     from planarc.solve.simulate import set_workspace
     from planarc.solve.start import choose_held, solve_stage
     from planarc.solve.start_system import System
@@ -83,7 +84,7 @@ def assemble(
     found: list[Vector] = []
     for trial in _guesses(guess, free, turns, _size(system), tries if rows else 1):
         root = solve_stage(system, trial, rows, free)
-        if root.converged:
+        if root.converged and not missed(system, root.point):
             point = _nearest_turns(root.point, guess, free, turns)
             if not any(np.max(np.abs(point[columns] - p[columns])) < SAME for p in found):
                 found.append(point)

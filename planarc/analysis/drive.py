@@ -219,7 +219,7 @@ def compile_driven(
         raise _unreadable(problem, coordinates, texts) from None
     dae, found = _with_motions(compiler.to_dae(flat), coordinates, efforts)
     try:
-        program = compiler.to_program(compiler.to_sorted(dae))
+        program, notes = compiler.find_program(dae, model.request.redundant)
     except PlanarcError as problem:
         listed = " and ".join(f"`{c}`" for c in coordinates)
         first = Diagnostic("C243", f"the model cannot move with {listed} given")
@@ -227,7 +227,7 @@ def compile_driven(
     of = model.program
     program = replace(program, name=of.name, description=of.description, experiment=of.experiment)
     code = compiler.to_code(program, model.backend)
-    return compiler.Compiled(program, model.backend, code), found
+    return compiler.Compiled(program, model.backend, code, notes), found
 
 
 def _unreadable(

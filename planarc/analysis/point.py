@@ -61,9 +61,13 @@ class Point:
         """Make these states the point from which nonlinear blocks start."""
         import numpy as np
 
+        from planarc.solve.sharing import misses
+
         self.t = self.t if t is None else t
         self.y: Vector = np.array(y, dtype=float)
         self.outputs(self.y)
+        if misses(self.program, self.kernel):
+            raise self._unsolved()
         self.kernel.accept(self.t)
 
     def rhs(self, y: Vector) -> Vector:

@@ -13,6 +13,7 @@ from planarc.cli import console
 from planarc.cli.arguments import make_request
 from planarc.cli.settings import Given, read_settings, sort_settings
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
     from planarc.core.options import Backend
@@ -39,12 +40,14 @@ def open_model(
     class_name: str | None,
     libraries: Sequence[Path] | None,
     backend: Backend | None = None,
+    redundant: Redundant = Redundant.REFUSE,
 ) -> Model:
     """The compiled model; its warnings are told."""
     from planarc.cli.simulate import choose_backend
     from planarc.model import Model
 
-    model = Model(make_request(target, class_name, libraries), choose_backend(backend))
+    request = make_request(target, class_name, libraries, redundant)
+    model = Model(request, choose_backend(backend))
     console.complain(model.warnings)
     return model
 

@@ -9,10 +9,11 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, Stop, open_model, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, make_request
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, make_request
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
     from planarc.ir.result import Result as Rows
@@ -100,6 +101,7 @@ def animate(
     stop: Stop = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     as_json: AsJson = False,
 ) -> int:
     """Draw the moving mechanism as a picture.
@@ -127,7 +129,7 @@ def animate(
         _refuse_run(mode, stop, settings)
         rows = _read(Path(target), model_name, class_name, library)
     else:
-        model = open_model(target, class_name, library)
+        model = open_model(target, class_name, library, redundant=redundant)
         if mode is None:
             rows = run_of(model, settings, end if stop is None else stop).rows
         else:

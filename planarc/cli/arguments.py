@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
     from planarc.request import Request
@@ -39,6 +40,14 @@ Libraries: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+RedundantJoints: TypeAlias = Annotated[
+    Redundant,
+    typer.Option(
+        "--redundant",
+        help="What becomes of joints that hold the same motion more than once: accepted, they "
+        "share their forces with the smallest sum of squares.",
+    ),
+]
 AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print one JSON object instead of text.")
 ]
@@ -57,16 +66,19 @@ _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
 def make_request(
-    target: str, class_name: str | None = None, libraries: Sequence[Path] | None = None
+    target: str,
+    class_name: str | None = None,
+    libraries: Sequence[Path] | None = None,
+    redundant: Redundant = Redundant.REFUSE,
 ) -> Request:
     """What the arguments ask for."""
     from planarc.request import Request
 
     folders = tuple(libraries or ())
     if names_file(target):
-        return Request(Path(target), class_name, folders)
+        return Request(Path(target), class_name, folders, redundant=redundant)
     if class_name is None:
-        return Request(None, target, folders)
+        return Request(None, target, folders, redundant=redundant)
     raise UsageError(
         Diagnostic(
             "C109",

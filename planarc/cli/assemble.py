@@ -9,7 +9,8 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, open_model, say_json, say_table, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
+from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
     from planarc.model import Model
@@ -24,13 +25,15 @@ def assemble(
     tries: Annotated[int, typer.Option(help="Guesses to start from.")] = TRIES,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     as_json: AsJson = False,
 ) -> int:
     """Find all assemblies of a mechanism, as start values.
 
     The first is the nearest to the start values in the model.
     """
-    return tell_assemblies(open_model(target, class_name, library), settings, as_json, tries)
+    model = open_model(target, class_name, library, redundant=redundant)
+    return tell_assemblies(model, settings, as_json, tries)
 
 
 def tell_assemblies(

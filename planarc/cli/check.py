@@ -96,7 +96,7 @@ def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
         verb = "condition follows" if mobility.dependent == 1 else "conditions follow"
         told = f"{mobility.dependent} {verb} from the others"
         if mobility.redundant is not None:
-            told += ", in every position: `planarc simulate --redundant accept` shares the forces"
+            told += ", in every position: `--redundant accept` shares the forces"
     return f"{text}, {mobility.rank} by rank at the start ({told})"
 
 

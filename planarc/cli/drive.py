@@ -20,10 +20,11 @@ from planarc.cli.analysis import (
     split_pair,
     with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.files import table_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant
 
 
 def drive(
@@ -41,6 +42,7 @@ def drive(
     intervals: Intervals = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="All variables, .csv or .mat."),
@@ -57,7 +59,7 @@ def drive(
         )
     if output is not None:
         table_destination(output)
-    model = open_model(target, class_name, library)
+    model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     motions = dict(_motion(item) for item in motion)
     driven = model.drive(

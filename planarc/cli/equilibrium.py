@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, open_model, say_json, say_table, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
+from planarc.core.options import Redundant
 
 
 def equilibrium(
@@ -12,13 +13,14 @@ def equilibrium(
     class_name: ClassName = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     as_json: AsJson = False,
 ) -> int:
     """Find the static equilibrium below the start, as start values.
 
     The way leads downhill from the start values, so it ends in a stable equilibrium.
     """
-    model = open_model(target, class_name, library)
+    model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     found = model.equilibrium(parameters=values, start=starts)
     if as_json:

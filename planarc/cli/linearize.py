@@ -8,7 +8,8 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, number, open_model, say_json, say_table, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
+from planarc.core.options import Redundant
 
 
 def linearize(
@@ -28,13 +29,14 @@ def linearize(
     ] = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     as_json: AsJson = False,
 ) -> int:
     """Linearize a model at a point, and show its modes.
 
     With --json also the matrices A, B, C, D, with the names of their rows and columns.
     """  # fmt: skip
-    model = open_model(target, class_name, library)
+    model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     point: Any
     try:

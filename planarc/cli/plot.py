@@ -10,9 +10,10 @@ import typer
 from planarc.cli import console
 from planarc.cli.analysis import Settings, Stop, open_model
 from planarc.cli.animate import named_output, run_of
-from planarc.cli.arguments import Libraries
+from planarc.cli.arguments import Libraries, RedundantJoints
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
+from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
     from planarc.view.table import Table
@@ -39,6 +40,7 @@ def plot(
     stop: Stop = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
 ) -> int:
     """Draw curves of a result.
 
@@ -51,7 +53,7 @@ def plot(
     path = named_output(output, "planarc plot FourBar.csv revA.phi -o revA.png")
     need("matplotlib", chart.EXTRA)
     check_writable(path, "--output")
-    table, title = _table(target, settings, stop, library)
+    table, title = _table(target, settings, stop, library, redundant)
     chart.write_chart(path, table, variables, x, title)
     if not console.is_quiet():
         console.say_rows([("written", str(path))])
@@ -59,7 +61,11 @@ def plot(
 
 
 def _table(
-    target: str, settings: list[str] | None, stop: float | None, library: list[Path] | None
+    target: str,
+    settings: list[str] | None,
+    stop: float | None,
+    library: list[Path] | None,
+    redundant: Redundant,
 ) -> tuple[Table, str]:
     """The numbers, and the name of the model where it is known."""
     if Path(target).suffix.lower() in TABLES:
@@ -68,7 +74,7 @@ def _table(
         return _with_units(read_table(Path(target)), Path(target), library), ""
     from planarc.view.picture.chart import table_of
 
-    result = run_of(open_model(target, None, library), settings, stop)
+    result = run_of(open_model(target, None, library, redundant=redundant), settings, stop)
     return table_of(result.rows), result.name
 
 

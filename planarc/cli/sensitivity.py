@@ -19,10 +19,11 @@ from planarc.cli.analysis import (
     say_table,
     with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant
 
 
 def sensitivity(
@@ -45,6 +46,7 @@ def sensitivity(
     tolerance: Tolerance = None,
     settings: Settings = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="A table over time, .csv."),
@@ -61,7 +63,7 @@ def sensitivity(
         )
     if output is not None:
         csv_destination(output)
-    model = open_model(target, class_name, library)
+    model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     found = model.sensitivities(
         parameter,

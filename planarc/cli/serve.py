@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import ClassName, Libraries, Target, make_request
+from planarc.cli.arguments import ClassName, Libraries, RedundantJoints, Target, make_request
 from planarc.cli.exits import Exit
 from planarc.cli.simulate import choose_backend
+from planarc.core.options import Redundant
 
 
 def serve(
@@ -23,6 +24,7 @@ def serve(
         bool, typer.Option("--no-open", help="Print the address, but open no browser.")
     ] = False,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
 ) -> int:
     """Open a page on which the parameters of a model are sliders.
 
@@ -33,7 +35,7 @@ def serve(
     from planarc.live.server import LiveServer
     from planarc.live.session import Session
 
-    request = make_request(target, class_name, library)
+    request = make_request(target, class_name, library, redundant)
     session = Session(request, choose_backend(None))
     server = LiveServer(session, request, port)
     try:

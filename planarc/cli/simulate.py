@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from msgspec.structs import replace
 
 from planarc.cli.arguments import (
     AsJson,
     ClassName,
     Libraries,
     Pattern,
+    RedundantJoints,
     Target,
     make_request,
     read_pattern,
@@ -48,13 +48,7 @@ def simulate(
             help="How equations are run: by default native code, where llvmlite is installed."
         ),
     ] = None,
-    redundant: Annotated[
-        Redundant,
-        typer.Option(
-            help="What becomes of joints that hold the same motion more than once: accepted, they "
-            "share their forces with the smallest sum of squares."
-        ),
-    ] = Redundant.REFUSE,
+    redundant: RedundantJoints = Redundant.REFUSE,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -100,7 +94,7 @@ def simulate(
         from planarc.cli.analysis import open_model
         from planarc.cli.assemble import tell_assemblies
 
-        model = open_model(target, class_name, library, backend)
+        model = open_model(target, class_name, library, backend, redundant)
         return tell_assemblies(model, settings, as_json)
     options = RunOptions(
         start=start,
@@ -114,7 +108,7 @@ def simulate(
         redundant=redundant,
     )
     job = Job(
-        replace(make_request(target, class_name, library), redundant=redundant),
+        make_request(target, class_name, library, redundant),
         options,
         read_settings(settings or ()),
         output,

@@ -23,12 +23,13 @@ from planarc.cli.analysis import (
     split_pair,
     with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, Target
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.exits import Exit
 from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant
 from planarc.core.render import to_json
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ def sweep(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The table, .csv.")
     ] = None,
     library: Libraries = None,
+    redundant: RedundantJoints = Redundant.REFUSE,
     as_json: AsJson = False,
 ) -> int:
     """Run a model for many values of its parameters, on all cores.
@@ -87,7 +89,7 @@ def sweep(
     if output is not None:
         csv_destination(output)
     points = _points(vary or [], random, latin, seed)
-    model = open_model(target, class_name, library)
+    model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     stopped: StudyInterrupted | None = None
     try:

@@ -48,12 +48,16 @@ def left_out_rows(system: System) -> list[int]:
 def missed(system: System, values: Vector) -> bool:
     """Whether an assembled position misses what was left out: a loop was closed on another side.
     A strict program misses nothing."""
-    sharing = system.program.sharing
-    slots = [c.held.slot for c in sharing.conditions if c.held is not None] if sharing else []
-    if not slots or left_out_rows(system):
+    if system.program.sharing is None or left_out_rows(system):
         return False
     system.evaluate_flag(values)
-    return any(abs(system.kernel.w[slot]) > FITS for slot in slots)
+    return misses(system.program, system.kernel)
+
+
+def misses(program: Program, kernel: Kernel) -> bool:
+    """Whether the position that the workspace holds misses what was left out."""
+    conditions = program.sharing.conditions if program.sharing is not None else ()
+    return any(abs(kernel.w[c.held.slot]) > FITS for c in conditions if c.held is not None)
 
 
 def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic:

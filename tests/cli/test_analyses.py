@@ -244,3 +244,64 @@ def test_a_wrong_command_line_says_so(
     assert words in capsys.readouterr().err
     assert run([*arguments, "--json"]) == 2
     assert not json.loads(capsys.readouterr().out)["ok"]
+
+
+# Three bars that carry a beam: one is too many. Its mass is 2 kg.
+_BARS = """model Beam
+  import P = PlanarMultiBody;
+  inner P.World world;
+  P.Parts.Body beam(m=2, I=0.3, r_CM={0.5, 0});
+  P.Parts.FixedTranslation base[3](r={{0, 0}, {0.5, 0}, {1, 0}});
+  P.Parts.FixedTranslation top[3](r={{0, 0}, {0.5, 0}, {1, 0}});
+  P.Parts.FixedTranslation bar[3](each r={0, -1});
+  P.Joints.Revolute low[3](phi(each start=0.3));
+  P.Joints.Revolute high[3](phi(each start=-0.3));
+equation
+  for i in 1:3 loop
+    connect(world.frame_b, base[i].frame_a);
+    connect(base[i].frame_b, low[i].frame_a);
+    connect(low[i].frame_b, bar[i].frame_a);
+    connect(bar[i].frame_b, high[i].frame_a);
+    connect(high[i].frame_b, top[i].frame_b);
+    connect(top[i].frame_a, beam.frame_a);
+  end for;
+end Beam;
+"""
+
+
+@pytest.fixture
+def beam(tmp_path: Path) -> str:
+    file = tmp_path / "beam.pmo"
+    file.write_text(_BARS, "utf-8")
+    return str(file)
+
+
+def test_every_command_that_runs_a_model_accepts_redundant_joints(
+    capsys: pytest.CaptureFixture[str], beam: str, tmp_path: Path
+) -> None:
+    """The beam stays level and hangs on bars of 1 m: a pendulum."""
+    accept = (beam, "--redundant", "accept")
+    found = told(capsys, "equilibrium", *accept)
+    assert found["stable"]
+    assert found["start"]["low[1].phi"] == pytest.approx(0, abs=1e-8)
+    (mode,) = told(capsys, "linearize", *accept, "--at", "equilibrium")["modes"]
+    assert mode["natural_frequency"] == pytest.approx(math.sqrt(9.81))
+    (assembly,) = told(capsys, "assemble", *accept)["assemblies"]  # none where bars are crossed
+    assert assembly["start"]["high[1].phi"] == pytest.approx(-0.3)
+    table = tmp_path / "driven.csv"
+    said(capsys, "drive", *accept, "--motion", "low[1].phi=0.3+0.5*time", "-o", str(table))
+    driven = read_table(table)
+    weight = 2 * 9.81 * np.sin(0.3 + 0.5 * driven.time)
+    assert driven["low[1].tau"] == pytest.approx(weight, abs=1e-6)
+    metric = ("--metric", "final(beam.frame_a.phi)", "--stop", "1")
+    said(capsys, "sweep", *accept, "--vary", "beam.m=1,2", *metric)
+    chosen = ("--parameter", "beam.m", "--variable", "low[1].phi", "--stop", "1")
+    said(capsys, "sensitivity", *accept, *chosen)
+    said(capsys, "animate", *accept, "--stop", "1", "-o", str(tmp_path / "beam.svg"))
+
+
+def test_commands_refuse_redundant_joints_otherwise(
+    capsys: pytest.CaptureFixture[str], beam: str
+) -> None:
+    assert run(["linearize", beam]) != 0
+    assert "--redundant accept" in capsys.readouterr().err
