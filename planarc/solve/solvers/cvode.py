@@ -21,10 +21,10 @@ the run goes on with elimination.
 The Jacobian of machine code is differenced: of a chain of N rods that costs 2N right-hand
 sides. From formulas it takes a third of that from N = 20 on, and as long for N = 5,
 
-    N                            20     40     80
-    us for differences           92    350   1300
-    us from formulas             24    170    450
-    ms to compile these          60    100    250
+    N                            20     80
+    us for differences           92   1300
+    us from formulas             24    450
+    ms to compile these          60    250
 
 so that a run of 10 s (45 Jacobians) becomes 10 to 17 % shorter, and compiling pays only where
 there are a hundred times as many: from `MOST_DIFFERENCES` on, they are compiled.

@@ -9,8 +9,8 @@ two small numbers. An angle d away from it positions are known to 1e-16/d, veloc
 1e-16/d^2 and accelerations to 1e-15/d^3: no better than 1e-6 within a thousandth of a radian.
 Who lands there rejects the step, comes nearer with shorter ones, and gives up. At 1e-6 all
 solvers step over it; scipy's `BDF` fails below 1e-8, as its steps grow again only after
-several of one length, and the others where they are unlucky, mostly from 1e-11 on. The run
-then says where it ended.
+several of one length, LSODA at most tolerances below 1e-9, and the others where they are
+unlucky, mostly from 1e-11 on. The run then says where it ended.
 """
 
 from __future__ import annotations
