@@ -76,7 +76,8 @@ def test_the_slider_moves_the_mechanism_to_the_positions_of_the_result(
         angle = np.interp(t, result.time, result["rocker.body.phi"])
         assert shown["angle"] == pytest.approx(angle, abs=1e-5)
         assert (shown["x"], shown["y"]) == pytest.approx((1.0, 0.0), abs=1e-6)
-        assert f"{t:.2f} s" in page.locator("output.clock").inner_text()
+        # Drawn with the next frame:
+        wait(page, "document.querySelector('output.clock').textContent.includes(a)", f"{t:.2f} s")
 
 
 def test_it_plays_pauses_and_steps_by_keys_alone(report: Callable[..., Any]) -> None:
