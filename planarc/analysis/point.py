@@ -142,14 +142,15 @@ def starts_at(program: Program, w: Sequence[float] | Vector) -> dict[str, float]
     return found
 
 
-def derivative(f: Callable[[Vector], Vector], x: Vector) -> Vector:
-    """The Jacobian of a smooth function, by central differences of order four."""
+def derivative(f: Callable[[Vector], Vector], x: Vector, step: float = STEP) -> Vector:
+    """The Jacobian of a smooth function, by central differences of order four; `step` is
+    relative to max(1, |x|)."""
     import numpy as np
 
     columns = []
     for j in range(len(x)):
         h = np.zeros(len(x))
-        h[j] = STEP * max(1.0, abs(x[j]))
+        h[j] = step * max(1.0, abs(x[j]))
         near, far = f(x + h) - f(x - h), f(x + 2 * h) - f(x - 2 * h)
         columns.append((8 * near - far) / (12 * h[j]))
     return np.array(columns).T if columns else np.zeros((len(f(x)), 0))

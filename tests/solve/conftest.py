@@ -39,6 +39,9 @@ from planarc.ir.program import (
     Statement,
     WhenCode,
 )
+from planarc.solve import exchange
+from planarc.solve.run import Run
+from planarc.solve.states import Selector
 
 # The kernel ----------------------------------------------------------------------------------
 
@@ -599,3 +602,33 @@ def run_until_stopped(
 @pytest.fixture
 def stopped() -> Callable[..., tuple[Diagnostic, planarc.Result]]:
     return run_until_stopped
+
+
+@pytest.fixture
+def made_late(monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[tuple[float, float]]]:
+    """Once called, the first look that exchanges states finds that it came too late; gives the
+    times from which runs go back, and to which."""
+
+    def begin() -> list[tuple[float, float]]:
+        look, back = Selector.check, exchange.go_back
+        late: list[bool] = []
+        times: list[tuple[float, float]] = []
+
+        def check(selector: Selector, urgent: bool = False) -> Any:
+            found = look(selector, urgent)
+            if found[0] and not late:
+                selector.overdue = True
+                late.append(True)
+            return found
+
+        def go_back(run: Run) -> bool:
+            before = run.integrator.t
+            done = back(run)
+            times.append((before, run.integrator.t))
+            return done
+
+        monkeypatch.setattr(Selector, "check", check)
+        monkeypatch.setattr(exchange, "go_back", go_back)
+        return times
+
+    return begin

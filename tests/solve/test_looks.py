@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 import planarc
-from planarc.solve import exchange
-from planarc.solve.run import Run
 from planarc.solve.solvers.cvode import Cvode
 from planarc.solve.solvers.integrator import March, Outcome
 from planarc.solve.states import Selector
@@ -96,28 +95,12 @@ def test_a_state_gives_way_before_its_dead_centre() -> None:
     assert np.max(np.abs(result["phi"] - numpy["phi"])) < 1e-5
 
 
-def test_a_look_that_came_too_late_is_made_good(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_look_that_came_too_late_is_made_good(
+    made_late: Callable[[], list[tuple[float, float]]],
+) -> None:
     """The run goes back one step; no row is lost or taken twice."""
     plain = simulate(SLIDER)
-    look, back = Selector.check, exchange.go_back
-    late: list[bool] = []
-    times: list[tuple[float, float]] = []
-
-    def check(selector: Selector, urgent: bool = False) -> Any:
-        found = look(selector, urgent)
-        if found[0] and not late:
-            selector.overdue = True
-            late.append(True)
-        return found
-
-    def go_back(run: Run) -> bool:
-        before = run.integrator.t
-        done = back(run)
-        times.append((before, run.integrator.t))
-        return done
-
-    monkeypatch.setattr(Selector, "check", check)
-    monkeypatch.setattr(exchange, "go_back", go_back)
+    times = made_late()
     result = simulate(SLIDER)
     assert result.ended is None
     ((there, here),) = times

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,8 @@ import pytest
 
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.flat import StateSelect
-from planarc.solve import exchange
-from planarc.solve.run import Run
 from planarc.solve.simulate import simulate
 from planarc.solve.solvers.watch import Watch
-from planarc.solve.states import Selector
 
 START = 0.4
 
@@ -67,29 +65,11 @@ def test_the_error_falls_with_the_tolerance_past_dead_centres(tools: Any, solver
 
 
 def test_a_look_that_came_too_late_is_made_good(
-    tools: Any, monkeypatch: pytest.MonkeyPatch
+    tools: Any, made_late: Callable[[], list[tuple[float, float]]]
 ) -> None:
     """The run goes back to where the choice was good; no row is lost or taken twice."""
     plain = slider(tools, 1e-9, StateSelect.PREFER, Solver.CVODE_BDF)
-    look, back = Selector.check, exchange.go_back
-    late: list[float] = []
-    times: list[tuple[float, float]] = []
-
-    def check(selector: Selector, urgent: bool = False) -> Any:
-        found = look(selector, urgent)
-        if found[0] and not late:
-            selector.overdue = True
-            late.append(1.0)
-        return found
-
-    def go_back(run: Run) -> bool:
-        before = run.integrator.t
-        done = back(run)
-        times.append((before, run.integrator.t))
-        return done
-
-    monkeypatch.setattr(Selector, "check", check)
-    monkeypatch.setattr(exchange, "go_back", go_back)
+    times = made_late()
     run = slider(tools, 1e-9, StateSelect.PREFER, Solver.CVODE_BDF)
     assert run.ended is None
     (there,) = times
