@@ -429,3 +429,18 @@ def test_simulate_takes_the_option_and_other_analyses_go_on_from_it() -> None:
     # Carried parallel to itself, the beam swings like a point mass on a string of 1 m.
     assert np.abs(np.linalg.eigvals(point.A).imag).max() == pytest.approx(np.sqrt(G), rel=1e-6)
     assert not any(name.startswith("$") for name in (*same.parameters, *same.variables))
+
+
+def test_the_way_to_rest_does_not_cross_the_bars_where_they_lie_flat() -> None:
+    """Beyond that position two bars alone could go on crossed; the third one cannot."""
+    model = planarc.load(bars((0.0, 0.5, 1.0)), redundant="accept")
+    try:
+        found = model.equilibrium().start
+    except planarc.PlanarcError as problem:
+        assert problem.diagnostics[0].code == "R471"
+    else:
+        assert found["low0.phi"] == pytest.approx(found["low1.phi"], abs=1e-6)
+    hanging = {f"low{i}.phi": 2.5 for i in range(3)} | {"high0.phi": -2.5}
+    rest = model.equilibrium(start=hanging).start
+    angles = [rest[f"low{i}.phi"] for i in range(3)]
+    assert angles == pytest.approx([np.pi] * 3, abs=1e-6)
