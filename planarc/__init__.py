@@ -15,12 +15,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from planarc.api.model import Model, Recompiled, load
+    from planarc.api.result import Result, RunStopped
+    from planarc.api.variables import UnknownName
     from planarc.core.diagnostic import Diagnostic, PlanarcError, RunError, UsageError
-    from planarc.design import grid, latin_hypercube, random
-    from planarc.model import Model, Recompiled, load
-    from planarc.results import Result, RunStopped
-    from planarc.study import Study, StudyInterrupted, sweep
-    from planarc.variables import UnknownName
+    from planarc.study.points import grid, latin_hypercube, random
+    from planarc.study.sweep import Study, StudyInterrupted, sweep
 
 __all__ = [
     "Diagnostic",
@@ -43,21 +43,21 @@ __all__ = [
 
 _HOMES = {
     "Diagnostic": "core.diagnostic",
-    "Model": "model",
+    "Model": "api.model",
     "PlanarcError": "core.diagnostic",
-    "Recompiled": "model",
-    "Result": "results",
+    "Recompiled": "api.model",
+    "Result": "api.result",
     "RunError": "core.diagnostic",
-    "RunStopped": "results",
-    "Study": "study",
-    "StudyInterrupted": "study",
-    "UnknownName": "variables",
+    "RunStopped": "api.result",
+    "Study": "study.sweep",
+    "StudyInterrupted": "study.sweep",
+    "UnknownName": "api.variables",
     "UsageError": "core.diagnostic",
-    "grid": "design",
-    "latin_hypercube": "design",
-    "load": "model",
-    "random": "design",
-    "sweep": "study",
+    "grid": "study.points",
+    "latin_hypercube": "study.points",
+    "load": "api.model",
+    "random": "study.points",
+    "sweep": "study.sweep",
 }
 
 

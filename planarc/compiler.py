@@ -12,7 +12,7 @@
     study       Result, Kernel      Insight             insight/study.py
 
 Stages do not know each other; only this file calls them in a row. What a model was
-compiled to is remembered (`memory.py`), so that the second run starts at `load`.
+compiled to is remembered (`remembered.py`), so that the second run starts at `load`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.options import ACCEPTING, Backend, Redundant, RunOptions
-from planarc.request import Request, Target, open_target
+from planarc.request.request import Request, Target, open_target
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from planarc.ir.program import Kernel, Program
     from planarc.ir.result import Result
     from planarc.ir.sorted import SortedDae
-    from planarc.memory import Checked
+    from planarc.remembered import Checked
 
 
 class Clock(Struct):
@@ -85,7 +85,7 @@ class Compiled(Data):
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     """Parse what is needed and flatten. Raises PlanarcError."""
     from planarc.flatten.pipeline import flatten as run_stage
-    from planarc.flatten.units import UnitCheck
+    from planarc.flatten.typing.units import UnitCheck
 
     seconds = (clock or Clock()).seconds
     begin, parsed = perf_counter(), target.reader.seconds
@@ -214,7 +214,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
     Mobility by rank is found where there are loops, whose conditions may depend on each other. A
     start that cannot be found is an error only with `start`.
     """
-    from planarc.memory import Checked, recall_check, remember_check
+    from planarc.remembered import Checked, recall_check, remember_check
 
     clock = clock or Clock()
     with clock.phase("recall"):
@@ -240,7 +240,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
 
 def _find_mobility(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:
     """With NumPy's back end, which is there at once."""
-    from planarc.analysis.mobility import mobility_at_start
+    from planarc.probe.mobility import mobility_at_start
 
     program = replace(to_program(model, clock), mechanism=mechanism)
     code = to_code(program, Backend.NUMPY, clock)
@@ -252,7 +252,7 @@ def compile_model(
     request: Request, backend: Backend = Backend.NATIVE, clock: Clock | None = None
 ) -> Compiled:
     """All stages up to code for one back end, or what an earlier run remembered of them."""
-    from planarc.memory import Remembered, recall, remember
+    from planarc.remembered import Remembered, recall, remember
 
     clock = clock or Clock()
     with clock.phase("recall"):
@@ -283,7 +283,7 @@ def find_program(
     clock = clock or Clock()
     mechanism = find_mechanism(dae)
     if redundant is Redundant.ACCEPT and mechanism is not None:
-        from planarc.acceptance import accept_redundancy
+        from planarc.probe.redundancy import accept_redundancy
 
         return accept_redundancy(dae, mechanism, clock)
     return replace(to_program(to_sorted(dae, clock), clock), mechanism=mechanism), ()

@@ -16,8 +16,8 @@ from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
+    from planarc.api.model import Model
     from planarc.core.options import Backend
-    from planarc.model import Model
 
 Settings: TypeAlias = Annotated[
     list[str] | None,
@@ -43,8 +43,8 @@ def open_model(
     redundant: Redundant = Redundant.REFUSE,
 ) -> Model:
     """The compiled model; its warnings are told."""
+    from planarc.api.model import Model
     from planarc.cli.simulate import choose_backend
-    from planarc.model import Model
 
     request = make_request(target, class_name, libraries, redundant)
     model = Model(request, choose_backend(backend))
@@ -61,7 +61,7 @@ def with_settings(
     """
     import warnings
 
-    from planarc.model import Recompiled
+    from planarc.api.model import Recompiled
 
     parameters = {p.name for p in model.program.parameter_slots}
     values, starts = sort_settings(read_settings(settings or ()), parameters)

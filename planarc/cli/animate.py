@@ -9,16 +9,22 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, Stop, open_model, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, make_request
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
+    Libraries,
+    RedundantJoints,
+    make_request,
+)
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
+    from planarc.api.model import Model
+    from planarc.api.result import Result
     from planarc.ir.result import Result as Rows
-    from planarc.model import Model
-    from planarc.results import Result
     from planarc.view.picture.make import Made
 
 
@@ -164,8 +170,8 @@ def _read(
     path: Path, model: str | None, class_name: str | None, library: list[Path] | None
 ) -> Rows:
     """A result that was written before, with the model that says what is drawn."""
-    from planarc.restore import compile_guess, compile_request, find_request, restore
-    from planarc.view.table import read_table
+    from planarc.api.restore import compile_guess, compile_request, find_request, restore
+    from planarc.view.table.files import read_table
 
     table = read_table(path)
     compiled = None
@@ -188,7 +194,7 @@ def _read(
 
 def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Result:
     """A run of the model; one that ends before its time is told, and taken as far as it went."""
-    from planarc.results import RunStopped
+    from planarc.api.result import RunStopped
 
     model, values, starts = with_settings(model, settings)
     try:

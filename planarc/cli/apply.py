@@ -13,7 +13,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 if TYPE_CHECKING:
     from planarc.compiler import Compiled
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
 
 def apply_settings(
@@ -26,7 +26,7 @@ def apply_settings(
     values = {n: v for n, v in given.items() if isinstance(v, float)}
     starts = {n: v for n, v in begun.items() if isinstance(v, float)}
     if len(values) < len(given) or len(starts) < len(begun):
-        from planarc.values import parameter_values, start_values
+        from planarc.api.values import parameter_values, start_values
 
         values |= parameter_values(program, {n: given[n] for n in given.keys() - values.keys()})
         starts |= start_values(program, {n: begun[n] for n in begun.keys() - starts.keys()})
@@ -35,7 +35,7 @@ def apply_settings(
     options = replace(options, values=plain, starts=starts)
     if not structural:
         return compiled, options, ()
-    from planarc.variant import compile_variant, texts_of
+    from planarc.api.variant import compile_variant, texts_of
 
     texts = texts_of(request, program, structural, options.backend)
     again = compile_variant(request, texts, options.backend, program)

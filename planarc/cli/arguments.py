@@ -13,7 +13,7 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
-    from planarc.request import Request
+    from planarc.request.request import Request
 
 Target: TypeAlias = Annotated[
     str,
@@ -72,7 +72,7 @@ def make_request(
     redundant: Redundant = Redundant.REFUSE,
 ) -> Request:
     """What the arguments ask for."""
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     folders = tuple(libraries or ())
     if names_file(target):

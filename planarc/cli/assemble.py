@@ -13,7 +13,7 @@ from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints,
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
-    from planarc.model import Model
+    from planarc.api.model import Model
 
 #: Guesses from which the assemblies of a loop or two are found.
 TRIES = 200

@@ -115,9 +115,9 @@ def _counts(mechanism: Mechanism | None, mobility: Mobility | None) -> dict[str,
 def _check_all(
     target: str, class_name: str | None, library: list[Path] | None, units: Units, as_json: bool
 ) -> int:
+    from planarc.catalog.survey import survey
     from planarc.cli.progress import counting_line
     from planarc.cli.survey_text import as_text, to_json
-    from planarc.survey import survey
 
     if class_name is not None:
         raise UsageError(

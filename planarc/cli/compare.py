@@ -14,7 +14,7 @@ from planarc.cli.exits import Exit
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from planarc.view.compare import Comparison, Parting
+    from planarc.view.table.compare import Comparison, Parting
 
 MOST = 20  # variables that are told, the earliest first
 
@@ -39,8 +39,8 @@ def compare(
 
     Around each curve of A lies a tube; B may run anywhere in it. Exit code 1 when it does not.
     """
-    from planarc.view.compare import compare_tables
-    from planarc.view.table import read_table
+    from planarc.view.table.compare import compare_tables
+    from planarc.view.table.files import read_table
 
     for value, name in ((tolerance, "--tolerance"), (width, "--width")):
         if not 0 <= value < float("inf"):

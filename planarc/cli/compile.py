@@ -27,7 +27,7 @@ def compile_model(
 ) -> int:
     """Print the generated code of a model."""
     from planarc import compiler
-    from planarc.request import open_target
+    from planarc.request.request import open_target
 
     flat = compiler.flatten(open_target(make_request(target, class_name, library)))
     console.complain(flat.warnings)

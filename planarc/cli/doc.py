@@ -38,10 +38,10 @@ def doc(
     Tree, descriptions, icons, parameters with units and defaults, equations and source,
     with links between the classes. The page needs no network.
     """
+    from planarc.catalog.handbook.gather import gather
+    from planarc.catalog.handbook.page import write_handbook
     from planarc.cli.files import page_destination
-    from planarc.handbook.gather import gather
-    from planarc.request import Request, open_library, open_target
-    from planarc.view.doc.page import write_handbook
+    from planarc.request.request import Request, open_library, open_target
 
     folders = tuple(library or ())
     if target is None:

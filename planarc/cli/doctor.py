@@ -100,7 +100,7 @@ def _swing(backend: Backend) -> tuple[float, str]:
     from math import cos, pi, sqrt
 
     from planarc import compiler
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     compiled = compiler.compile_model(Request(text=_SELF_TEST), backend)
     result = compiler.run(compiled, RunOptions(backend=backend, solver=Solver.AUTO))

@@ -66,7 +66,7 @@ def drive(
         motions, stop_time=stop, intervals=intervals, parameters=values, start=starts
     )
     if output is not None:
-        from planarc.view.table import write_table
+        from planarc.view.table.files import write_table
 
         save(output, lambda path: write_table(path, driven.result.rows))
     told = []

@@ -12,8 +12,8 @@ def equations(target: Target, class_name: ClassName = None, library: Libraries =
     Each with its unknowns, torn variables, states, and source lines.
     """
     from planarc import compiler
-    from planarc.ir.sortedtext import sorted_text
-    from planarc.request import open_target
+    from planarc.ir.text.sorted import sorted_text
+    from planarc.request.request import open_target
 
     flat = compiler.flatten(open_target(make_request(target, class_name, library)))
     model = compiler.to_sorted(compiler.to_dae(flat))

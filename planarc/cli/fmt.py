@@ -117,7 +117,7 @@ def _format_file(path: Path, check: bool) -> bool:
 
 def formatted_text(source: Source) -> str:
     """The text of a source, formatted. Raises PlanarcError when it does not parse."""
-    from planarc.format.formatter import format_text
+    from planarc.catalog.format.formatter import format_text
     from planarc.parse.parser import parse_text
 
     plain = source.text.removeprefix("\ufeff").replace("\r\n", "\n")

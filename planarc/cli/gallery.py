@@ -14,8 +14,8 @@ from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 
 if TYPE_CHECKING:
-    from planarc.gallery import Shown
-    from planarc.view.report.gallery import Card
+    from planarc.catalog.examples import Shown
+    from planarc.view.page.gallery import Card
 
 _LIBRARY = "PlanarMultiBody.Examples"
 
@@ -49,9 +49,9 @@ def gallery(
     An example is a model with an experiment annotation. One that fails is shown with its message,
     and makes exit code 1.
     """
+    from planarc.catalog.examples import find_examples, run_examples
     from planarc.cli.progress import counting_line
-    from planarc.gallery import find_examples, run_examples
-    from planarc.view.report.gallery import render_gallery
+    from planarc.view.page.gallery import render_gallery
     from planarc.view.storage import replacing
 
     named = tuple(targets or (_LIBRARY,))
@@ -83,7 +83,7 @@ def _card(shown: Shown, reports: Path | None, page: Path) -> Card:
     import os
 
     from planarc.insight.facts import count_text
-    from planarc.view.report.gallery import Card
+    from planarc.view.page.gallery import Card
     from planarc.view.scene import make_scene
 
     example, result = shown.example, shown.result

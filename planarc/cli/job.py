@@ -29,7 +29,7 @@ INTERRUPTED = "R440"
 if TYPE_CHECKING:
     from planarc.ir.program import Kernel
     from planarc.ir.result import Result
-    from planarc.request import Request
+    from planarc.request.request import Request
 
 
 class Job(Data):
@@ -127,7 +127,7 @@ class Run:
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         """All files that can be written; raises UsageError of those that cannot."""
-        from planarc.view.table import write_table
+        from planarc.view.table.files import write_table
 
         def table(path: Path) -> None:
             write_table(path, result, self.job.variables, self.job.units)
@@ -171,7 +171,7 @@ class Run:
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
     from planarc import compiler
-    from planarc.view.report import write_report
+    from planarc.view.page import write_report
     from planarc.view.scene import make_scene
 
     rows = []

@@ -12,7 +12,7 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries, names_file
 
 if TYPE_CHECKING:
-    from planarc.flatten.library import Entry, Library
+    from planarc.flatten.library.library import Entry, Library
 
 
 def list_classes(
@@ -27,7 +27,7 @@ def list_classes(
     library: Libraries = None,
 ) -> int:
     """List classes with their kinds and descriptions."""
-    from planarc.request import Request, open_library, open_target
+    from planarc.request.request import Request, open_library, open_target
 
     folders = tuple(library or ())
     if target is not None and Path(target).is_dir():

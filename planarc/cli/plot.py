@@ -16,7 +16,7 @@ from planarc.cli.files import TABLES, check_writable
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
-    from planarc.view.table import Table
+    from planarc.view.table.files import Table
 
 
 def plot(
@@ -69,7 +69,7 @@ def _table(
 ) -> tuple[Table, str]:
     """The numbers, and the name of the model where it is known."""
     if Path(target).suffix.lower() in TABLES:
-        from planarc.view.table import read_table
+        from planarc.view.table.files import read_table
 
         return _with_units(read_table(Path(target)), Path(target), library), ""
     from planarc.view.picture.chart import table_of
@@ -82,7 +82,7 @@ def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
     """A .csv mostly tells no units; then those of the model, where it is found."""
     from msgspec.structs import replace
 
-    from planarc.restore import compile_guess, find_request
+    from planarc.api.restore import compile_guess, find_request
 
     if table.units:
         return table

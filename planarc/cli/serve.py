@@ -8,7 +8,13 @@ from typing import Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import ClassName, Libraries, RedundantJoints, Target, make_request
+from planarc.cli.arguments import (
+    ClassName,
+    Libraries,
+    RedundantJoints,
+    Target,
+    make_request,
+)
 from planarc.cli.exits import Exit
 from planarc.cli.simulate import choose_backend
 from planarc.core.options import Redundant

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
+from planarc.catalog.survey import Cause, Count, Survey
 from planarc.cli.console import plain
 from planarc.core.render import in_order, render
 from planarc.core.render import to_json as diagnostic_to_json
-from planarc.survey import Cause, Count, Survey
 
 NAMED = 3  # classes named below a cause; the others are counted
 

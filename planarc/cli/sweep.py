@@ -33,7 +33,7 @@ from planarc.core.options import Redundant
 from planarc.core.render import to_json
 
 if TYPE_CHECKING:
-    from planarc.table import Study
+    from planarc.study.table import Study
 
 _SHOWN = 20
 
@@ -83,8 +83,8 @@ def sweep(
     For example --vary "crankBody.m=0.5:2:16" --metric "max(revA.w)". Points that fail are
     told at the end; the others go on.
     """
-    from planarc.study import StudyInterrupted
-    from planarc.study import sweep as run_study
+    from planarc.study.sweep import StudyInterrupted
+    from planarc.study.sweep import sweep as run_study
 
     if output is not None:
         csv_destination(output)
@@ -169,7 +169,7 @@ def _plain(value: Any) -> Any:
 
 
 def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -> Any:
-    from planarc import design
+    from planarc.study import points as design
 
     if not vary:
         raise UsageError(

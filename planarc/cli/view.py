@@ -15,8 +15,8 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
     from planarc.compiler import Compiled
-    from planarc.request import Request
-    from planarc.view.table import Table
+    from planarc.request.request import Request
+    from planarc.view.table.files import Table
 
 
 def view(
@@ -63,10 +63,10 @@ def view(
     curves only.
     """
     from planarc import compiler
-    from planarc.restore import compile_guess, compile_request, restore
-    from planarc.view.report import write_report
+    from planarc.api.restore import compile_guess, compile_request, restore
+    from planarc.view.page import write_report
     from planarc.view.scene import make_scene
-    from planarc.view.table import read_table
+    from planarc.view.table.files import read_table
 
     if class_name is not None and model is None:
         raise UsageError(
@@ -113,7 +113,7 @@ _WITHOUT = (
 
 
 def _guess(table: Table, result: Path, library: list[Path] | None) -> Request | None:
-    from planarc.restore import find_request
+    from planarc.api.restore import find_request
 
     name = table.model or result.stem
     return find_request(name, (result.parent, Path()), tuple(library or ()))
@@ -126,7 +126,7 @@ def _where(guessed: Request | None, model: str | None) -> str:
 
 
 def _refuse_unknown(curves: list[str] | None, table: Table) -> None:
-    from planarc.variables import unknown_name
+    from planarc.api.variables import unknown_name
 
     for name in curves or ():
         if name not in table:

@@ -21,25 +21,25 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.source import NOWHERE
-from planarc.flatten import annotation
-from planarc.flatten.balance import check_balance
-from planarc.flatten.connection_sets import Connected, connect_all
-from planarc.flatten.expand import is_expandable
-from planarc.flatten.figures import figures_of
-from planarc.flatten.gather import Gathered, gather, variable_of
-from planarc.flatten.inherit import layout_of
-from planarc.flatten.instantiate import check_modifier, instantiate_model
-from planarc.flatten.library import Library, split_name
-from planarc.flatten.lookup import member, static_instance
-from planarc.flatten.naming import suggestion
-from planarc.flatten.occurrences import names_in
-from planarc.flatten.parameters import check_parameters
-from planarc.flatten.ranges import check_ranges
-from planarc.flatten.reachable import with_functions
-from planarc.flatten.redeclare import class_of
-from planarc.flatten.redundancy import redundant_unknowns
-from planarc.flatten.tree import NO_MOD, Class, Instance, Layout, Part, Scope, Session
-from planarc.flatten.units import UnitCheck, check_units
+from planarc.flatten.checks.balance import check_balance
+from planarc.flatten.checks.occurrences import names_in
+from planarc.flatten.checks.parameters import check_parameters
+from planarc.flatten.checks.ranges import check_ranges
+from planarc.flatten.connect.expand import is_expandable
+from planarc.flatten.connect.redundancy import redundant_unknowns
+from planarc.flatten.connect.sets import Connected, connect_all
+from planarc.flatten.functions.reachable import with_functions
+from planarc.flatten.library.library import Library, split_name
+from planarc.flatten.sections.figures import figures_of
+from planarc.flatten.sections.gather import Gathered, gather, variable_of
+from planarc.flatten.tree import annotation
+from planarc.flatten.tree.inherit import layout_of
+from planarc.flatten.tree.instantiate import check_modifier, instantiate_model
+from planarc.flatten.tree.lookup import member, static_instance
+from planarc.flatten.tree.naming import suggestion
+from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Part, Scope, Session
+from planarc.flatten.tree.redeclare import class_of
+from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled

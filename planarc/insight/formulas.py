@@ -46,7 +46,7 @@ def _evaluate(formula: Formula, result: Result) -> Any:
 
 
 def _functions() -> dict[str, tuple[int, Callable[..., Any]]]:
-    """By the names of `planarc.flatten.figures`: the number of operands, and what is done."""
+    """Operand count and NumPy function, by the names of `flatten.sections.figures`."""
     import numpy as np
 
     one = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "sqrt", "abs", "sign")

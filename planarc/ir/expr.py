@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
-from planarc.ir import external
+from planarc.runtime import external
 
 
 class Op(IntEnum):

@@ -366,7 +366,7 @@ class Function(Located):
     """A function that the model calls. `outputs` and `locals` may have bindings, which are
     assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`. `external`
     is an elementary function, called with the inputs as they are, or one of
-    `planarc.ir.external`, called with `given`, expressions of the inputs; `results` are the
+    `planarc.runtime.external`, called with `given`, expressions of the inputs; `results` are the
     outputs that it sets, in its order."""
 
     name: str

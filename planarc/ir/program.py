@@ -23,8 +23,8 @@ from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
-from planarc.ir.history import History
 from planarc.ir.mechanism import Mechanism
+from planarc.runtime.history import History
 
 # Statements ----------------------------------------------------------------------------
 
@@ -237,7 +237,7 @@ class Condition(Data):
 
 
 class Sharing(Data):
-    """Of a model with redundant joints: what they leave open is shared, see `solve.sharing`."""
+    """What redundant joints leave open, and how it is shared: see `solve.start.sharing`."""
 
     open: int  # cut forces and torques that the equations leave open
     conditions: tuple[Condition, ...]

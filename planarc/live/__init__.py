@@ -8,5 +8,5 @@
     watch       notices that a file of the model was edited
     server      answers the page, and nobody else
 
-The page itself, its scripts and styles, are in `planarc/view/live`.
+The page itself is `page`, with the scripts and styles beside it.
 """

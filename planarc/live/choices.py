@@ -21,13 +21,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planarc.catalog.handbook.names import Names, elements
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
-from planarc.handbook.names import Names, elements
 from planarc.ir import syntax
 
 if TYPE_CHECKING:
-    from planarc.flatten.library import Entry, Library
+    from planarc.flatten.library.library import Entry, Library
     from planarc.ir.flat import Part
 
 _EXTENDS = re.compile(r"(?:\bextends|=)\s+\.?((?:\w+\.)*\w+)")

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from planarc.api.variant import whole_name
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
-from planarc.variant import whole_name
 
 if TYPE_CHECKING:
+    from planarc.api.model import Model
     from planarc.ir.program import Column, ParameterSlot, Program
-    from planarc.model import Model
 
 _DEGREES = 180 / math.pi
 #: A slider from bound to bound is of use where the value is at least this share of its length.

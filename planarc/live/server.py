@@ -34,7 +34,7 @@ from planarc.live.session import Order, Overtaken, Session
 from planarc.live.watch import Watch
 
 if TYPE_CHECKING:
-    from planarc import request as requests
+    from planarc.request import request as requests
 
 HOST = "127.0.0.1"
 #: Bytes that an order may have.
@@ -147,7 +147,7 @@ class LiveServer:
         return answer(request)
 
     def _page(self, request: Request) -> Response:
-        from planarc.view.live.page import live_page
+        from planarc.live.page import live_page
 
         text, policy = live_page(self.session.name, self.session.description)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": policy})
@@ -193,8 +193,8 @@ class LiveServer:
 
     def _csv(self, request: Request) -> Response:
         def write(result: Any) -> bytes:
-            from planarc.view import table_csv
             from planarc.view.storage import shown
+            from planarc.view.table import csv as table_csv
 
             file = io.BytesIO()
             columns = [c for c in shown(result.rows.program) if not c.constant]

@@ -20,6 +20,8 @@ from typing import Any
 
 from msgspec import field, to_builtins
 
+from planarc.api.model import Model
+from planarc.api.result import Result, RunStopped
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.mistake import mistake
@@ -27,9 +29,7 @@ from planarc.core.options import Backend
 from planarc.core.render import render_all
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
-from planarc.model import Model
-from planarc.request import Request, open_target
-from planarc.results import Result, RunStopped
+from planarc.request.request import Request, open_target
 
 #: Compiled models that are kept.
 _KEPT = 24
@@ -217,7 +217,7 @@ class Session:
         key = self._key(choices, structural)
         if key in self._variants:
             return self._variants[key]
-        from planarc.variant import texts_of, variant_of
+        from planarc.api.variant import texts_of, variant_of
 
         base = self._base.model
         allowed = {c.component: {o.name for o in c.options} for c in self._choices}
@@ -286,8 +286,8 @@ class Session:
 
     def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
         from planarc.compiler import study
-        from planarc.view.report.data import choose_rows, curve_data, scene_data
-        from planarc.view.report.figures import choose_figures
+        from planarc.view.page.data import choose_rows, curve_data, scene_data
+        from planarc.view.page.figures import choose_figures
         from planarc.view.scene import make_scene
 
         rows = result.rows

@@ -12,7 +12,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planarc.request import Request
+    from planarc.request.request import Request
 
 #: Seconds between two looks.
 PERIOD = 0.3

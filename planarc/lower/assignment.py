@@ -11,7 +11,15 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import RecordValue, Tensor, Value, elements, expr, fixed_dims, stack
+from planarc.lower.values import (
+    RecordValue,
+    Tensor,
+    Value,
+    elements,
+    expr,
+    fixed_dims,
+    stack,
+)
 
 
 def zero_of(type_: flat.Type, table: Exprs) -> Value:

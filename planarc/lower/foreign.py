@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.ir import external, flat
+from planarc.ir import flat
 from planarc.ir.expr import Expr
 from planarc.lower.assignment import zero_of
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import Tensor, Text, Value, exprs, stack
+from planarc.runtime import external
 
 if TYPE_CHECKING:
     from planarc.lower.statements import Runner

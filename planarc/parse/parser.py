@@ -30,8 +30,8 @@ from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
 
 if TYPE_CHECKING:
-    from planarc.parse.lexer import Token
-    from planarc.parse.machine import Machine
+    from planarc.parse.grammar.lexer import Token
+    from planarc.parse.grammar.machine import Machine
 
 
 def parse_text(source: Source) -> syntax.StoredDefinition:
@@ -88,9 +88,9 @@ def _without_collecting() -> Iterator[None]:
 
 
 def _parse(start: str, span: Span) -> Any:
-    from planarc.parse.lexer import scan
-    from planarc.parse.machine import load_machine
-    from planarc.parse.table import run
+    from planarc.parse.grammar.lexer import scan
+    from planarc.parse.grammar.machine import load_machine
+    from planarc.parse.grammar.table import run
 
     nul = span.source.text.find("\0", span.start, span.end)
     if nul >= 0:
@@ -103,7 +103,7 @@ def _parse(start: str, span: Span) -> Any:
         tree = run(machine.table, machine.reductions, start, tokens)
         errors = machine.build.errors
         if tree is None:
-            from planarc.parse.recover import find_errors
+            from planarc.parse.repair.recover import find_errors
 
             errors, mended = find_errors(machine, start, tokens, lexical)
             mended.append(tokens[-1])
@@ -118,7 +118,7 @@ def _errors_beside(
     machine: Machine, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
 ) -> list[Diagnostic]:
     """What is wrong beside the grammar, found by building the mended text."""
-    from planarc.parse.table import run
+    from planarc.parse.grammar.table import run
 
     machine.build.begin(span)
     run(machine.table, machine.reductions, start, mended)

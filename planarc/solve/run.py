@@ -18,22 +18,24 @@ from collections.abc import Callable, Sequence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.ir.program import Addresses, Kernel, Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
-from planarc.solve import exchange, failure, sharing
-from planarc.solve.asserts import AssertWatch
-from planarc.solve.chatter import Chatter
 from planarc.solve.creep import Creep
-from planarc.solve.delays import Delays, jumped, not_settled
-from planarc.solve.events import Events
-from planarc.solve.instants import Schedule, same
+from planarc.solve.events.asserts import AssertWatch
+from planarc.solve.events.chatter import Chatter
+from planarc.solve.events.delays import Delays, jumped, not_settled
+from planarc.solve.events.instants import Schedule, same
+from planarc.solve.events.iteration import Events
 from planarc.solve.interruption import Interruption
-from planarc.solve.open_unknowns import judge_open
+from planarc.solve.messages import failure
+from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.refuge import Refuge
-from planarc.solve.request import Request
+from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
 from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, Settings
-from planarc.solve.start import solve_start
-from planarc.solve.states import Selector
+from planarc.solve.start import sharing
+from planarc.solve.start.solve import solve_start
+from planarc.solve.states import exchange
+from planarc.solve.states.selector import Selector
 
 Progress = Callable[[float], None]
 

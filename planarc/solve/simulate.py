@@ -17,10 +17,10 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.options import RunOptions
 from planarc.ir.program import Kernel, Program
 from planarc.ir.result import Result
-from planarc.solve import failure
-from planarc.solve.asserts import impossible_parameters
-from planarc.solve.request import Request, resolve
+from planarc.solve.events.asserts import impossible_parameters
+from planarc.solve.messages import failure
 from planarc.solve.run import Progress, Run
+from planarc.solve.settings import Request, resolve
 
 
 def simulate(

@@ -13,12 +13,12 @@ where, with a multiplier m_e for each equation,
                 sum_e (dc_e/dx_i)*m_e = 0        of an acceleration, or any other unknown
 
 These are as many equations more as there are unknowns, linear in the multipliers. b is zero; it
-is there to be changed, since what changes with it was open (`solve.sharing`).
+is there to be changed, since what changes with it was open (`solve.start.sharing`).
 
 Example: two rods a, b side by side carry p. a + b = p is one equation for two forces. With m:
 a + m = 0, b + m = 0, so that a = b = p/2.
 
-Needs:     the left out constraints follow from the others (`solve.start_redundancy`).
+Needs:     the left out constraints follow from the others (`solve.start.redundancy`).
 Promises:  what the equations determine alone stays as it is; forces depend neither on the order
            of equations and unknowns nor on which of the dependent constraints were left out.
 Reference: Lagrange's multipliers; F. E. Udwadia, R. E. Kalaba, Analytical Dynamics, 1996,

@@ -86,7 +86,7 @@ def make_scene(result: Result) -> Scene:
     """The scene of a run, one pose for each row of the result."""
     import numpy as np
 
-    from planarc.view.evaluate import Evaluator, NotDrawable
+    from planarc.evaluate.rows import Evaluator, NotDrawable
 
     evaluator = Evaluator(result)
     items: list[Item] = []
@@ -132,7 +132,7 @@ def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
 
 
 def _item(visual: Visual, a: dict[str, Any]) -> Item:
-    from planarc.view.evaluate import NotDrawable
+    from planarc.evaluate.rows import NotDrawable
 
     try:
         kind = Kind(visual.kind)

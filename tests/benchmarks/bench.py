@@ -28,7 +28,7 @@ from msgspec.structs import replace
 
 if TYPE_CHECKING:
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
 MODEL = Path(__file__).parent.parent / "cases" / "b2_fourbar_gravity" / "four_bar.pmo"
 RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
@@ -126,7 +126,7 @@ def help_page() -> list[Usage]:
 def again(backend: str) -> float:
     """CPU seconds of one more run in this process, results stored in memory."""
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     options = RunOptions(stop=10.0, intervals=500, tolerance=1e-6)
     return _again(Request(MODEL), backend, options, "revA.phi", 0.0)
@@ -135,7 +135,7 @@ def again(backend: str) -> float:
 def cam_again(backend: str) -> float:
     """The same of the cam follower."""
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     return _again(Request(class_name=CAM), backend, RunOptions(), "hinge.phi", -0.2)
 
@@ -176,7 +176,7 @@ def moved() -> float:
 
     from planarc.core.options import Backend
     from planarc.live.session import Order, Session
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     session = Session(Request(MODEL), Backend.NATIVE)
     known = session.answer(Order())["key"]

@@ -70,7 +70,7 @@ def compile_and_run(family: str, n: int) -> dict[str, Any]:
     """CPU seconds by phase, and the work of the integrator."""
     from planarc.compiler import Clock, compile_model, run
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     clock = Clock()
     begin = process_time()
@@ -165,7 +165,7 @@ def parameters() -> float:
 def _runs_again(backend: str, solver: str, change: Any, count: int) -> float:
     from planarc.compiler import compile_model, run
     from planarc.core.options import Backend, RunOptions, Solver
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     compiled = compile_model(Request(bench.MODEL), Backend(backend))
     times = []

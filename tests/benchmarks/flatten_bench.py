@@ -55,7 +55,7 @@ def chain(links: int) -> str:
 def flattening(links: int) -> float:
     """CPU seconds."""
     from planarc.compiler import flatten
-    from planarc.request import Request, Target, open_library
+    from planarc.request.request import Request, Target, open_library
 
     library, reader, _ = open_library(Request(text=chain(links)))
     times = []

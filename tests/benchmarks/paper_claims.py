@@ -38,7 +38,7 @@ TABLE = (
 
 def sorted_model(name: str) -> Any:
     from planarc.compiler import flatten, to_dae, to_sorted
-    from planarc.request import Request, open_target
+    from planarc.request.request import Request, open_target
 
     return to_sorted(to_dae(flatten(open_target(Request(class_name=EXAMPLES + name)))))
 
@@ -58,9 +58,17 @@ def torn_blocks(name: str) -> dict[str, list[tuple[int, int]]]:
 
 def measure(request: Any) -> tuple[tuple[int, int, float, float], Any]:
     """Equations before and after, CPU milliseconds to compile and to simulate; the result."""
-    from planarc.compiler import Compiled, flatten, run, to_code, to_dae, to_program, to_sorted
+    from planarc.compiler import (
+        Compiled,
+        flatten,
+        run,
+        to_code,
+        to_dae,
+        to_program,
+        to_sorted,
+    )
     from planarc.core.options import Backend, RunOptions
-    from planarc.request import open_target
+    from planarc.request.request import open_target
 
     def compiled() -> Any:
         program = to_program(to_sorted(to_dae(flatten(open_target(request)))))
@@ -131,7 +139,7 @@ def standard_library(given: Path | None) -> Path | None:
 
 
 def compare_with_space(given: Path | None) -> None:
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     folder = standard_library(given)
     if folder is None:
@@ -164,7 +172,7 @@ def main() -> None:
 
 
 def print_claims(folder: Path | None) -> None:
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     print(f"{'torn blocks':<44} {'nonlinear':<22} linear")
     for name in (RODS, HINGES):

@@ -47,7 +47,7 @@ def make_result(variables: int, rows: int) -> Any:
 
 
 def write(path: Path, variables: int, rows: int) -> dict[str, float]:
-    from planarc.view.table import write_table
+    from planarc.view.table.files import write_table
 
     result = make_result(variables, rows)
     base = peak()
@@ -55,7 +55,7 @@ def write(path: Path, variables: int, rows: int) -> dict[str, float]:
 
 
 def read(path: Path, variables: int, rows: int) -> dict[str, float]:
-    from planarc.view.table import read_table
+    from planarc.view.table.files import read_table
 
     base = peak()
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planarc.cli.app import run
-from planarc.view.table import read_table
+from planarc.view.table.files import read_table
 
 ROOT = Path(__file__).parents[2]
 PENDULUM = str(ROOT / "examples" / "pendulum.pmo")

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from planarc import crew, survey
+from planarc.catalog import survey
 from planarc.cli.app import run
-from planarc.crew import Crew, Lost
-from planarc.request import Request
+from planarc.core import processes as crew
+from planarc.core.processes import Crew, Lost
+from planarc.request.request import Request
 
 REPOSITORY = Path(__file__).parents[2]
 GOOD = "model {} Real x(start=0, fixed=true); equation der(x) = 1; end {};\n"

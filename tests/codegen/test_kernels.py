@@ -11,9 +11,9 @@ import pytest
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
+from planarc.ir.check.program import check
 from planarc.ir.expr import Expr, Op, evaluate, text
 from planarc.ir.program import Program
-from planarc.ir.programcheck import check
 from planarc.ir.sorted import Assignment, SortedDae
 from planarc.solve.kernels import load
 

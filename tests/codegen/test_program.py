@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
+from planarc.ir.check.program import check
 from planarc.ir.program import Let, Program
-from planarc.ir.programcheck import check
 from planarc.ir.sorted import Alias, Block, SortedDae
 from planarc.ir.store import dumps, loads
 from planarc.solve.kernels import load
@@ -133,7 +133,7 @@ def test_stored_program_is_the_same_program(four_bar: SortedDae) -> None:
 
 
 def test_checker_sees_what_is_broken(four_bar: SortedDae) -> None:
-    from planarc.ir.programcheck import BrokenProgramError
+    from planarc.ir.check.program import BrokenProgramError
 
     program = generate(four_bar)
     missing = dict(program.slots)

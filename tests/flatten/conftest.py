@@ -9,10 +9,10 @@ import pytest
 
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
 from planarc.ir import flat
-from planarc.ir.flatcheck import check_model
+from planarc.ir.check.flat import check_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 
 

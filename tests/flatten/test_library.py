@@ -9,7 +9,7 @@ import pytest
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.parse.parser import parse_text
 
 Make = Callable[..., Library]

@@ -11,7 +11,7 @@ import pytest
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir import flat
-from planarc.ir.flattext import print_expression, print_model
+from planarc.ir.text.flat import print_expression, print_model
 
 Flatten = Callable[..., flat.FlatModel]
 

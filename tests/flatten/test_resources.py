@@ -9,7 +9,7 @@ import pytest
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
 from planarc.ir import flat
 from planarc.parse.parser import parse_annotation, parse_file, parse_text

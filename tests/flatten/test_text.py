@@ -10,9 +10,9 @@ import pytest
 
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
-from planarc.ir.flattext import print_model
+from planarc.ir.text.flat import print_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 
 #: `R('r.a', 'r.b') := f(R('r.a', 'r.b'))`: what Modelica has no words for without a record.

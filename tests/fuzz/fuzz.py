@@ -32,14 +32,14 @@ from mutations import mutate
 
 from planarc.compiler import flatten, to_dae, to_sorted
 from planarc.core.diagnostic import PlanarcError
+from planarc.core.processes import Crew, Lost
 from planarc.core.render import render_all
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
-from planarc.crew import Crew, Lost
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.ir import syntax
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
-from planarc.request import MODELS, Reader, Target
+from planarc.request.request import MODELS, Reader, Target
 
 LIMIT = 10.0  # wall seconds an input
 MEMORY = 2 * 1024**3

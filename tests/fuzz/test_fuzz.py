@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import fuzz
 from extremes import EXTREMES
 
-from planarc.crew import Lost, cores
+from planarc.core.processes import Lost, cores
 
 SAMPLE = 200
 

@@ -91,7 +91,7 @@ def execute(command: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str,
 
 
 def syntax(path: Path) -> str:
-    from planarc.ir.syntaxtext import definition_text
+    from planarc.ir.text.syntax import definition_text
     from planarc.parse.parser import parse_file
 
     return definition_text(parse_file(path, path.name))

@@ -8,7 +8,7 @@ import pytest
 import planarc
 from planarc import Result
 from planarc.compiler import study
-from planarc.view.report.figures import choose_figures, shown_names
+from planarc.view.page.figures import choose_figures, shown_names
 
 TEXT = """model Swings
   Real x(start=1, fixed=true);

@@ -9,7 +9,7 @@ import pytest
 
 from planarc.cli.app import run
 from planarc.compiler import check_model
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 def bars(count: int) -> str:

@@ -7,7 +7,7 @@ import pytest
 from planarc import compiler
 from planarc.insight.topology import find_mechanism
 from planarc.ir.mechanism import Mechanism
-from planarc.request import Request, open_target
+from planarc.request.request import Request, open_target
 
 EXAMPLES = "PlanarMultiBody.Examples"
 

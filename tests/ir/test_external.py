@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from planarc.ir import external
-from planarc.ir.external import random, text
+from planarc.runtime import external
+from planarc.runtime.external import random, text
 
 GENERATORS = {
     "ModelicaRandom_xorshift64star": 2,

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from planarc.ir.history import History, Memory
+from planarc.runtime.history import History, Memory
 
 
 def test_pieces_are_polynomials_and_their_derivatives() -> None:

@@ -6,6 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
+from planarc.ir.check.sorted import BrokenPromise, check_sorted
 from planarc.ir.dae import (
     Assertion,
     Dae,
@@ -20,7 +21,6 @@ from planarc.ir.dae import (
     Variable,
     When,
 )
-from planarc.ir.daetext import dae_text
 from planarc.ir.expr import Exprs
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import (
@@ -34,8 +34,8 @@ from planarc.ir.sorted import (
     SortedDae,
     SourceEquation,
 )
-from planarc.ir.sortedcheck import BrokenPromise, check_sorted
-from planarc.ir.sortedtext import sorted_text
+from planarc.ir.text.dae import dae_text
+from planarc.ir.text.sorted import sorted_text
 
 TEXT = "w = der(phi)\ny = L*cos(phi)\nL*der(w) + g*sin(phi) = 0\n"
 SOURCE = Source("models/pendulum.pmo", TEXT)

@@ -26,10 +26,10 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.core.render import render_all
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
-from planarc.ir.flatcheck import check_model
-from planarc.ir.flattext import print_model
+from planarc.ir.check.flat import check_model
+from planarc.ir.text.flat import print_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 
 _CASE = re.compile(r"^\[case (.*)\]$", re.MULTILINE)

@@ -14,7 +14,7 @@ import pytest
 from planarc.core.options import Backend
 from planarc.live.server import LiveServer
 from planarc.live.session import Session
-from planarc.request import Request
+from planarc.request.request import Request
 
 #: A rod that swings, with a bound, a whole number, a choice of structure and a start value.
 SWING = """

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import planarc
 from planarc.ir.dae import Kind
 from planarc.live.controls import REST, groups_of, slider
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 def test_the_model_comes_first_and_the_world_late(swing: Request) -> None:

@@ -17,7 +17,7 @@ import planarc
 from planarc.core.diagnostic import UsageError
 from planarc.live.server import LiveServer
 from planarc.live.session import Session
-from planarc.request import Request
+from planarc.request.request import Request
 
 Ask = Callable[..., Any]
 

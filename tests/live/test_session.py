@@ -13,7 +13,7 @@ import pytest
 import planarc
 from planarc.core.options import Backend
 from planarc.live.session import Order, Overtaken, Session
-from planarc.request import Request
+from planarc.request.request import Request
 
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
 CURVES = "PlanarMultiBody.Joints.Internal"

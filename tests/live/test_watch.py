@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from planarc.live.watch import PERIOD, Watch, files_of
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 def test_the_file_and_the_users_libraries_are_watched(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 from planarc import compiler
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
-from planarc.ir import external
-from planarc.request import Request
+from planarc.request.request import Request
+from planarc.runtime import external
 
 FUNCTIONS = """
 function random
@@ -190,7 +190,7 @@ end M;
 """
     found = []
     for now in (10**18, 10**18 + 7 * 10**6):
-        monkeypatch.setattr("planarc.ir.external.random.time.time_ns", lambda now=now: now)
+        monkeypatch.setattr("planarc.runtime.external.random.time.time_ns", lambda now=now: now)
         external.call_numbers.cache_clear()
         found.append(run(model, backend)["s"][0])
     assert found[1] - found[0] == 7

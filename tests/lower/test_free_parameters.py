@@ -11,7 +11,7 @@ import pytest
 from planarc import compiler
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 @pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])

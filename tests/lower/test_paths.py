@@ -8,7 +8,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 
 FUNCTIONS = """
   function stop input String why; algorithm assert(false, why); end stop;

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planarc import load
-from planarc.results import Result
+from planarc.api.result import Result
 
 HEAD = """
   record R Real a; Real b; end R;

@@ -8,7 +8,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 
 ARRAY = "  parameter Real a[3] = {1, 2, 3}; Integer i; Real y;"
 COUNT = "  i = integer(5*time) + 1;"

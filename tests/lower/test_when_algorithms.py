@@ -9,7 +9,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 @pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])

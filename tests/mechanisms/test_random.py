@@ -25,7 +25,7 @@ COUNT = int(os.environ.get("PLANARC_MECHANISMS", "300"))
 @pytest.fixture(autouse=True)
 def forgetful(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody will ask for these models again."""
-    monkeypatch.setattr("planarc.memory.remember", lambda *_: None)
+    monkeypatch.setattr("planarc.remembered.remember", lambda *_: None)
 
 
 def backend(seed: int) -> str:

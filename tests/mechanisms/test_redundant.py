@@ -24,7 +24,7 @@ KEPT = (97,)
 @pytest.fixture(autouse=True)
 def forgetful(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody will ask for these models again."""
-    monkeypatch.setattr("planarc.memory.remember", lambda *_: None)
+    monkeypatch.setattr("planarc.remembered.remember", lambda *_: None)
 
 
 @pytest.mark.parametrize("seed", sorted({*range(COUNT), *KEPT}))

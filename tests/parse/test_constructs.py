@@ -8,7 +8,7 @@ import pytest
 
 from planarc.core.source import Source
 from planarc.ir import syntax
-from planarc.ir.syntaxtext import definition_text
+from planarc.ir.text.syntax import definition_text
 from planarc.parse.parser import parse_annotation, parse_text
 
 ELEMENTS = """

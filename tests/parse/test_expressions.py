@@ -6,7 +6,7 @@ import pytest
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir import syntax
-from planarc.ir.expressiontext import expression_text
+from planarc.ir.text.expression import expression_text
 from planarc.parse.parser import parse_expression
 
 

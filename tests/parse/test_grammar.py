@@ -10,10 +10,10 @@ from msgspec import Struct
 
 from planarc.core.resources import grammar_file, stdlib
 from planarc.core.source import Source, Span, decode
-from planarc.parse.build import Build
-from planarc.parse.grammar import STARTS, NoLexer, make_lark
-from planarc.parse.lexer import scan
-from planarc.parse.machine import load_machine
+from planarc.parse.build.build import Build
+from planarc.parse.grammar.grammar import STARTS, NoLexer, make_lark
+from planarc.parse.grammar.lexer import scan
+from planarc.parse.grammar.machine import load_machine
 from planarc.parse.parser import parse_file
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from planarc.core import resources
-from planarc.parse import machine
-from planarc.parse.grammar import STARTS, make_table, table_text
+from planarc.parse.grammar import machine
+from planarc.parse.grammar.grammar import STARTS, make_table, table_text
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.render import render_all
 from planarc.core.source import Source, decode
-from planarc.parse.build_expressions import MAX_OPERATORS
+from planarc.parse.build.expressions import MAX_OPERATORS
 from planarc.parse.parser import parse_expression, parse_file, parse_text
 
 MODEL = """within A.B;

@@ -23,7 +23,6 @@ from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, postorder, symbol_text
 from planarc.ir.flat import Experiment, StateSelect
-from planarc.ir.history import History
 from planarc.ir.program import (
     BlockCode,
     CandidateSlot,
@@ -39,9 +38,10 @@ from planarc.ir.program import (
     Statement,
     WhenCode,
 )
-from planarc.solve import exchange
+from planarc.runtime.history import History
 from planarc.solve.run import Run
-from planarc.solve.states import Selector
+from planarc.solve.states import exchange
+from planarc.solve.states.selector import Selector
 
 # The kernel ----------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planarc import Model, PlanarcError, load
-from planarc.results import Result, RunStopped
+from planarc.api.result import Result, RunStopped
 
 SOLVERS = ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"]
 

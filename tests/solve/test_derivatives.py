@@ -12,8 +12,8 @@ import pytest
 from msgspec.structs import replace
 
 import planarc
-from planarc.analysis.partials import Formulas, NoFormulaError
-from planarc.analysis.point import Point, open_point
+from planarc.api.analysis.partials import Formulas, NoFormulaError
+from planarc.api.analysis.point import Point, open_point
 from planarc.core.options import Backend, RunOptions
 from planarc.ir.derivatives import Scope
 from planarc.solve.solvers import cvode

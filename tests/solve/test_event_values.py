@@ -10,9 +10,9 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
+from planarc.evaluate.tape import prepare
 from planarc.ir.expr import Expr, Exprs, evaluate
-from planarc.ir.tape import prepare
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 @pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])

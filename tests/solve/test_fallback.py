@@ -11,7 +11,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 from planarc.solve.solvers import cvode
 from planarc.solve.solvers.sundials import Unavailable
 

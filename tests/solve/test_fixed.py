@@ -11,7 +11,7 @@ from planarc import compiler
 from planarc.core.diagnostic import UsageError
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.result import Result
-from planarc.request import Request
+from planarc.request.request import Request
 
 OSCILLATOR = """model Oscillator
   Real x(start=1, fixed=true);

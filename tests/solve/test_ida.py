@@ -12,7 +12,7 @@ from planarc import compiler
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.result import Result
-from planarc.request import Request
+from planarc.request.request import Request
 from planarc.solve.solvers.sundials import Unavailable
 
 CASES = Path(__file__).parent.parent / "cases"

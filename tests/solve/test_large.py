@@ -8,7 +8,7 @@ import pytest
 from planarc import compiler
 from planarc.core.options import RunOptions, Solver
 from planarc.ir.result import Result
-from planarc.request import Request
+from planarc.request.request import Request
 from planarc.solve.solvers import cvode
 
 LINE = """model Line "A line of n stores of heat, one end warm, exchanging with their neighbours"

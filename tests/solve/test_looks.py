@@ -11,7 +11,7 @@ import pytest
 import planarc
 from planarc.solve.solvers.cvode import Cvode
 from planarc.solve.solvers.integrator import March, Outcome
-from planarc.solve.states import Selector
+from planarc.solve.states.selector import Selector
 
 #: A crank without a drive; the slider is the state as long as it can be one.
 SLIDER = """

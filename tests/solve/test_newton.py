@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from planarc.solve.newton import LONGEST, derivative, solve
+from planarc.solve.start.newton import LONGEST, derivative, solve
 
 Vector = np.ndarray
 

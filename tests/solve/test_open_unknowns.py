@@ -10,7 +10,7 @@ import pytest
 from planarc import compiler
 from planarc.core.diagnostic import Severity
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 from planarc.solve.kernels.singular import solve_open
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planarc.solve.pivoting import GIVE_WAY, choose_columns, largest, sensitivities
+from planarc.solve.states.pivoting import GIVE_WAY, choose_columns, largest, sensitivities
 
 NEVER = 9
 

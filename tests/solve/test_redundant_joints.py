@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import planarc
-from planarc.solve.kernels.numpy_kernel import NumpyKernel
+from planarc.solve.kernels.numpy.kernel import NumpyKernel
 
 G = 9.81
 

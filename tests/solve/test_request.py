@@ -13,7 +13,7 @@ from planarc.core.options import RunOptions
 from planarc.ir.dae import Kind
 from planarc.ir.flat import Experiment
 from planarc.ir.program import Column, ParameterSlot, Program
-from planarc.solve.request import resolve
+from planarc.solve.settings import resolve
 from planarc.solve.simulate import simulate
 
 

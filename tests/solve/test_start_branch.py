@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import planarc
-from planarc.model import Model
+from planarc.api.model import Model
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
 JOINTS = ("revA", "revB", "revC", "revD")

@@ -10,7 +10,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.request import Request
+from planarc.request.request import Request
 
 
 def started(text: str) -> Any:

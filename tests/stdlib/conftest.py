@@ -19,7 +19,7 @@ def simulate(body: str, stop: float = 1.0, tolerance: float = 1e-9, world: str =
     """
     from planarc.compiler import compile_model, run
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     ground = "" if "inner " in body else f"  inner World world({world});\n"
     text = f"model Test{HEAD}{ground}{body}\nend Test;\n"

@@ -25,7 +25,7 @@ both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
 def example(name: str, backend: str = "native") -> Any:
     from planarc.compiler import compile_model, run
     from planarc.core.options import Backend, RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     program = compile_model(Request(class_name=f"PlanarMultiBody.Examples.{name}"))
     return run(program, RunOptions(backend=Backend(backend)))

@@ -73,7 +73,7 @@ def frames_of(program: Any) -> dict[str, list[str]]:
 def test_power_goes_nowhere_but_where_it_is_taken(name: str) -> None:
     from planarc.compiler import compile_model, run
     from planarc.core.options import RunOptions
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     example = f"PlanarMultiBody.Examples.{name}"
     program = compile_model(Request(class_name=example)).program

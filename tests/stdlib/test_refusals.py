@@ -92,7 +92,7 @@ def test_a_direction_of_gravity_has_a_length(run: Callable[..., Any]) -> None:
 
 def test_a_model_without_a_world_gets_one_and_a_warning() -> None:
     from planarc.compiler import compile_model
-    from planarc.request import Request
+    from planarc.request.request import Request
 
     text = "model Test PlanarMultiBody.Parts.Body stone(m=1, enforceStates=true); end Test;"
     (warning,) = compile_model(Request(text=text)).warnings

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from planarc.catalog.handbook.gather import gather
+from planarc.catalog.handbook.pages import ClassPage
 from planarc.core.resources import stdlib
-from planarc.handbook.gather import gather
 from planarc.ir import syntax
 from planarc.parse.parser import parse_annotation, parse_file
-from planarc.request import Request, open_library
-from planarc.view.doc.pages import ClassPage
+from planarc.request.request import Request, open_library
 
 ROOT = stdlib()
 FILES = sorted(ROOT.rglob("*.pmo"))

@@ -14,11 +14,11 @@ import pytest
 from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
+from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae, Equation, Kind, Parameter, Relation, Variable
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, evaluate
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Assignment, Block, SortedDae
-from planarc.ir.sortedcheck import check_sorted
 from planarc.structure.pipeline import structure
 
 

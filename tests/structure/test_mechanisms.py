@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae
 from planarc.ir.sorted import Block, SortedDae
-from planarc.ir.sortedcheck import check_sorted
 from planarc.structure.pipeline import structure
 
 Make = Callable[..., Dae]

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planarc.view.compare import Comparison, compare_tables
-from planarc.view.table import Table
+from planarc.view.table.compare import Comparison, compare_tables
+from planarc.view.table.files import Table
 
 T = np.linspace(0.0, 10.0, 501)
 

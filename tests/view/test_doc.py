@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from planarc.handbook.gather import gather
-from planarc.request import Request, open_library
-from planarc.view.doc.code import colored
-from planarc.view.doc.icon import icon_svg
-from planarc.view.doc.page import render_handbook
-from planarc.view.doc.pages import ClassPage, Graphic, Icon
-from planarc.view.doc.prose import clean
+from planarc.catalog.handbook.code import colored
+from planarc.catalog.handbook.gather import gather
+from planarc.catalog.handbook.icon import icon_svg
+from planarc.catalog.handbook.page import render_handbook
+from planarc.catalog.handbook.pages import ClassPage, Graphic, Icon
+from planarc.catalog.handbook.prose import clean
+from planarc.request.request import Request, open_library
 
 
 @cache

@@ -17,7 +17,7 @@ from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
 from planarc.ir.program import Column, Program
 from planarc.ir.result import Result, Statistics
-from planarc.view.table import read_table, write_table
+from planarc.view.table.files import read_table, write_table
 
 ROWS = 7
 
@@ -248,7 +248,7 @@ def test_a_failure_leaves_the_old_file(
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("planarc.view.table_csv._text", fail)
+    monkeypatch.setattr("planarc.view.table.csv._text", fail)
     with pytest.raises(UsageError, match="no space left"):
         write_table(path, result)
     assert path.read_bytes() == before

@@ -12,9 +12,9 @@ from typing import Final
 
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
 from planarc.codegen.refusal import NotDifferentiable
-from planarc.ir import external
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import C_LIBRARY
+from planarc.runtime import external
 
 #: Functions that the processor or LLVM itself knows.
 INTRINSICS: Final = {

@@ -3,7 +3,7 @@
     pc_look(frame, blocks, count, scales) -> the largest sensitivity, or infinity
 
 of what is determined to a state, of `count` blocks whose records begin at `blocks`; the
-rule is `solve.states`, which says the same in Python. The constraint Jacobians are those
+rule is `solve.states.selector`, which says the same in Python. The constraint Jacobians are those
 that the last evaluation left behind, so that a look costs less than an evaluation and
 every accepted step can be looked at. `scales` holds the largest columns seen so far.
 """

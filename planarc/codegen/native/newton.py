@@ -1,7 +1,7 @@
 """Newton's method for one block, in LLVM.
 
 The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
-`solve.kernels.numpy_block`, which says the same in Python.
+`solve.kernels.numpy.block`, which says the same in Python.
 
     pc_start(frame, t, record)         the tears' first values into w
     pc_step(frame, record) -> flag     better tears from residuals and Jacobian

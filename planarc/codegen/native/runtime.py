@@ -2,7 +2,7 @@
 
     pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.program.Kernel`
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
-    pc_past                                                `planarc.ir.history.History.value`
+    pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`), looks at the choice of states (`look`) and what the start needs
 (`differences`). The model's own functions are `printer`'s.
@@ -15,7 +15,7 @@ from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.ir.frame import Frame, Mode, Number, Record
-from planarc.ir.history import DEGREE, TERMS, Memory
+from planarc.runtime.history import DEGREE, TERMS, Memory
 
 _DECLARED = """
 declare double @llvm.fabs.f64(double)

@@ -12,7 +12,7 @@ import re
 
 from planarc.ir.expr import Expr, Op, text
 
-#: Names that the generated text itself uses; see `planarc.solve.kernels.numpy_support`.
+#: Names that the generated text itself uses; see `planarc.solve.kernels.numpy.support`.
 _TAKEN = """
     t w block blocks tears range columns seeds column by_columns
     sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan

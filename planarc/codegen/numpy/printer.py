@@ -17,7 +17,7 @@ Example, position and velocity of a slider in a loop:
     t1 = 0.0
     der_rev_phi, der_slide_s = blocks[1].solve((t1,), ((L*cos(rev_phi), -1.0),))
 
-`blocks[k]` holds the numbers of Newton's method (`solve.kernels.numpy_block`): `start`
+`blocks[k]` holds the numbers of Newton's method (`solve.kernels.numpy.block`): `start`
 gives the tears, `step` takes residuals and Jacobian and gives better tears, and after
 the last step the unknowns are computed once more. A linear block is solved at once,
 from its residuals where all tears are zero. The comment of a line names the unknown
@@ -31,7 +31,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planarc.codegen.numpy.formulas import evaluated_always
-from planarc.codegen.numpy.function import FunctionText, Parts, all_lets, is_part, taken_values
+from planarc.codegen.numpy.function import (
+    FunctionText,
+    Parts,
+    all_lets,
+    is_part,
+    taken_values,
+)
 from planarc.codegen.numpy.names import Names, comment
 from planarc.codegen.slopes import derive_slopes
 from planarc.ir.derivatives import Scope

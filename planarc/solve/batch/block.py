@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class BatchBlock:
-    """What the generated text calls; see `planarc.solve.kernels.numpy_block.Block`."""
+    """What the generated text calls; see `planarc.solve.kernels.numpy.block.Block`."""
 
     def __init__(
         self, code: BlockCode, program: Program, w: MutableSequence[Any], runs: int

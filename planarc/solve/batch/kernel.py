@@ -7,9 +7,9 @@ from functools import lru_cache, reduce
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
+from planarc.evaluate.elementwise import functions
 from planarc.ir.program import Program
 from planarc.solve.batch.block import BatchBlock
-from planarc.solve.elementwise import functions
 
 if TYPE_CHECKING:
     import numpy as np

@@ -1,6 +1,6 @@
 """The choice of states of many runs at once, each run's own.
 
-The rule is that of `planarc.solve.states`: a state gives way to a candidate that moves
+The rule is that of `planarc.solve.states.selector`: a state gives way to a candidate that moves
 more than WORST times as fast. Where a state that must stay one would have to give way,
 the run is told to be `lost`.
 """
@@ -14,7 +14,13 @@ from planarc.ir.program import Program
 from planarc.solve.batch.block import solve
 from planarc.solve.batch.kernel import BatchKernel
 from planarc.solve.solvers.watch import WORST
-from planarc.solve.states import LOST, MUST_STAY, PREFERENCE, classes_of, leaders_of
+from planarc.solve.states.selector import (
+    LOST,
+    MUST_STAY,
+    PREFERENCE,
+    classes_of,
+    leaders_of,
+)
 
 if TYPE_CHECKING:
     import numpy as np

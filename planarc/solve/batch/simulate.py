@@ -11,12 +11,12 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Kernel, Let, Program
 from planarc.ir.result import Result, StateChoice, Statistics
-from planarc.solve.asserts import AssertWatch
 from planarc.solve.batch.kernel import BatchKernel
 from planarc.solve.batch.selection import BatchSelector
 from planarc.solve.batch.steps import Step, first_length
-from planarc.solve.request import Request
+from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.run import Run
+from planarc.solve.settings import Request
 from planarc.solve.simulate import set_workspace
 
 if TYPE_CHECKING:

@@ -22,9 +22,9 @@ def load(
     gives the code of derivatives when it is asked for; without it the kernel has none.
     """
     if isinstance(code, str):
-        from planarc.solve.kernels.numpy_kernel import NumpyKernel
+        from planarc.solve.kernels.numpy.kernel import NumpyKernel
 
         return NumpyKernel(program, code, slopes)
-    from planarc.solve.kernels.native_kernel import NativeKernel
+    from planarc.solve.kernels.native.kernel import NativeKernel
 
     return NativeKernel(program, code, slopes)

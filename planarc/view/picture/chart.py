@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planarc.api.variables import unknown_name
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
-from planarc.variables import unknown_name
 from planarc.view.storage import replacing
-from planarc.view.table import Table
+from planarc.view.table.files import Table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,7 +94,7 @@ def panels_of(table: Table, names: Sequence[str]) -> list[tuple[str, ...]]:
 
 def draw_panels(axes: Sequence[Any], table: Table, panels: Sequence[Sequence[str]], x: str) -> None:
     """One panel in each of `axes`, which share their x-axis."""
-    from planarc.view.report.data import thin_rows
+    from planarc.view.page.data import thin_rows
 
     names = [n for panel in panels for n in panel]
     rows = thin_rows(len(table.time), [table[n] for n in (*names, x)], _POINTS)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from planarc.api.variables import unknown_name
 from planarc.ir.insight import Layer, Mark
-from planarc.variables import unknown_name
 from planarc.view.scene import Item, Kind, Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import planarc
+from planarc.api.model import Model
 from planarc.codegen.numpy.printer import source
 from planarc.core.options import Backend, RunOptions
 from planarc.ir.result import Result
-from planarc.model import Model
 from planarc.solve.batch import may_batch, simulate_batch
-from planarc.solve.request import resolve
+from planarc.solve.settings import resolve
 
 
 def run(

@@ -14,7 +14,7 @@ import planarc
 from planarc.core.options import Backend
 from planarc.live.server import LiveServer
 from planarc.live.session import Session
-from planarc.request import Request
+from planarc.request.request import Request
 
 ROOT = Path(__file__).parents[3]
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"

@@ -1,0 +1,161 @@
+"""All ways to put a mechanism together, found from many guesses.
+
+In:   Model, parameters, start values
+Out:  assemblies, the one nearest to the model's own guess first
+
+What is held at the start (see solve/start/solve.py) stays; the other positions are guessed
+anew, angles all around and lengths within the size of the mechanism, always the same
+guesses. Solutions that differ by whole turns are one.
+
+Example: a four-bar with a held crank has two, the rocker on one side or the other.
+
+Promises:  each of them is a solution; that there are no others is likely, not certain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from planarc.api.analysis.point import starts_at
+from planarc.api.values import Value, start_values
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, UsageError, error
+from planarc.core.options import RunOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.api.model import Model
+    from planarc.solve.start.system import System
+
+    Vector = NDArray[np.float64]
+
+#: Two solutions nearer than this (radians, metres) are the same.
+SAME = 1e-5
+
+
+class Assembly(Data):
+    """`start` are start values for `simulate`; `distance` from the model's own guess."""
+
+    start: Mapping[str, float]
+    distance: float
+
+    def __getitem__(self, name: str) -> float:
+        return self.start[name]
+
+
+def assemble(
+    model: Model,
+    parameters: Mapping[str, Value] | None,
+    start: Mapping[str, Value] | None,
+    tries: int,
+) -> tuple[Assembly, ...]:
+    """Raises PlanarcError R472 where there is none."""
+    import numpy as np
+
+    from planarc.solve.settings import resolve
+    from planarc.solve.simulate import set_workspace
+    from planarc.solve.start.sharing import missed
+    from planarc.solve.start.solve import choose_held, solve_stage
+    from planarc.solve.start.system import System
+
+    if not isinstance(tries, int) or tries < 1:
+        raise UsageError(Diagnostic("C241", f"the number of tries is above 0, not {tries!r:.20}"))
+    model, settable = model.with_parameters(parameters)
+    program = model.program
+    starts = start_values(program, start)
+    kernel = model.compiled().load()
+    request = resolve(program, RunOptions(values=settable, starts=starts))
+    set_workspace(program, kernel, request)
+    system = System(program, kernel, request.start, frozenset(request.starts))
+    guess = np.array([float(kernel.w[c.start]) for c in program.candidates])
+    rows, columns = _positions(system)
+    if not columns:
+        return ()
+    choice = choose_held(system, guess)
+    system = system.holding(choice.others)
+    rows, columns = _positions(system)
+    held = choice.held
+    free = [c for c in columns if not held[c]]
+    turns = _turns(system)
+    found: list[Vector] = []
+    for trial in _guesses(guess, free, turns, _size(system), tries if rows else 1):
+        root = solve_stage(system, trial, rows, free)
+        if root.converged and not missed(system, root.point):
+            point = _nearest_turns(root.point, guess, free, turns)
+            if not any(np.max(np.abs(point[columns] - p[columns])) < SAME for p in found):
+                found.append(point)
+    if not found:
+        raise error(
+            "R472",
+            f"no way to put the mechanism together was found in {tries} tries",
+            hint="check the lengths of its parts, and what is held at the start",
+        )
+    assemblies = []
+    for point in found:
+        system(point)
+        known = starts_at(program, kernel.w)
+        positions = {n: v for n, v in known.items() if n in _names(system, columns)}
+        distance = float(np.linalg.norm((point - guess)[columns]))
+        assemblies.append(Assembly(positions, distance))
+    return tuple(sorted(assemblies, key=lambda a: (round(a.distance, 9), *a.start.values())))
+
+
+def _positions(system: System) -> tuple[list[int], list[int]]:
+    """The rows and candidates of the lowest level."""
+    return next(iter(system.stages()), ([], []))
+
+
+def _names(system: System, columns: Sequence[int]) -> set[str]:
+    """Of the variables that are positions: candidates, and others with a start value."""
+    program = system.program
+    found = {
+        n for c in columns for n in (program.candidates[c].display, program.candidates[c].name)
+    }
+    lowest = max((b.height for b in program.blocks), default=0)
+    return found | {f.display for f in program.fixed if f.height == lowest}
+
+
+def _turns(system: System) -> set[int]:
+    """Candidates that are angles."""
+    units = {c.slot: c.unit for c in system.program.columns}
+    return {i for i, c in enumerate(system.program.candidates) if units.get(c.slot) == "rad"}
+
+
+def _size(system: System) -> float:
+    """A length that is about that of the mechanism: its longest parameter in metres."""
+    w = system.kernel.w
+    lengths = [
+        abs(float(w[p.slot]))
+        for p in system.program.parameter_slots
+        if p.unit == "m" and math.isfinite(float(w[p.slot]))
+    ]
+    return 2 * max((x for x in lengths if x < 1e6), default=1.0) or 1.0
+
+
+def _guesses(
+    guess: Vector, free: Sequence[int], turns: set[int], size: float, tries: int
+) -> list[Vector]:
+    import numpy as np
+
+    random = np.random.default_rng(1)
+    trials = [guess]
+    for _ in range(tries - 1):
+        trial = guess.copy()
+        for i, u in zip(free, random.uniform(-1, 1, len(free)), strict=True):
+            trial[i] = math.pi * u if i in turns else guess[i] + size * u
+        trials.append(trial)
+    return trials
+
+
+def _nearest_turns(point: Vector, guess: Vector, free: Sequence[int], turns: set[int]) -> Vector:
+    """Angles within half a turn of the guess."""
+    result = point.copy()
+    for i in free:
+        if i in turns:
+            away = point[i] - guess[i]
+            result[i] = guess[i] + away - 2 * math.pi * round(away / (2 * math.pi))
+    return result

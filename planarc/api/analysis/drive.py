@@ -1,0 +1,308 @@
+"""Inverse dynamics: what it takes to move joints in a given way.
+
+In:   Model, motions of joint coordinates over time
+Out:  Driven    the run, and the effort (torque or force) of each driven joint
+
+The model is compiled once more with the joint's own law replaced. A hinge says
+`tau = 0`; driven, it says `phi = motion` instead, and tau is what that needs. A joint
+with a driven flange keeps its law and gets a second drive beside it. Where all degrees
+of freedom are driven nothing is left to integrate, and the equations are only solved.
+
+A motion that is a text is compiled into the model. Any other is put in as
+
+    motion(t) = q + v*(t - T) + a/2*(t - T)^2
+
+whose parameters are set to position, velocity and acceleration at t = T before every
+evaluation at T: exact, as no higher derivatives occur.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from planarc.api.result import Result, RunStopped
+from planarc.api.values import Value, start_values
+from planarc.api.variables import unknown_name
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.options import RunOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.api.model import Model
+    from planarc.api.signals import Motion, Signal
+    from planarc.compiler import Compiled
+    from planarc.ir.dae import Dae, Equation
+    from planarc.ir.program import Kernel, Program
+
+#: The coordinate of a joint, and the effort that belongs to it.
+EFFORTS = {"phi": "tau", "s": "f"}
+#: Names of what is added to the model.
+_ADDED = "planarcMotion"
+
+
+class Driven(Data):
+    """`efforts` tells for each driven coordinate the variable that is its torque or force."""
+
+    result: Result
+    efforts: Mapping[str, str]
+
+    def effort(self, coordinate: str | None = None) -> NDArray[np.float64]:
+        """In N.m or N; without a name, of the only driven coordinate."""
+        if coordinate is None and len(self.efforts) == 1:
+            coordinate = next(iter(self.efforts))
+        if coordinate is None or coordinate not in self.efforts:
+            raise unknown_name("driven coordinate", coordinate, self.efforts)
+        return self.result[self.efforts[coordinate]]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Any variable, as of a Result."""
+        return self.result[name]
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        return self.result.time
+
+    def _repr_html_(self) -> str:
+        return self.result._repr_html_()
+
+
+def drive(
+    model: Model,
+    motions: Mapping[str, Signal | str],
+    options: RunOptions,
+    parameters: Mapping[str, Value] | None,
+    start: Mapping[str, Value] | None,
+) -> Driven:
+    """See `Model.drive`."""
+    from planarc.api.signals import ForcedKernel, read_motion, table_span
+    from planarc.solve.simulate import simulate
+
+    model, settable = model.with_parameters(parameters)
+    coordinates = tuple(motions)
+    efforts = {c: _effort(model.program, c) for c in coordinates}
+    texts = tuple(m if isinstance(m, str) else None for m in motions.values())
+    compiled, efforts = model.driven(coordinates, efforts, texts)
+    program = compiled.program
+    given = program.experiment
+    begin = given.start if options.start is None else options.start
+    ends = [end for c, m in motions.items() if (end := table_span(c, m))]
+    if options.stop is None and ends:  # a run lasts as long as its motion is known
+        options = replace(options, stop=min(last for _, last in ends))
+    stop = given.stop if options.stop is None else options.stop
+    _refuse_unknown_times(motions, begin, stop)
+    functions = {
+        k: read_motion(c, m, stop - begin)
+        for k, (c, m) in enumerate(motions.items())
+        if not isinstance(m, str)
+    }
+    starts = start_values(program, start)
+    for k, motion in functions.items():
+        starts |= _start_at(program, coordinates[k], motion(begin))
+    options = replace(options, values=settable, starts=starts)
+    inner = compiled.load()
+    kernel = ForcedKernel(inner, _force(program, inner, functions), begin)
+    rows = simulate(program, kernel, options)
+    shown = tuple(c for c in program.columns if not c.name.startswith(_ADDED))
+    result = Result(replace(rows, program=replace(program, columns=shown)), compiled)
+    if rows.ended is not None and rows.ended.severity is Severity.ERROR:
+        raise RunStopped(rows.ended, result)
+    return Driven(result, efforts)
+
+
+def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, stop: float) -> None:
+    from planarc.api.signals import table_span
+
+    for coordinate, motion in motions.items():
+        first, last = table_span(coordinate, motion) or (begin, stop)
+        slack = 1e-9 * (last - first)
+        if begin < first - slack or stop > last + slack:
+            raise UsageError(
+                Diagnostic(
+                    "C210",
+                    f"the motion of `{coordinate}` is known from {first:g} s to {last:g} s, and "
+                    f"the run goes from {begin:g} s to {stop:g} s",
+                    hint="give other times, or a longer table",
+                )
+            )
+
+
+def _effort(program: Program, coordinate: Any) -> str:
+    known = {c.name for c in program.columns}
+    if coordinate not in known:
+        raise unknown_name("variable", coordinate, known)
+    joint, _, last = coordinate.rpartition(".")
+    effort = f"{joint}.{EFFORTS.get(last, '')}"
+    if effort in known:
+        return effort
+    choices = [
+        c for c in sorted(known)
+        if EFFORTS.get(c.rpartition(".")[2])
+        and f"{c.rpartition('.')[0]}.{EFFORTS[c.rpartition('.')[2]]}" in known
+    ]  # fmt: skip
+    listed = ", ".join(f"`{c}`" for c in choices[:8])
+    raise UsageError(
+        Diagnostic(
+            "C242",
+            f"`{coordinate}` is no coordinate of a joint, so nothing can drive it",
+            hint=f"choose among {listed}" if choices else None,
+        )
+    )
+
+
+def _start_at(
+    program: Program, coordinate: str, motion: tuple[float, float, float]
+) -> dict[str, float]:
+    """The motion at the start as guesses, for what is still a candidate for a state."""
+    slots = {c.slot for c in program.candidates}
+    columns = {c.name: c.slot for c in program.columns}
+    joint = coordinate.rpartition(".")[0]
+    rate = {"phi": "w", "s": "v"}[coordinate.rpartition(".")[2]]
+    wanted = ((coordinate, motion[0]), (f"{joint}.{rate}", motion[1]))
+    return {n: v for n, v in wanted if columns.get(n) in slots}
+
+
+def _force(program: Program, kernel: Kernel, functions: Mapping[int, Motion]) -> Any:
+    """Values by slot at a time: the parameters of the motions, and what depends on them."""
+    from planarc.ir.expr import Expr, evaluate, symbols
+    from planarc.ir.program import Let
+
+    names = {k: [f"{_ADDED}{k}{part}" for part in "qvaT"] for k in functions}
+    moving = {name for found in names.values() for name in found}
+    dependent: list[tuple[str, Expr]] = []
+    for s in program.parameters:
+        if isinstance(s, Let) and any(repr(e) in moving for e in symbols(s.value)):
+            moving.add(repr(s.target))
+            dependent.append((repr(s.target), s.value))
+    slots = {name: program.slots[name] for name in sorted(moving) if name in program.slots}
+
+    def values(t: float) -> dict[int, float]:
+        found: dict[str, float] = {}
+        for k, motion in functions.items():
+            found.update(zip(names[k], (*motion(t), t), strict=True))
+
+        def leaf(e: Expr) -> float:
+            name = repr(e)
+            return found[name] if name in found else float(kernel.w[program.slots[name]])
+
+        for name, value in dependent:
+            found[name] = float(evaluate(value, leaf))
+        return {slot: found[name] for name, slot in slots.items()}
+
+    return values
+
+
+# Compiling ------------------------------------------------------------------------------------
+
+
+def compile_driven(
+    model: Model,
+    coordinates: Sequence[str],
+    efforts: Mapping[str, str],
+    texts: Sequence[str | None],
+) -> tuple[Compiled, dict[str, str]]:
+    """The model with motions in it, and the variable that holds each effort."""
+    from planarc import compiler
+    from planarc.api.variant import variant_of
+    from planarc.request.request import open_target
+
+    declarations = "\n".join(_declaration(k, text) for k, text in enumerate(texts))
+    request = variant_of(model.request, None, declarations)
+    try:
+        flat = compiler.flatten(open_target(request))
+    except PlanarcError as problem:
+        raise _unreadable(problem, coordinates, texts) from None
+    dae, found = _with_motions(compiler.to_dae(flat), coordinates, efforts)
+    try:
+        program, notes = compiler.find_program(dae, model.request.redundant)
+    except PlanarcError as problem:
+        listed = " and ".join(f"`{c}`" for c in coordinates)
+        first = Diagnostic("C243", f"the model cannot move with {listed} given")
+        raise PlanarcError((first, *problem.diagnostics)) from None
+    of = model.program
+    program = replace(program, name=of.name, description=of.description, experiment=of.experiment)
+    code = compiler.to_code(program, model.backend)
+    return compiler.Compiled(program, model.backend, code, notes), found
+
+
+def _unreadable(
+    problem: PlanarcError, coordinates: Sequence[str], texts: Sequence[str | None]
+) -> PlanarcError:
+    """The model alone is right, so that a text is wrong; it stands in no file of the user."""
+    from planarc.api.variant import NAME
+
+    given = [(c, text) for c, text in zip(coordinates, texts, strict=True) if text is not None]
+    if not given:
+        return problem
+    listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
+    first = problem.diagnostics[0]
+    reason = first.message.removesuffix(f" in `{NAME}`")
+    return UsageError(Diagnostic("C246", f"{listed}: {reason}", hint=first.hint))
+
+
+def _declaration(k: int, text: str | None) -> str:
+    name = f"{_ADDED}{k}"
+    if text is not None:
+        return f"  Real {name} = {text};"
+    parameters = ", ".join(f"{name}{part} = 0" for part in "qvaT")
+    since = f"(time - {name}T)"
+    formula = f"{name}q + {name}v*{since} + {name}a/2*{since}^2"
+    return f"  parameter Real {parameters};\n  Real {name} = {formula};"
+
+
+def _with_motions(
+    dae: Dae, coordinates: Sequence[str], efforts: Mapping[str, str]
+) -> tuple[Dae, dict[str, str]]:
+    """Each joint's law replaced by its motion; nothing is fixed at the start any more."""
+    equations = list(dae.equations)
+    variables = [
+        replace(v, fixed=False, start_written=v.start_written or v.fixed) for v in dae.variables
+    ]
+    found: dict[str, str] = {}
+    for k, coordinate in enumerate(coordinates):
+        effort = efforts[coordinate]
+        symbol, motion = dae.table.symbol(coordinate), dae.table.symbol(f"{_ADDED}{k}")
+        law = _law(dae, equations, effort)
+        if law is not None:
+            equations[law] = replace(equations[law], left=symbol, right=motion)
+            found[coordinate] = effort
+            continue
+        at = _definition(dae, equations, effort)
+        if at is None:
+            raise UsageError(
+                Diagnostic("C242", f"nothing more can drive `{coordinate}`: `{effort}` is given")
+            )
+        added = f"{effort}_drive"
+        while any(v.name == added for v in variables):
+            added += "_"
+        like = next(v for v in variables if v.name == effort)
+        variables.append(replace(like, name=added, description="Effort of the motion", start=None))
+        both = dae.table.add(equations[at].left, dae.table.symbol(added))
+        equations.append(replace(equations[at], left=symbol, right=motion))
+        equations[at] = replace(equations[at], left=both)
+        found[coordinate] = added
+    return replace(dae, equations=tuple(equations), variables=tuple(variables)), found
+
+
+def _law(dae: Dae, equations: Sequence[Equation], effort: str) -> int | None:
+    """The equation `effort = 0`."""
+    symbol, zero = dae.table.symbol(effort), dae.table.const(0.0)
+    for i, e in enumerate(equations):
+        if (e.left is symbol and e.right is zero) or (e.left is zero and e.right is symbol):
+            return i
+    return None
+
+
+def _definition(dae: Dae, equations: Sequence[Equation], effort: str) -> int | None:
+    """The equation that says how the effort acts: `tau = -frame_b.t`."""
+    symbol = dae.table.symbol(effort)
+    joint = effort.rpartition(".")[0]
+    for i, e in enumerate(equations):
+        if e.component == joint and e.left is symbol and not e.generated:
+            return i
+    return None

@@ -1,0 +1,178 @@
+"""A state of rest: where the mechanism would stay.
+
+In:   Model, parameters, start values, inputs (time stands still at the start)
+Out:  Equilibrium
+
+Velocities are held at zero. Positions q follow the accelerations that they then have,
+
+    dq/ds = a(q),
+
+which, as M*a = -dV/dq, leads downhill and ends only in a stable equilibrium; first-order
+states x follow their own derivatives. Steps are implicit (one Newton step each), their
+size grows as the accelerations fall, until they are Newton's own.
+
+Example: a pendulum of length 1 m hangs at phi = -pi/2, from whichever side it starts.
+
+Promises:  a start that is an equilibrium already is kept, even an unstable one (`stable`).
+Reference: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35(2), 1998, 508-523
+           (pseudo-transient continuation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from planarc.api.analysis.point import Point, derivative, open_point
+from planarc.api.htmltable import html_table
+from planarc.api.values import Value, start_values
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.options import RunOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.api.model import Model
+    from planarc.api.signals import Signal
+
+    Vector = NDArray[np.float64]
+
+STEPS = 500
+#: Longest change of a coordinate in one step (radians, metres).
+LONGEST = 0.3
+#: Accelerations below this part of the largest of the start (or of 1) count as zero.
+SMALL = 1e-9
+
+
+class Equilibrium(Data):
+    """`start` are start values for `simulate`; `values` all variables there."""
+
+    start: Mapping[str, float]
+    values: Mapping[str, float]
+    stable: bool
+    steps: int
+
+    def __repr__(self) -> str:
+        listed = ", ".join(f"{n} = {v + 0.0:.6g}" for n, v in self.start.items())
+        return f"<Equilibrium, {'stable' if self.stable else 'unstable'}: {listed}>"
+
+    def _repr_html_(self) -> str:
+        note = f"Equilibrium, {'stable' if self.stable else 'unstable'}"
+        return html_table(("start value", ""), self.start.items(), note)
+
+    def __getitem__(self, name: str) -> float:
+        from planarc.api.variables import unknown_name
+
+        if name not in self.values:
+            raise unknown_name("variable", name, self.values)
+        return self.values[name]
+
+
+def find_equilibrium(
+    model: Model,
+    parameters: Mapping[str, Value] | None,
+    start: Mapping[str, Value] | None,
+    inputs: Mapping[str, Signal] | None,
+) -> Equilibrium:
+    """Raises PlanarcError R471 where there is none to be found."""
+    model, settable = model.with_parameters(parameters)
+    options = RunOptions(
+        backend=model.backend, values=settable, starts=start_values(model.program, start)
+    )
+    return settle_down(open_point(model, options, inputs))
+
+
+def settle_down(point: Point) -> Equilibrium:
+    """From a point to the equilibrium below it."""
+    import numpy as np
+
+    way = _Way(point)
+    way.rest()
+    size = first = way.size()
+    begin = 0.2 / first if first else 1.0
+    pseudo = begin
+    for step in range(STEPS):
+        jacobian = derivative(way.pull, way.position())
+        growth = max((float(v.real) for v in np.linalg.eigvals(jacobian)), default=0.0)
+        zero = SMALL * max(1.0, min(first, 100.0))
+        if size <= zero and not (pseudo < 1e6 and step < 3 and size > 0):
+            return Equilibrium(point.starts(), point.values(), growth <= 1e-7, step)
+        if growth > 0 and size > zero:  # above a hill: no larger step than leads down from it
+            pseudo = min(pseudo, 0.5 / growth)
+        pseudo, size = way.step(jacobian, pseudo, size)
+    raise error(
+        "R471",
+        f"no equilibrium was found: after {STEPS} steps there is still an acceleration of "
+        f"{size:.3g}",
+        hint="is there anything that holds the mechanism? start values nearer to rest may help",
+    )
+
+
+class _Way:
+    """Where the search is: the states that are no velocities, and what pulls at them."""
+
+    def __init__(self, point: Point) -> None:
+        self.point = point
+        self.plan()
+
+    def plan(self) -> None:
+        states = self.point.states
+        at = {c.slot: i for i, c in enumerate(states)}
+        pairs = {i: at[c.derivative] for i, c in enumerate(states) if c.derivative in at}
+        self.velocities = sorted(set(pairs.values()))
+        self.free = [i for i in range(len(states)) if i not in set(self.velocities)]
+        self.rates = [pairs.get(i, i) for i in self.free]
+
+    def rest(self) -> None:
+        y = self.point.y.copy()
+        y[self.velocities] = 0.0
+        self.point.accept(y)
+        self.point.settle()
+
+    def position(self) -> Vector:
+        return self.point.y[self.free]
+
+    def pull(self, z: Vector) -> Vector:
+        y = self.point.y.copy()
+        y[self.free] = z
+        return self.point.rhs(y)[self.rates]
+
+    def size(self) -> float:
+        import numpy as np
+
+        return float(np.linalg.norm(self.pull(self.position())))
+
+    def step(self, jacobian: Vector, pseudo: float, size: float) -> tuple[float, float]:
+        """One step in pseudo-time; gives the next step size and the pull left."""
+        import numpy as np
+
+        z = self.position()
+        for _ in range(30):
+            matrix = np.eye(len(z)) / pseudo - jacobian
+            change = np.linalg.lstsq(matrix, self.pull(z), rcond=None)[0]
+            longest = float(np.max(np.abs(change), initial=0.0))
+            if longest <= LONGEST and (reached := self._go(z + change)) is not None:
+                grown = pseudo * min(10.0, max(0.1, size / reached)) if reached else 1e12
+                return min(1e12, grown), reached
+            pseudo /= 4
+        raise error(
+            "R471",
+            "no equilibrium was found: the way down ends where the equations have no solution",
+            hint="choose other start values",
+        )
+
+    def _go(self, z: Vector) -> float | None:
+        old, y = self.point.y.copy(), self.point.y.copy()
+        y[self.free] = z
+        try:
+            self.point.accept(y)
+            if self.point.run.selector.open:
+                self.point.reselect()
+                self.plan()
+            self.point.settle()
+            return self.size()
+        except PlanarcError:
+            self.point.accept(old)
+            return None

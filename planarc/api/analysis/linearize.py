@@ -1,0 +1,306 @@
+"""The linear model at a point, and its modes.
+
+    dx/dt = A*x + B*u,   y = C*x + D*u     (deviations from the point)
+
+Jacobians come from formulas (`codegen.slopes`). Where a function has no derivative, or none
+at this point, they are central differences of order four of the compiled equations, which
+are solved to rounding; their error is about 1e-12 of the values. `derivatives` says which.
+Reference: the natural frequency of an eigenvalue s is |s|, its damping ratio -Re(s)/|s|.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from planarc.api.analysis.point import Point, derivative, open_point
+from planarc.api.htmltable import html_table
+from planarc.api.values import Value, finite, start_values
+from planarc.api.variables import unknown_name
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import RunOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.api.model import Model
+    from planarc.api.result import Page, Result
+    from planarc.api.signals import Signal
+
+    Vector = NDArray[np.float64]
+
+
+class Mode(Data):
+    """An eigenvalue with its shape: the complex amplitude of each state."""
+
+    eigenvalue: complex
+    shape: Mapping[str, complex]
+
+    @property
+    def natural_frequency(self) -> float:
+        """In rad/s, as if there were no damping."""
+        return abs(self.eigenvalue)
+
+    @property
+    def frequency(self) -> float:
+        """In Hz, of the motion as it is."""
+        return abs(self.eigenvalue.imag) / (2 * math.pi)
+
+    @property
+    def mostly(self) -> str:
+        """The state that moves most."""
+        return max(self.shape, key=lambda name: abs(self.shape[name]))
+
+    @property
+    def damping(self) -> float:
+        """The damping ratio: 0 undamped, 1 no oscillation; negative where it grows."""
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size else 0.0
+
+
+class Linearization(Data, eq=False):
+    """Matrices with the names of their rows and columns, and the point (`time`, `values`)."""
+
+    A: Vector
+    B: Vector
+    C: Vector
+    D: Vector
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    time: float
+    values: Mapping[str, float]
+    derivatives: str  # `formulas` or `differences`
+    point: Point
+
+    def __repr__(self) -> str:
+        stable = "stable" if self.stable else "unstable"
+        given = f", {len(self.inputs)} inputs" if self.inputs else ""
+        states = ", ".join(self.states)
+        return f"<Linearization at t = {self.time:g} s, {stable}: states {states}{given}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            (m.eigenvalue, m.natural_frequency, m.frequency, m.damping, m.mostly)
+            for m in self.modes
+        )
+        head = ("eigenvalue [1/s]", "natural [rad/s]", "damped [Hz]", "damping", "mostly")
+        return html_table(head, rows, repr(self).strip("<>"))
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """In the order of `modes`."""
+        import numpy as np
+
+        return np.array([m.eigenvalue for m in self._all()], dtype=complex)
+
+    @property
+    def stable(self) -> bool:
+        """No eigenvalue lies to the right of the imaginary axis (but for rounding)."""
+        values = self.eigenvalues
+        return bool(all(v.real <= 1e-7 * max(1.0, abs(v)) for v in values))
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """From the slowest to the fastest; of a conjugate pair the one with Im > 0."""
+        return tuple(m for m in self._all() if m.eigenvalue.imag >= 0)
+
+    def _all(self) -> list[Mode]:
+        import numpy as np
+
+        if not len(self.states):
+            return []
+        values, vectors = np.linalg.eig(self.A)
+        order = sorted(
+            range(len(values)),
+            key=lambda i: (round(float(abs(values[i])), 9), -values[i].imag, values[i].real),
+        )
+        modes = []
+        for i in order:
+            shape = vectors[:, i] / vectors[np.argmax(np.abs(vectors[:, i])), i]
+            named = dict(zip(self.states, (complex(x) for x in shape), strict=True))
+            modes.append(Mode(complex(values[i]), named))
+        return modes
+
+    @overload
+    def animate(self, mode: Mode | int, amplitude: float = 0.2) -> Page: ...
+
+    @overload
+    def animate(
+        self, mode: Mode | int, amplitude: float = 0.2, *, path: str | Path, **picture: Any
+    ) -> Path: ...
+
+    def animate(
+        self,
+        mode: Mode | int,
+        amplitude: float = 0.2,
+        *,
+        path: str | Path | None = None,
+        **picture: Any,
+    ) -> Page | Path:
+        """The mechanism moving in one mode, the largest state by `amplitude`.
+
+        As a page for a notebook, or as a picture at `path`: see `Result.animate`.
+        """
+        motion = self.motion(mode, amplitude)
+        return motion.animate() if path is None else motion.animate(path, **picture)
+
+    def _mode(self, number: int) -> Mode:
+        modes = self.modes
+        if isinstance(number, int) and -len(modes) <= number < len(modes):
+            return modes[number]
+        raise UsageError(
+            Diagnostic(
+                "C245",
+                f"there is no mode {number!r}: the linear model has {len(modes)}",
+                hint="give one of `modes`, or its number, beginning at 0",
+            )
+        )
+
+    def motion(self, mode: Mode | int, amplitude: float = 0.2, rows: int = 60) -> Result:
+        """Three periods of a mode, undamped, as a result: small deviations, drawn large."""
+        import numpy as np
+
+        mode = mode if isinstance(mode, Mode) else self._mode(mode)
+        amplitude = finite("amplitude", amplitude)
+        shape = np.array([mode.shape[n] for n in self.states])
+        angles = np.linspace(0, 6 * math.pi, 3 * rows + 1)
+        return _frames(self.point, mode.natural_frequency or 1.0, angles, amplitude * shape)
+
+
+def linearize(
+    model: Model,
+    at: float | str | Mapping[str, Value] | None,
+    parameters: Mapping[str, Value] | None,
+    start: Mapping[str, Value] | None,
+    inputs: Mapping[str, Signal] | None,
+    outputs: Sequence[str] | None,
+) -> Linearization:
+    """See `Model.linearize`."""
+    model, settable = model.with_parameters(parameters)
+    names = _outputs(model, outputs)
+    starts = dict(start or {})
+    if isinstance(at, str):
+        if at not in ("start", "equilibrium"):
+            raise unknown_name("point to linearize at called", at, ("start", "equilibrium"))
+        if at == "equilibrium":
+            from planarc.api.analysis.equilibrium import find_equilibrium
+
+            starts |= find_equilibrium(model, settable, start, inputs).start
+    elif isinstance(at, Mapping):
+        starts |= at
+    options = RunOptions(
+        backend=model.backend, values=settable, starts=start_values(model.program, starts)
+    )
+    time = None if at is None or isinstance(at, str | Mapping) else finite("at", at)
+    if time is not None and time < model.program.experiment.start:
+        raise UsageError(Diagnostic("C240", f"t = {time:g} s lies before the start of the run"))
+    return at_point(open_point(model, options, inputs, time), names)
+
+
+def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
+    """The linear model at a point whose states are `point.y`."""
+    import numpy as np
+
+    program, n = point.program, len(point.y)
+    columns = {c.name: c for c in program.columns}
+    slots = [columns[name].slot for name in outputs]
+    signs = np.array([columns[name].sign for name in outputs], dtype=float)
+    held = [program.slots[name] for name in program.inputs]
+
+    jacobian = _by_formulas(point, held, slots, signs)
+    known = jacobian is not None
+    if jacobian is None:
+        jacobian = _by_differences(point, held, slots, signs)
+    return Linearization(
+        A=jacobian[:n, :n],
+        B=jacobian[:n, n:],
+        C=jacobian[n:, :n],
+        D=jacobian[n:, n:],
+        states=point.names,
+        inputs=program.inputs,
+        outputs=tuple(outputs),
+        time=point.t,
+        values=point.values(),
+        derivatives="formulas" if known else "differences",
+        point=point,
+    )
+
+
+def _by_formulas(
+    point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
+) -> Vector | None:
+    """d(rates, outputs)/d(states, inputs), or None."""
+    import numpy as np
+
+    rows = [*(c.derivative for c in point.states), *slots]
+    kernel: Any = point.kernel
+    found = kernel.derivatives(point.t, point.y.tolist(), held, rows)
+    if found is None:
+        return None
+    whole: Vector = np.concatenate([np.ones(len(point.y)), signs])[:, None] * found
+    return whole
+
+
+def _by_differences(
+    point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
+) -> Vector:
+    import numpy as np
+
+    n = len(point.y)
+
+    def both(z: Vector) -> Vector:
+        for slot, value in zip(held, z[n:].tolist(), strict=True):
+            point.kernel.w[slot] = value
+        y = z[:n]
+        rates = point.rhs(y)
+        return np.concatenate([rates, signs * point.outputs(y)[slots]]) if slots else rates
+
+    z = np.concatenate([point.y, [float(point.kernel.w[slot]) for slot in held]])
+    jacobian = derivative(both, z)
+    both(z)
+    point.accept(point.y)
+    return jacobian
+
+
+def _outputs(model: Model, outputs: Sequence[str] | None) -> tuple[str, ...]:
+    if outputs is None:
+        return model.program.outputs
+    names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    known = {c.name for c in model.program.columns}
+    for name in names:
+        if name not in known:
+            raise unknown_name("variable", name, known)
+    return names
+
+
+def _frames(point: Point, frequency: float, angles: Any, shape: Any) -> Result:
+    """A result with a row for each phase angle of a small motion around the point."""
+    import numpy as np
+
+    from planarc.api.result import Result
+    from planarc.ir.result import Result as Rows
+    from planarc.ir.result import StateChoice, Statistics
+
+    program = point.program
+    varying = list(dict.fromkeys(c.slot for c in program.columns if not c.constant))
+    rows = []
+    for angle in angles:
+        y = point.y + np.real(shape * np.exp(1j * angle))
+        rows.append(point.outputs(y)[varying])
+    w = point.outputs(point.y)
+    return Result(
+        Rows(
+            program=program,
+            time=np.asarray(angles) / frequency,
+            data=np.array(rows),
+            stored={slot: i for i, slot in enumerate(varying)},
+            constants={c.slot: float(w[c.slot]) for c in program.columns if c.constant},
+            statistics=Statistics("linear", str(point.run.backend)),
+            states=(StateChoice(point.t, point.names),),
+        )
+    )

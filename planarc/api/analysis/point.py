@@ -1,0 +1,196 @@
+"""A point of a model: a loaded kernel at consistent values, with states chosen.
+
+In:   Model, RunOptions (parameters and start values), inputs; a time
+Out:  Point    the kernel, the states, and the right-hand side as a function of them
+
+Time and inputs stand still at a point; relations keep their truth until `settle`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+from planarc.api.signals import ForcedKernel
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.ir.program import CandidateSlot
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.api.model import Model
+    from planarc.api.signals import Signal
+    from planarc.core.options import RunOptions
+    from planarc.ir.program import FixedSlot, Kernel, Program
+    from planarc.solve.run import Run
+
+    Vector: TypeAlias = NDArray[np.float64]
+
+#: Steps of differences, relative to max(1, |x|). Those of order four err by about 1e-13.
+STEP = 1e-3
+
+
+class Point:
+    """Values at time `t`; `y` are those of the states. Raises PlanarcError (R470) where
+    the equations have no solution."""
+
+    def __init__(self, run: Run, t: float, y: Sequence[float]) -> None:
+        self.run = run
+        self.program: Program = run.program
+        self.kernel: Kernel = run.kernel
+        if isinstance(run.kernel, ForcedKernel):
+            self.kernel = run.kernel.inner
+            run.kernel.force(t)
+        self.t = t
+        self.accept(y)
+
+    @property
+    def selection(self) -> list[int]:
+        return self.run.selection
+
+    @property
+    def states(self) -> list[CandidateSlot]:
+        return [self.program.candidates[i] for i in self.selection]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(c.display for c in self.states)
+
+    def accept(self, y: Sequence[float] | Vector, t: float | None = None) -> None:
+        """Make these states the point from which nonlinear blocks start."""
+        import numpy as np
+
+        from planarc.solve.start.sharing import misses
+
+        self.t = self.t if t is None else t
+        self.y: Vector = np.array(y, dtype=float)
+        self.outputs(self.y)
+        if misses(self.program, self.kernel):
+            raise self._unsolved()
+        self.kernel.accept(self.t)
+
+    def rhs(self, y: Vector) -> Vector:
+        """Derivatives of the states."""
+        import numpy as np
+
+        ydot = [0.0] * len(self.y)
+        if self.kernel.rhs(self.t, y.tolist(), ydot) != 0 or not np.all(np.isfinite(ydot)):
+            raise self._unsolved()
+        return np.array(ydot)
+
+    def outputs(self, y: Vector) -> Vector:
+        """The whole workspace."""
+        import numpy as np
+
+        if self.kernel.outputs(self.t, y.tolist()) != 0:
+            raise self._unsolved()
+        return np.array(self.kernel.w, dtype=float)
+
+    def _unsolved(self) -> PlanarcError:
+        return error(
+            "R470",
+            f"the equations have no solution near t = {self.t:.6g} s",
+            hint="the mechanism may be at the end of its reach there",
+        )
+
+    def settle(self) -> bool:
+        """Give relations the truth that they have here; whether one changed."""
+        g = [0.0] * len(self.program.relations)
+        if not g or self.kernel.roots(self.t, self.y.tolist(), g) != 0:
+            return False
+        changed = False
+        for relation, value in zip(self.program.relations, g, strict=True):
+            truth = float(value < 0 or (value == 0 and not relation.strict))
+            changed |= truth != self.kernel.w[relation.slot]
+            self.kernel.w[relation.slot] = truth
+        if changed:
+            self.kernel.discrete()
+            self.accept(self.y)
+        return changed
+
+    def reselect(self) -> None:
+        """Choose the states anew for the present values."""
+        run = self.run
+        self.outputs(self.y)
+        run.selection = run.selector.choose(())
+        self.kernel.select(run.selection)
+        self.accept([float(self.kernel.w[c.slot]) for c in self.states])
+
+    def values(self) -> dict[str, float]:
+        """All variables and parameters, by name."""
+        w = self.outputs(self.y)
+        return {c.name: c.sign * float(w[c.slot]) for c in self.program.columns}
+
+    def starts(self) -> dict[str, float]:
+        """Start values that lead to this point."""
+        return starts_at(self.program, self.outputs(self.y))
+
+
+def starts_at(program: Program, w: Sequence[float] | Vector) -> dict[str, float]:
+    """The values in a workspace as start values: of candidates for states, and of other
+    variables that have one."""
+    columns = {c.name: c for c in program.columns}
+    found = {}
+    items: tuple[CandidateSlot | FixedSlot, ...] = (*program.candidates, *program.fixed)
+    for item in items:
+        column = columns.get(item.display)
+        if column is not None and column.slot == item.slot:
+            found[item.display] = column.sign * float(w[item.slot])
+        elif isinstance(item, CandidateSlot):
+            found[item.name] = float(w[item.slot])
+    return found
+
+
+def derivative(f: Callable[[Vector], Vector], x: Vector, step: float = STEP) -> Vector:
+    """The Jacobian of a smooth function, by central differences of order four; `step` is
+    relative to max(1, |x|)."""
+    import numpy as np
+
+    columns = []
+    for j in range(len(x)):
+        h = np.zeros(len(x))
+        h[j] = step * max(1.0, abs(x[j]))
+        near, far = f(x + h) - f(x - h), f(x + 2 * h) - f(x - 2 * h)
+        columns.append((8 * near - far) / (12 * h[j]))
+    return np.array(columns).T if columns else np.zeros((len(f(x)), 0))
+
+
+def open_point(
+    model: Model,
+    options: RunOptions,
+    inputs: Mapping[str, Signal] | None = None,
+    at: float | None = None,
+) -> Point:
+    """The point at the start of a run, or at a time that the run reaches."""
+    from msgspec.structs import replace
+
+    from planarc.solve.run import Run
+    from planarc.solve.settings import resolve
+    from planarc.solve.simulate import set_workspace
+
+    compiled = model.compiled(options.backend)
+    program = compiled.program
+    if program.delays:
+        raise error(
+            "R474",
+            f"`{program.name}` uses `delay`, so that its past belongs to its state: it has no"
+            " linear model and no state of rest here",
+            program.delays[0].span,
+        )
+    begin = program.experiment.start if options.start is None else options.start
+    options = replace(options, stop=max(begin, program.experiment.stop) if at is None else at)
+    kernel = model.forced(compiled.load(), options, inputs)
+    request = resolve(program, options)
+    set_workspace(program, kernel, request)
+    run = Run(program, kernel, request, str(options.backend))
+    try:
+        run.begin()
+        if at is not None and at > begin:
+            run.go(None)
+        if run.ended is not None:
+            raise PlanarcError(run.ended)
+        y = [float(v) for v in run.integrator.y]
+        return Point(run, request.start if at is None else at, y)
+    finally:
+        run.close()

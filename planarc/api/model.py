@@ -1,0 +1,454 @@
+"""A compiled model, as a user holds it in Python.
+
+    model = planarc.load("four_bar.pmo")
+    model.parameters["crankBody.m"].value
+    result = model.simulate(stop_time=10, parameters={"crankBody.m": 2})
+
+It is compiled once; runs with other parameters and start values use the same code, and
+each has a workspace of its own, so that several threads may share one model. No result
+is ever kept.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from planarc.api.result import Result, RunStopped
+from planarc.api.values import Value, count, finite, parameter_values, start_values
+from planarc.api.variables import Names, Parameter, Variable, unknown_name
+from planarc.compiler import Compiled, compile_model
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.request.request import Request
+
+if TYPE_CHECKING:
+    from planarc.api.analysis.assemble import Assembly
+    from planarc.api.analysis.drive import Driven
+    from planarc.api.analysis.equilibrium import Equilibrium
+    from planarc.api.analysis.linearize import Linearization
+    from planarc.api.analysis.sensitivity import Sensitivities
+    from planarc.api.signals import Signal
+    from planarc.ir.program import Kernel, Program
+
+_TEXT = re.compile(r"[\n;]")
+_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
+
+
+class Recompiled(UserWarning):
+    """A structural parameter was changed, so the model was compiled again."""
+
+
+def recompiled(names: Collection[str]) -> str:
+    """The remark that some parameters are structural."""
+    verb = "is" if len(names) == 1 else "are"
+    return f"{' and '.join(f'`{n}`' for n in names)} {verb} structural: the model is compiled again"
+
+
+def load(
+    source: str | Path,
+    class_name: str | None = None,
+    *,
+    libraries: Sequence[str | Path] = (),
+    backend: str | None = None,
+    redundant: str | Redundant = Redundant.REFUSE,
+) -> Model:
+    """A model from a file, a class of a library (`PlanarMultiBody.Examples...`), or a text.
+
+    `class_name` names the class in a file or text that holds several; `backend` is
+    `native` or `numpy` (by default native where llvmlite is installed). `redundant="accept"`:
+    joints may hold the same motion more than once, as a third parallel bar does; of their
+    forces, in N and N.m at all frames of all joints, those of least squares are taken.
+    Raises PlanarcError with all diagnostics when the model is wrong.
+    """
+    given = (libraries,) if isinstance(libraries, str | Path) else libraries
+    folders = tuple(Path(p) for p in given)
+    if isinstance(source, Path):
+        request = Request(source, class_name, folders)
+    elif not isinstance(source, str):
+        raise UsageError(
+            Diagnostic("C206", f"a model is a file, a class or a text, not {type(source).__name__}")
+        )
+    elif not source.strip():
+        raise UsageError(Diagnostic("C206", "a model is a file, a class or a text, not nothing"))
+    elif _TEXT.search(source):
+        request = Request(None, class_name, folders, text=source)
+    elif source.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(source):
+        request = Request(Path(source), class_name, folders)
+    elif class_name is None:
+        request = Request(None, source, folders)
+    else:
+        request = Request(Path(source), class_name, folders)
+    choice = _choice(Redundant, "treatment of redundant joints", redundant)
+    return Model(replace(request, redundant=choice), _backend(backend))
+
+
+class Model:
+    """See the head of this file."""
+
+    def __init__(self, request: Request, backend: Backend) -> None:
+        self.request, self.backend = request, backend
+        self._compiled = {backend: compile_model(request, backend)}
+        self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
+        self._variables: dict[str, Variable] | None = None
+        self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
+        self._otherwise: Model | None = None  # redundant joints treated in the other way
+
+    def __repr__(self) -> str:
+        p = self.program
+        return f"<Model {p.name}: {p.equations_before} equations, {p.state_count} states>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        from planarc.ir.store import dumps
+
+        program = self.program
+        codes = {b: c.code for b, c in self._compiled.items()}
+        return {"request": self.request, "backend": self.backend, "warnings": self.warnings,
+                "program": dumps(program, program.table), "codes": codes}  # fmt: skip
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        from planarc.ir.store import loads
+
+        self.request, self.backend = state["request"], state["backend"]
+        program = loads(state["program"])
+        self._compiled = {
+            b: Compiled(program, b, code, state["warnings"]) for b, code in state["codes"].items()
+        }
+        self._variants, self._variables, self._driven, self._otherwise = {}, None, {}, None
+
+    # What it has
+
+    @property
+    def program(self) -> Program:
+        return self.compiled().program
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    @property
+    def description(self) -> str:
+        return self.program.description
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        return self.compiled().warnings
+
+    @property
+    def parameters(self) -> Names[Parameter]:
+        from planarc.api.variables import parameters_of
+
+        kernel = self.compiled().load()
+        kernel.parameters()
+        return Names("parameter", parameters_of(self.program, kernel))
+
+    @property
+    def variables(self) -> Names[Variable]:
+        """All that is no parameter, with start values and values at the start."""
+        if self._variables is None:
+            self._variables = self._find_variables()
+        return Names("variable", self._variables)
+
+    @property
+    def states(self) -> Names[Variable]:
+        """The variables that may be states: which of them are is chosen while running."""
+        known = self.variables
+        shown = (c.display for c in self.program.candidates)
+        return Names("state", {n: known[n] for n in shown if n in known})
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return self.program.inputs
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        return self.program.outputs
+
+    def _find_variables(self) -> dict[str, Variable]:
+        from planarc.api.analysis.point import open_point
+        from planarc.api.variables import variables_of
+
+        try:
+            kernel, started = open_point(self, RunOptions(backend=self.backend)).kernel, True
+        except PlanarcError:
+            kernel, started = self.compiled().load(), False
+            kernel.parameters()
+        return variables_of(self.program, kernel, started)
+
+    # Runs
+
+    def simulate(
+        self,
+        stop_time: float | None = None,
+        *,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        interval: float | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+        solver: str | Solver = Solver.AUTO,
+        fixed_step: float | None = None,
+        backend: str | Backend | None = None,
+        redundant: str | Redundant | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Result:
+        """Run the model; what is not given is as the model's experiment annotation says.
+
+        `parameters` and `start` set values by name (SI units), `inputs` are numbers,
+        functions of time or tables. `redundant`: see `planarc.load`; by default as the model
+        was loaded. Raises UsageError for a wrong request, PlanarcError
+        where there is no start, RunStopped (with the `result` so far) where the run fails.
+        """
+        model, settable = self.with_parameters(parameters)
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            interval=_time("interval", interval),
+            intervals=count("intervals", intervals),
+            tolerance=_time("tolerance", tolerance),
+            solver=_choice(Solver, "solver", solver),
+            fixed_step=_time("fixed_step", fixed_step),
+            backend=self.backend if backend is None else _backend(backend),
+            redundant=None
+            if redundant is None
+            else _choice(Redundant, "treatment of redundant joints", redundant),
+            values=settable,
+            starts=start_values(model.program, start),
+        )
+        return model.run(options, inputs, progress)
+
+    def run(
+        self,
+        options: RunOptions,
+        inputs: Mapping[str, Signal] | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Result:
+        """As `simulate`, with options that were checked already."""
+        from planarc.solve.simulate import simulate
+
+        if options.redundant not in (None, self.request.redundant):
+            return self._with_redundant(options.redundant).run(options, inputs, progress)
+        compiled = self.compiled(options.backend)
+        kernel = self.forced(compiled.load(), options, inputs)
+        rows = simulate(compiled.program, kernel, options, progress=progress)
+        result = Result(rows, compiled)
+        ended = result.ended
+        if ended is not None and ended.severity is Severity.ERROR:
+            raise RunStopped(ended, result)
+        return result
+
+    def _with_redundant(self, choice: Redundant) -> Model:
+        if self._otherwise is None:
+            self._otherwise = Model(replace(self.request, redundant=choice), self.backend)
+            self._otherwise.take_name(self.program)
+        return self._otherwise
+
+    def forced(
+        self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None
+    ) -> Kernel:
+        """The kernel with inputs that follow what is given."""
+        if not inputs:
+            return kernel
+        from planarc.api.signals import ForcedKernel, read_signal
+        from planarc.api.values import by_name
+
+        program, inputs = self.program, by_name(inputs)
+        for name in inputs:
+            if name not in program.inputs:
+                raise unknown_name("input", name, program.inputs)
+        signals = {program.slots[n]: read_signal(n, s) for n, s in inputs.items()}
+        begin = program.experiment.start if options.start is None else options.start
+        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in signals.items()}, begin)
+
+    def compiled(self, backend: Backend | None = None) -> Compiled:
+        """The code for a back end, made when it is first asked for."""
+        backend = backend or self.backend
+        if backend not in self._compiled:
+            from planarc.compiler import to_code
+
+            known = next(iter(self._compiled.values()))
+            code = to_code(known.program, backend)
+            self._compiled[backend] = replace(known, backend=backend, code=code)
+        return self._compiled[backend]
+
+    def with_parameters(
+        self, parameters: Mapping[str, Value] | None
+    ) -> tuple[Model, dict[str, float]]:
+        """The model to run, and values to set. Structural ones make another model."""
+        values = parameter_values(self.program, parameters)
+        structural = {p.name: p for p in self.program.parameter_slots if p.structural}
+        changed = {n: v for n, v in values.items() if n in structural}
+        if not changed:
+            return self, values
+        kernel = self.compiled().load()
+        kernel.parameters()
+        changed = {n: v for n, v in changed.items() if kernel.w[structural[n].slot] != v}
+        rest = {n: v for n, v in values.items() if n not in structural}
+        if not changed:
+            return self, rest
+        from planarc.api.variant import texts_of
+
+        key = tuple(sorted(changed.items()))
+        if key not in self._variants:
+            texts = texts_of(self.request, self.program, changed, self.backend)
+            warnings.warn(recompiled(changed), Recompiled, stacklevel=3)
+            self._variants[key] = self.variant(texts)
+        return self._variants[key], rest
+
+    def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
+        """This model with some values as Modelica text, compiled anew."""
+        from planarc.api.variant import variant_of
+
+        model = Model(variant_of(self.request, values, declarations), self.backend)
+        model.take_name(self.program)
+        return model
+
+    def take_name(self, of: Program) -> None:
+        """Be called as another model, of which this is a variant."""
+        from planarc.api.variant import named_like
+
+        for backend, compiled in self._compiled.items():
+            self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
+
+    # Analyses
+
+    def linearize(
+        self,
+        at: float | str | Mapping[str, Value] | None = None,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> Linearization:
+        """The linear model at a point: the start (default), a time, or given start values.
+
+        `at="equilibrium"` looks for the nearest stable equilibrium first.
+        """
+        from planarc.api.analysis.linearize import linearize
+
+        return linearize(self, at, parameters, start, inputs, outputs)
+
+    def equilibrium(
+        self,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
+    ) -> Equilibrium:
+        """A state of rest near the start: stable, where there is a way down to one."""
+        from planarc.api.analysis.equilibrium import find_equilibrium
+
+        return find_equilibrium(self, parameters, start, inputs)
+
+    def assemble(
+        self,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        tries: int = 200,
+    ) -> tuple[Assembly, ...]:
+        """All ways to put the mechanism together that many guesses find."""
+        from planarc.api.analysis.assemble import assemble
+
+        return assemble(self, parameters, start, tries)
+
+    def drive(
+        self,
+        motion: str | Mapping[str, Signal | str],
+        signal: Signal | str | None = None,
+        *,
+        stop_time: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+    ) -> Driven:
+        """Inverse dynamics: the effort that a motion of joint coordinates needs.
+
+        `model.drive("crank.phi", f)`: `f` is a function of time, a table, three functions
+        (position, velocity, acceleration), or a text in Modelica such as `"sin(2*time)"`.
+        """
+        from planarc.api.analysis.drive import drive
+
+        motions = dict(motion) if isinstance(motion, Mapping) else {motion: signal}
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            tolerance=_time("tolerance", tolerance),
+            intervals=count("intervals", intervals),
+            backend=self.backend,
+        )
+        return drive(self, motions, options, parameters, start)
+
+    def driven(
+        self,
+        coordinates: Sequence[str],
+        efforts: Mapping[str, str],
+        texts: Sequence[str | None],
+    ) -> tuple[Compiled, dict[str, str]]:
+        """The model with driven joints, compiled when it is first asked for."""
+        from planarc.api.analysis.drive import compile_driven
+
+        key = (tuple(coordinates), tuple(texts))
+        if key not in self._driven:
+            self._driven[key] = compile_driven(self, coordinates, efforts, texts)
+        return self._driven[key]
+
+    def sensitivities(
+        self,
+        parameters: Sequence[str],
+        *,
+        stop_time: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        intervals: int | None = None,
+        values: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+    ) -> Sensitivities:
+        """Derivatives of all variables with respect to some parameters, over time."""
+        from planarc.api.analysis.sensitivity import sensitivities
+
+        model, settable = self.with_parameters(values)
+        options = RunOptions(
+            start=_time("start_time", start_time),
+            stop=_time("stop_time", stop_time),
+            tolerance=_time("tolerance", tolerance),
+            intervals=count("intervals", intervals),
+            backend=self.backend,
+            values=settable,
+            starts=start_values(model.program, start),
+        )
+        return sensitivities(model, parameters, options)
+
+
+def _time(name: str, value: Any) -> float | None:
+    return None if value is None else finite(name, value)
+
+
+def _choice(kind: Any, name: str, value: Any) -> Any:
+    try:
+        return kind(value)
+    except ValueError:
+        raise unknown_name(name, str(value), [k.value for k in kind]) from None
+
+
+def _backend(value: str | Backend | None) -> Backend:
+    from importlib.util import find_spec
+
+    if value is not None:
+        chosen: Backend = _choice(Backend, "back end", value)
+        if chosen is Backend.NUMPY or find_spec("llvmlite") is not None:
+            return chosen
+        raise UsageError(
+            Diagnostic("C207", "the native back end needs `llvmlite`, which is not installed")
+        )
+    return Backend.NATIVE if find_spec("llvmlite") is not None else Backend.NUMPY

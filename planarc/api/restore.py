@@ -1,0 +1,211 @@
+"""A result that was written to a file, as if its run had just ended.
+
+In:   Table      the numbers of a .csv or .mat file, of planarc or another tool
+      Compiled   the model that made them, or nothing
+Out:  Result
+
+A file holds numbers; what is drawn, units and descriptions are the model's. With the model the
+numbers of the file count, and where it has none (a .csv holds no parameters) the values that
+the model gives to what never changes. Without one there are curves and nothing that moves.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.options import Backend
+from planarc.ir.dae import Kind
+from planarc.ir.expr import Exprs
+from planarc.ir.program import Column, Program
+from planarc.ir.result import Result, Statistics
+from planarc.request.request import Request
+
+if TYPE_CHECKING:
+    from planarc.compiler import Compiled
+    from planarc.ir.program import Kernel
+    from planarc.view.table.files import Table
+
+#: A model belongs to a file when at least this part of its varying variables is in it.
+_SHARE = 0.5
+_SUFFIXES = (".pmo", ".mo")
+_WORST = 3
+
+_READ = Statistics("read from a file", "none")
+
+
+class Restored(Data):
+    """`kernel` stands at the parameters of the run; None without a model."""
+
+    result: Result
+    kernel: Kernel | None
+    notes: tuple[str, ...] = ()
+
+
+def find_request(name: str, folders: Sequence[Path], libraries: Sequence[Path]) -> Request | None:
+    """The model of a class name: a file beside the result that declares it, or a library's.
+
+    None where there is none, or several files declare it.
+    """
+    if re.fullmatch(r"\w+(\.\w+)+", name):
+        return Request(None, name, tuple(libraries))
+    if not re.fullmatch(r"\w+", name):
+        return None
+    declares = re.compile(rf"^\s*(?:partial\s+)?(?:model|class|block)\s+{name}\b", re.MULTILINE)
+    found = [path for path in _model_files(folders) if declares.search(_text(path))]
+    return Request(found[0], name, tuple(libraries)) if len(found) == 1 else None
+
+
+def _model_files(folders: Sequence[Path]) -> list[Path]:
+    different = {folder.resolve(): folder for folder in folders}
+    return sorted(
+        path
+        for folder in different.values()
+        for path in folder.iterdir()
+        if path.suffix in _SUFFIXES and path.is_file()
+    )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def restore(table: Table, name: str, compiled: Compiled | None) -> Restored:
+    """Raises UsageError C290 where the numbers are not of that model."""
+    if compiled is None:
+        return Restored(_bare(table, name), None)
+    return _of_model(table, name, compiled)
+
+
+def compile_request(request: Request) -> Compiled:
+    """With native code where it can be had."""
+    from importlib.util import find_spec
+
+    from planarc.compiler import compile_model
+
+    native = find_spec("llvmlite") is not None
+    return compile_model(request, Backend.NATIVE if native else Backend.NUMPY)
+
+
+def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
+    import numpy as np
+
+    program = compiled.program
+    _refuse_stranger(table, name, program)
+    kernel = compiled.load()
+    # Parameters that the file tells, then all that follow from them.
+    for p in program.parameter_slots:
+        if p.name in table and len(table.time):
+            kernel.w[p.slot] = float(table[p.name][0])
+        elif p.default is not None:
+            kernel.w[p.slot] = p.default
+    kernel.parameters()
+    known = {c.slot: c for c in program.columns if c.name in table}
+    varying = {s: c for s, c in known.items() if not _is_constant(c, table)}
+    stored = {slot: i for i, slot in enumerate(varying)}
+    data = np.empty((len(table.time), len(stored)))
+    for slot, column in varying.items():
+        data[:, stored[slot]] = column.sign * table[column.name]
+    constants = {c.slot: float(kernel.w[c.slot]) for c in program.columns if c.slot not in stored}
+    constants.update(
+        (s, float(c.sign * table[c.name][0]))
+        for s, c in known.items()
+        if s not in stored and len(table.time)
+    )
+    # What varies and is not in the file is not known at all.
+    lost = {c.name for c in program.columns if not c.constant and c.slot not in known}
+    program = replace(program, columns=tuple(c for c in program.columns if c.name not in lost))
+    notes = []
+    own = [c for c in lost if not c.startswith("$")]
+    if own:
+        shown = ", ".join(f"`{n}`" for n in sorted(own)[:_WORST])
+        notes.append(f"{name} does not hold {len(own)} variables of the model, such as {shown}")
+    return Restored(
+        Result(program, table.time, data, stored, constants, _READ), kernel, tuple(notes)
+    )
+
+
+def _is_constant(column: Column, table: Table) -> bool:
+    values = table[column.name]
+    return column.constant or bool(len(values) and (values == values[0]).all())
+
+
+def _refuse_stranger(table: Table, name: str, program: Program) -> None:
+    own = [c.name for c in program.columns if not c.constant and not c.name.startswith("$")]
+    there = sum(n in table for n in own)
+    if own and there < _SHARE * len(own):
+        raise UsageError(
+            Diagnostic(
+                "C290",
+                f"`{name}` is no result of `{program.name}`: it holds {there} of the model's"
+                f" {len(own)} variables",
+                hint="give the model that made it with `--model`",
+            )
+        )
+
+
+def _bare(table: Table, name: str) -> Result:
+    """Only curves: units as far as the file tells them."""
+    import numpy as np
+
+    names = [n for n in table.columns if n != "time"]
+    slots = {n: i for i, n in enumerate(names)}
+    columns = tuple(
+        Column(n, i, 1, Kind.REAL, table.units.get(n, ""), constant=_same(table[n]))
+        for n, i in slots.items()
+    )
+    empty: Any = ()
+    program = Program(
+        name=table.model or name,
+        table=Exprs(),
+        size=len(slots),
+        slots=slots,
+        columns=columns,
+        parameter_slots=empty,
+        candidates=empty,
+        fixed=empty,
+        discretes=empty,
+        relations=empty,
+        samplers=empty,
+        whens=empty,
+        assertions=empty,
+        blocks=empty,
+        parameters=empty,
+        levels=empty,
+        rest=empty,
+        initial=empty,
+        initial_residuals=empty,
+        roots=empty,
+        discrete=empty,
+        equations=empty,
+    )
+    moving = [c for c in columns if not c.constant]
+    data = np.empty((len(table.time), len(moving)))
+    for i, column in enumerate(moving):
+        data[:, i] = table[column.name]
+    constants = {c.slot: float(table[c.name][0]) for c in columns if c.constant}
+    stored = {c.slot: i for i, c in enumerate(moving)}
+    return Result(program, table.time, data, stored, constants, _READ)
+
+
+def _same(values: Any) -> bool:
+    return bool(len(values) and (values == values[0]).all())
+
+
+def compile_guess(request: Request, table: Table) -> Compiled | None:
+    """A model that was only guessed; None where it does not compile, or is another one."""
+    try:
+        compiled = compile_request(request)
+        _refuse_stranger(table, "", compiled.program)
+    except PlanarcError:
+        return None
+    return compiled

@@ -1,0 +1,383 @@
+"""The result of a run, as a user holds it: arrays by name, tables, curves, the moving picture."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from planarc.api.variables import unknown_name
+from planarc.core.diagnostic import Diagnostic, RunError, UsageError
+from planarc.core.extras import need
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import xarray
+    from numpy.typing import NDArray
+
+    from planarc.compiler import Compiled
+    from planarc.ir.insight import Insight, Layer
+    from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
+    from planarc.ir.result import Result as Rows
+
+    Vector = NDArray[np.float64]
+
+
+class RunStopped(RunError):
+    """The run ended before its time; `result` holds what was computed until then."""
+
+    def __init__(self, diagnostic: Diagnostic, result: Result) -> None:
+        super().__init__(diagnostic)
+        self.result = result
+
+
+class Result:
+    """What a run gave. `result["crank.phi"]` is an array over `result.time`.
+
+    Values are in SI units, as `unit(name)` says. A variable that does not change has an
+    array too. The name of an array, `result["body.r_0"]`, gives an array with one more axis
+    for each of its subscripts. Going through a result gives the names of its variables.
+    """
+
+    def __init__(self, rows: Rows, compiled: Compiled | None = None) -> None:
+        self.rows = rows
+        self._compiled = compiled  # what made them: it tells how near dead points are
+
+    def __getitem__(self, name: str) -> Vector:
+        """Raises UnknownName (a UsageError and a KeyError)."""
+        if isinstance(name, str) and name in self.rows:
+            return self.rows[name]
+        import numpy as np
+
+        names, shape = self._elements(name)
+        return np.stack([self.rows[n] for n in names], axis=-1).reshape(len(self), *shape)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self.rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.rows.columns)
+
+    def _elements(self, name: Any) -> tuple[list[str], tuple[int, ...]]:
+        """The scalars of an array, the last subscript fastest, and its sizes."""
+        from math import prod
+
+        from planarc.api.values import elements_of
+
+        found = elements_of(name, self.rows.columns) if isinstance(name, str) else {}
+        shape = tuple(max(at) for at in zip(*found, strict=True))
+        if not found or prod(shape) != len(found):
+            raise unknown_name("variable", name, self.rows.columns)
+        return [found[at] for at in sorted(found)], shape
+
+    def _scalars(self, names: Iterable[str]) -> list[str]:
+        """The names with those of the elements in the place of arrays."""
+        scalars: list[str] = []
+        for name in names:
+            known = name == "time" or name in self.rows.columns
+            scalars += [name] if known else self._elements(name)[0]
+        return scalars
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self.rows.time)
+
+    def __repr__(self) -> str:
+        time = self.time
+        span = f"{time[0]:g} to {time[-1]:g} s" if len(time) else "no time"
+        return f"<Result of {self.name}: {len(self)} rows, {span}, {self.statistics.solver}>"
+
+    @property
+    def name(self) -> str:
+        return self.rows.program.name
+
+    @property
+    def time(self) -> Vector:
+        return self.rows.time
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all variables and parameters."""
+        return tuple(self.rows.columns)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values that the run used."""
+        known = {p.name for p in self.rows.program.parameter_slots}
+        return {
+            n: c.sign * float(self.rows.constants[c.slot])
+            for n, c in self.rows.columns.items()
+            if n in known and c.slot in self.rows.constants
+        }
+
+    @property
+    def statistics(self) -> Statistics:
+        return self.rows.statistics
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        return self.rows.events
+
+    @property
+    def states(self) -> tuple[StateChoice, ...]:
+        """Which variables were states, and from when on."""
+        return self.rows.states
+
+    @property
+    def start(self) -> tuple[Held, ...]:
+        """How each start value was used."""
+        return self.rows.held
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        return self.rows.warnings
+
+    @property
+    def ended(self) -> Diagnostic | None:
+        """Why the run ended before its stop time, if it did."""
+        return self.rows.ended
+
+    @property
+    def units(self) -> dict[str, str]:
+        return {n: c.unit for n, c in self.rows.columns.items()}
+
+    def unit(self, name: str) -> str:
+        """The unit of a variable, empty where it has none."""
+        return "s" if name == "time" else self.rows.columns[self._scalars([name])[0]].unit
+
+    def description(self, name: str) -> str:
+        return self.rows.columns[self._scalars([name])[0]].description
+
+    def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
+        """Values at other times, on straight lines between the rows."""
+        import numpy as np
+
+        values = self[name]
+        if values.ndim == 1:
+            return np.interp(times, self.time, values)
+        columns = [np.interp(times, self.time, c) for c in values.reshape(len(self), -1).T]
+        return np.stack(columns, axis=-1).reshape(*np.shape(times), *values.shape[1:])
+
+    def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
+        """Names: all variables that change, those of a list, or those that match a regex."""
+        columns = self.rows.columns
+        if variables is None:
+            return [n for n, c in columns.items() if not c.constant]
+        if isinstance(variables, str):
+            if variables in columns:
+                return [variables]
+            try:
+                pattern = re.compile(variables)
+            except re.error as problem:
+                raise UsageError(
+                    Diagnostic("C220", f"`{variables}` is no regular expression: {problem}")
+                ) from None
+            found = [n for n in columns if pattern.search(n)]
+            if not found:
+                raise unknown_name("variable", variables, columns)
+            return found
+        return self._scalars(variables)
+
+    # Tables
+
+    def to_pandas(self, variables: str | Iterable[str] | None = None) -> pandas.DataFrame:
+        """A DataFrame over `time`. Needs pandas (`pip install planarc[tables]`)."""
+        module = need("pandas", "tables")
+        names = self.select(variables)
+        index = module.Index(self.time, name="time")
+        frame: pandas.DataFrame = module.DataFrame({n: self[n] for n in names}, index=index)
+        frame.attrs["units"] = {n: self.unit(n) for n in names}
+        return frame
+
+    def to_xarray(self, variables: str | Iterable[str] | None = None) -> xarray.Dataset:
+        """A Dataset with units and descriptions. Needs xarray (`pip install planarc[tables]`)."""
+        module = need("xarray", "tables")
+        columns = {
+            n: ("time", self[n], {"units": self.unit(n), "long_name": self.description(n)})
+            for n in self.select(variables)
+        }
+        coordinate = {"time": ("time", self.time, {"units": "s"})}
+        dataset: xarray.Dataset = module.Dataset(columns, coordinate, {"model": self.name})
+        return dataset
+
+    def to_csv(
+        self,
+        path: str | Path,
+        variables: str | Iterable[str] | None = None,
+        *,
+        units: bool = False,
+    ) -> Path:
+        """All variables, or some; with `units` in the head of each column."""
+        return self._write(Path(path), ".csv", variables, units)
+
+    def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
+        """MATLAB level 4, as Modelica tools share it."""
+        return self._write(Path(path), ".mat", variables, False)
+
+    def _write(
+        self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
+    ) -> Path:
+        from planarc.view.table.files import write_table
+
+        only = None
+        if variables is not None:
+            names = "|".join(re.escape(n) for n in self.select(variables))
+            only = re.compile(rf"\A(?:{names})\Z")
+        if path.is_dir():
+            raise UsageError(
+                Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
+            )
+        if path.suffix.lower() != suffix:
+            path = path.with_name(path.name + suffix)
+        write_table(path, self.rows, only, units)
+        return path
+
+    # Pictures
+
+    def plot(self, *names: str | Sequence[str], x: str = "time", axes: Any = None) -> Any:
+        """Curves against time or another variable, by matplotlib; gives the axes.
+
+        Variables of one unit share a panel; of several units come several axes, one below
+        the other, as an array. `axes` takes all of them. Without names, the coordinates of
+        the joints. Needs `pip install planarc[plot]`.
+        """
+        from planarc.view.picture import chart
+
+        asked = tuple(
+            name
+            for given in names
+            for name in (given if isinstance(given, list | tuple) else (given,))
+        )
+        if not asked:
+            from planarc.view.page.figures import shown_names
+
+            asked = shown_names(self.rows)
+        table = chart.table_of(self.rows)
+        asked = tuple(self._scalars(asked))
+        chart.check_names(table, (*asked, x))
+        panels = chart.panels_of(table, asked) if axes is None else [asked]
+        if axes is None:
+            pyplot = need("matplotlib.pyplot", chart.EXTRA)
+            size = (6.4, 1.2 + 3.0 * len(panels))
+            axes = pyplot.subplots(len(panels), sharex=True, figsize=size, layout="constrained")[1]
+        chart.draw_panels(axes if len(panels) > 1 else [axes], table, panels, x)
+        return axes
+
+    @overload
+    def animate(self, *, curves: Sequence[str] | None = None) -> Page: ...
+
+    @overload
+    def animate(
+        self,
+        path: str | Path,
+        *,
+        begin: float | None = None,
+        end: float | None = None,
+        at: float | None = None,
+        speed: float | None = None,
+        rate: float = 25.0,
+        width: int = 640,
+        dark: bool | None = None,
+        traces: Sequence[str] = (),
+        layers: Sequence[str] = (),
+    ) -> Path: ...
+
+    def animate(
+        self,
+        path: str | Path | None = None,
+        *,
+        curves: Sequence[str] | None = None,
+        begin: float | None = None,
+        end: float | None = None,
+        at: float | None = None,
+        speed: float | None = None,
+        rate: float = 25.0,
+        width: int = 640,
+        dark: bool | None = None,
+        traces: Sequence[str] = (),
+        layers: Sequence[str] = (),
+    ) -> Page | Path:
+        """The moving mechanism: beside curves on a page that a notebook shows, or as a file.
+
+        The ending of `path` says what: `.svg`, which moves by itself in a browser, `.gif`,
+        `.mp4`, or `.png` (one instant). Shown is the run from `begin` to `end` (s), `speed`
+        seconds of it in one, with `rate` frames a second, or the one instant `at`. `width`
+        is in pixels; `traces` names points whose paths are drawn, `layers` what the page
+        lays over the mechanism (`forces`, `velocities`, `accelerations`, `paths`). All but `.svg`
+        needs `pip install planarc[pictures]`.
+        """
+        if path is None:
+            return self._page(curves)
+        from planarc.view.picture.make import PictureOptions, write_picture
+        from planarc.view.picture.motion import When
+
+        when = When(begin, end, speed, rate)
+        options = PictureOptions(when, at, width, dark, tuple(traces), tuple(layers))
+        found: Sequence[Layer] = ()
+        if layers:
+            from planarc.compiler import study
+
+            found = study(self.rows).layers
+        write_picture(Path(path), self.rows, options, found)
+        return Path(path)
+
+    def _page(self, curves: Sequence[str] | None) -> Page:
+        from planarc.view.page.report import render_page
+        from planarc.view.scene import make_scene
+
+        shown = None if curves is None else tuple(self._scalars(curves))
+        scene, insight = make_scene(self.rows), self._insight()
+        return Page(render_page(self.rows, scene, self._summary(), shown, insight))
+
+    def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
+        """Write that page to a file of its own, which needs no network."""
+        from planarc.view.page import write_report
+        from planarc.view.scene import make_scene
+
+        shown = None if curves is None else self._scalars(curves)
+        scene, insight = make_scene(self.rows), self._insight()
+        write_report(Path(path), self.rows, scene, self._summary(), shown, insight)
+        return Path(path)
+
+    def _insight(self) -> Insight:
+        from planarc.compiler import study
+
+        return study(self.rows, None if self._compiled is None else self._compiled.load())
+
+    def _summary(self) -> tuple[tuple[str, str], ...]:
+        s = self.statistics
+        states = ", ".join(self.states[-1].states) if self.states else ""
+        return (
+            ("model", self.name),
+            ("states", states or "none"),
+            ("solver", f"{s.solver}, {s.backend} back end"),
+            ("steps", f"{s.steps}, events {s.events}"),
+        )
+
+    def _repr_html_(self) -> str:
+        return self.animate()._repr_html_()
+
+
+class Page:
+    """An HTML page; notebooks show it in place."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def save(self, path: str | Path) -> Path:
+        from planarc.view.storage import replacing
+
+        with replacing(Path(path)) as file:
+            file.write(self.text.encode())
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        import html
+
+        inside = html.escape(self.text, quote=True)
+        return (
+            f'<iframe srcdoc="{inside}" style="width:100%;height:640px;border:0" '
+            'sandbox="allow-scripts"></iframe>'
+        )

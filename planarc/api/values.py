@@ -1,0 +1,159 @@
+"""Values as a user writes them in Python, made into numbers by name, or refused.
+
+An array parameter takes a sequence: `{"rod.r": [0.5, 0]}` sets `rod.r[1]` and `rod.r[2]`.
+Truth values and the names of enumeration literals are taken too.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planarc.api.variables import unknown_name
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.ir.program import Program
+
+#: A number, a truth value, the name of an enumeration literal, or a (nested) sequence of them.
+Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"
+
+_START = ".start"
+
+
+def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
+    """By name of a scalar parameter. Raises UsageError (C201 to C203)."""
+    known = {p.name: p for p in program.parameter_slots}
+    result: dict[str, float] = {}
+    for name, value in _scalars(given, known, "parameter", program):
+        literals = known[name].literals if name in known else ()
+        result[name] = _number(name, value, literals)
+    return result
+
+
+def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
+    """By name of a variable; `x.start` is understood as `x`."""
+    known = {c.name: c for c in program.columns}
+    known |= {c.name: c for c in program.candidates if c.name not in known}  # type: ignore[misc]
+    plain = {
+        n.removesuffix(_START) if isinstance(n, str) and n not in known else n: v
+        for n, v in by_name(given).items()
+    }
+    return {n: _number(n, v, ()) for n, v in _scalars(plain, known, "variable", program)}
+
+
+def finite(name: str, value: Any) -> float:
+    """A number, or UsageError."""
+    return _number(name, value, ())
+
+
+def count(name: str, value: Any) -> int | None:
+    """A whole number, or None where none is given. Raises UsageError."""
+    if value is None:
+        return None
+    number = finite(name, value)
+    if number != int(number):
+        raise UsageError(Diagnostic("C202", f"`{name}` takes an integer, not {number:g}"))
+    return int(number)
+
+
+def by_name(given: Any) -> Mapping[str, Any]:
+    """What is given as a mapping, or UsageError."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise UsageError(
+            Diagnostic(
+                "C202",
+                f"values are given by name, not as {type(given).__name__}",
+                hint='write them as {"rod.L": 0.5}',
+            )
+        )
+    return given
+
+
+def _scalars(
+    given: Mapping[str, Value] | None, known: Mapping[str, Any], kind: str, program: Program
+) -> Iterable[tuple[str, Any]]:
+    for name, value in by_name(given).items():
+        if name in known:
+            if _is_sequence(value) and getattr(value, "shape", None) != ():
+                raise _shape(name, "one number", value)
+            yield name, value
+            continue
+        elements = elements_of(name, known) if isinstance(name, str) else {}
+        if elements:
+            yield from _elements(name, value, elements)
+        elif kind == "parameter" and any(c.name == name for c in program.columns):
+            raise UsageError(
+                Diagnostic(
+                    "C201",
+                    f"`{name}` is a variable, not a parameter",
+                    hint=f'give its start value: start={{"{name}": ...}}',
+                )
+            )
+        else:
+            raise unknown_name(kind, name, known)
+
+
+def elements_of(name: str, known: Iterable[str]) -> dict[tuple[int, ...], str]:
+    """The scalars of an array by their subscripts: `a[1].n[3]` is (1, 3) of `a.n`."""
+    parts = (
+        p if p.endswith(r"\]") else rf"{p}(?:\[([\d,]+)\])?" for p in re.escape(name).split(r"\.")
+    )
+    pattern = re.compile(r"\.".join(parts))
+    found = ((n, pattern.fullmatch(n)) for n in known)
+    return {
+        tuple(int(i) for group in match.groups() if group for i in group.split(",")): n
+        for n, match in found
+        if match
+    }
+
+
+def _elements(
+    name: str, value: Any, elements: Mapping[tuple[int, ...], str]
+) -> Iterable[tuple[str, Any]]:
+    """The scalars of an array, by their names."""
+    found: dict[tuple[int, ...], Any] = {}
+    stack: list[tuple[tuple[int, ...], Any]] = [((), value)]
+    while stack:
+        at, item = stack.pop()
+        if not _is_sequence(item):
+            found[at] = item
+            continue
+        stack.extend(((*at, i), part) for i, part in enumerate(item, 1))
+    if found.keys() != elements.keys():
+        names = list(elements.values())
+        raise _shape(name, f"{len(names)} numbers, {names[0]} to {names[-1]}", value)
+    return [(n, found[at]) for at, n in elements.items()]
+
+
+def _is_sequence(value: Any) -> bool:
+    return not isinstance(value, str | bytes) and hasattr(value, "__iter__")
+
+
+def _shape(name: str, wanted: str, value: Any) -> UsageError:
+    given = getattr(value, "shape", None)
+    what = f"of shape {given}" if given is not None else f"{value!r:.60}"
+    return UsageError(Diagnostic("C203", f"`{name}` takes {wanted}, not a value {what}"))
+
+
+def _number(name: str, value: Any, literals: Sequence[str]) -> float:
+    if isinstance(value, str):
+        short = {n.rpartition(".")[2]: i for i, n in enumerate(literals, 1)}
+        if value.rpartition(".")[2] in short:
+            return float(short[value.rpartition(".")[2]])
+        if literals:
+            raise unknown_name(f"value of `{name}` called", value, short)
+    try:
+        number = math.nan if isinstance(value, str | bytes) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+        value = str(value)
+    if isinstance(value, str | bytes):
+        raise UsageError(Diagnostic("C202", f"`{name}` takes a number, not `{value!s:.60}`"))
+    if not math.isfinite(number):
+        raise UsageError(Diagnostic("C202", f"`{name}` must be a finite number, not {number:g}"))
+    return number

@@ -1,0 +1,129 @@
+"""What a model has: its parameters and variables, as a user looks them up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.ir.program import Kernel, Program
+
+
+class UnknownName(UsageError, KeyError):
+    """There is no such parameter or variable; the hint names the nearest ones."""
+
+
+class Parameter(Data):
+    """`value` is the default. `settable`: a run may replace it without compiling again;
+    `structural`: the equations depend on it, and a new value compiles the model again."""
+
+    name: str
+    unit: str
+    description: str
+    value: float
+    settable: bool
+    structural: bool
+    kind: str  # Real, Integer, Boolean or enumeration
+    literals: tuple[str, ...] = ()  # of an enumeration; the value is the number of one, from 1
+
+
+class Variable(Data):
+    """`start` is its start value (None: it follows from others), `value` that at the start
+    of a run with default values (None where the model has no start)."""
+
+    name: str
+    unit: str
+    description: str
+    start: float | None
+    value: float | None
+    kind: str
+
+
+Item = TypeVar("Item")
+
+
+class Names(Mapping[str, Item], Generic[Item]):
+    """Items by name, in the order of the model."""
+
+    def __init__(self, kind: str, items: Mapping[str, Item]) -> None:
+        self._kind, self._items = kind, items
+
+    def __getitem__(self, name: str) -> Item:
+        if name not in self._items:
+            raise unknown_name(self._kind, name, self._items)
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._items
+
+    def _repr_html_(self) -> str:
+        from planarc.api.htmltable import html_table
+
+        rows = (
+            (name, item.value, item.unit, item.description)  # type: ignore[attr-defined]
+            for name, item in self._items.items()
+        )
+        note = f"{len(self)} {self._kind}s"
+        return html_table(("name", "value", "unit", "description"), rows, note)
+
+    def __repr__(self) -> str:
+        shown = ", ".join(list(self._items)[:8])
+        more = len(self._items) - 8
+        return f"<{len(self)} {self._kind}s: {shown}{f' and {more} more' if more > 0 else ''}>"
+
+
+def unknown_name(kind: str, name: object, known: Iterable[str], code: str = "C201") -> UnknownName:
+    names = list(known)
+    if not isinstance(name, str):
+        return UnknownName(
+            Diagnostic(code, f"the name of a {kind} is a text, not {type(name).__name__}")
+        )
+    near = get_close_matches(name, names, n=3, cutoff=0.6)
+    hint = f"did you mean {' or '.join(f'`{n}`' for n in near)}?" if near else None
+    if hint is None and 0 < len(names) <= 8:
+        hint = f"choose among {', '.join(f'`{n}`' for n in names)}"
+    return UnknownName(Diagnostic(code, f"there is no {kind} `{name}`", hint=hint))
+
+
+def parameters_of(program: Program, kernel: Kernel) -> dict[str, Parameter]:
+    """All parameters with their defaults; `kernel.parameters()` has run."""
+    return {
+        p.name: Parameter(
+            name=p.name,
+            unit=p.unit,
+            description=p.description,
+            value=float(kernel.w[p.slot]),
+            settable=p.settable,
+            structural=p.structural,
+            kind=p.kind.value,
+            literals=p.literals,
+        )
+        for p in program.parameter_slots
+        if not p.name.startswith("$")
+    }
+
+
+def variables_of(program: Program, kernel: Kernel, started: bool) -> dict[str, Variable]:
+    """All that is no parameter; `started`: the kernel holds the values at the start."""
+    starts = {c.slot: c.start for c in program.candidates}
+    starts |= {d.slot: d.start for d in program.discretes}
+    starts |= {f.slot: f.start for f in program.fixed}
+    parameters = {p.name for p in program.parameter_slots}
+    found = {}
+    for c in program.columns:
+        if c.name in parameters or c.name.startswith("$"):
+            continue
+        start = c.sign * float(kernel.w[starts[c.slot]]) if c.slot in starts else None
+        value = c.sign * float(kernel.w[c.slot]) if started else None
+        found[c.name] = Variable(c.name, c.unit, c.description, start, value, c.kind.value)
+    return found

@@ -1,0 +1,207 @@
+"""Local balance: which component has too many or too few equations.
+
+In:   the instances, unknowns and equations of each, connections of each
+Out:  one diagnostic that names the components whose count is off
+
+Asked only when the model as a whole does not balance. A component is balanced when
+its own unknowns equal its own equations, one for each flow variable of its own
+connectors, and those that its connect equations stand for (4.7).
+
+Reference: Modelica Language Specification 3.6, section 4.7.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from msgspec import Struct, field
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.disjoint import DisjointSets
+from planarc.flatten.checks.occurrences import names_in
+from planarc.flatten.connect.connect import Connection, is_public_input, match_leaves
+from planarc.flatten.sections.equations import count_equations, scalar_count
+from planarc.flatten.tree.nodes import Instance, Leaf
+from planarc.flatten.typing.conform import counted
+from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import variables_of_target
+
+
+class Count(Struct):
+    """Unknowns and equations of one component, scalars each."""
+
+    unknowns: Counter[str] = field(default_factory=Counter)
+    equations: Counter[str] = field(default_factory=Counter)
+
+
+def owner_of(leaf: Leaf) -> Instance:
+    """The component whose balance a variable belongs to: connectors and records of a
+    model count for the model."""
+    instance = leaf.parent
+    while instance.parent is not None and (instance.is_connector or instance.is_record):
+        instance = instance.parent
+    return instance
+
+
+def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
+    """A variable that an equation must determine."""
+    return (
+        variable.variability > flat.Variability.PARAMETER
+        and variable.binding is None
+        and not is_given(leaf)
+    )
+
+
+def is_given(leaf: Leaf) -> bool:
+    """A public input of the model itself has its value from outside."""
+    return is_public_input(leaf) and owner_of(leaf).depth == 0
+
+
+def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
+    """The scalars that algorithm sections determine."""
+    return sum(len_of(name, leaves) for a in algorithms for name in targets_of(a))
+
+
+def len_of(name: str, leaves: dict[str, Leaf]) -> int:
+    leaf = leaves.get(name)
+    return 0 if leaf is None else scalar_count(leaf.type)
+
+
+def targets_of(algorithm: flat.Algorithm) -> list[str]:
+    """The variables that an algorithm assigns, each once."""
+    found: dict[str, None] = {}
+    stack: list[flat.Statement] = list(reversed(algorithm.statements))
+    while stack:
+        statement = stack.pop()
+        match statement:
+            case flat.Assignment(target=target):
+                found.update((v.name, None) for v in variables_of_target(target))
+            case flat.TupleAssignment(targets=targets):
+                given = (t for t in targets if t is not None)
+                found.update((v.name, None) for t in given for v in variables_of_target(t))
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                bodies = [s for _, body in branches for s in body] + list(otherwise)
+                stack.extend(reversed(bodies))
+            case flat.WhenStatement(branches=branches):
+                stack.extend(reversed([s for _, body in branches for s in body]))
+            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
+                stack.extend(reversed(body))
+    return list(found)
+
+
+def check_balance(
+    instances: list[Instance],
+    variables: list[flat.Variable],
+    equations: list[flat.Equation],
+    algorithms: list[flat.Algorithm],
+    connections: list[Connection],
+    leaves: dict[str, Leaf],
+    redundant: int,
+) -> Diagnostic | None:
+    """An error that names the components whose count is off, None when all is well.
+    `redundant` unknowns of the model's own connectors are fixed by a root outside."""
+    unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
+    unknowns = sum(scalar_count(v.type) for v in unknown) - redundant
+    known = count_equations(tuple(equations)) + assigned_count(algorithms, leaves)
+    if unknowns == known:
+        return None
+    count = Count()
+    for variable in variables:
+        leaf = leaves.get(variable.name)
+        if leaf is not None:
+            _count_variable(variable, leaf, count)
+    for equation in equations:
+        if not (isinstance(equation, flat.Equality) and equation.generated):
+            count.equations[equation.component] += count_equations((equation,))
+    for algorithm in algorithms:
+        for name in targets_of(algorithm):
+            count.equations[algorithm.component] += len_of(name, leaves)
+    _count_connections(connections, count)
+    related = [r for i in instances if (r := _off(i, count)) is not None]
+    if known < unknowns:
+        related += _idle(unknown, equations, algorithms, connections, leaves)
+    kind = "many" if known > unknowns else "few"
+    root = instances[0]
+    return Diagnostic(
+        "F320",
+        f"`{root.cls.name}` has too {kind} equations: {known} for {counted(unknowns, 'unknown')}",
+        root.cls.span,
+        related=tuple(related),
+    )
+
+
+def _off(instance: Instance, count: Count) -> Related | None:
+    """What to say of a component whose own count is off."""
+    name = instance.prefix or ""
+    difference = count.equations[name] - count.unknowns[name]
+    if not difference or instance.is_connector or instance.is_record:
+        return None
+    what = f"the component `{name}` (a `{instance.cls.name}`)" if name else "the model itself"
+    few = "too many" if difference > 0 else "too few"
+    span = instance.element.definition.span if instance.element else instance.cls.span
+    return Related(f"{what} has {counted(abs(difference), 'equation')} {few}", span)
+
+
+MAX_NAMED = 5
+
+
+def _idle(
+    unknown: list[flat.Variable],
+    equations: list[flat.Equation],
+    algorithms: list[flat.Algorithm],
+    connections: list[Connection],
+    leaves: dict[str, Leaf],
+) -> list[Related]:
+    """Unknowns that no equation names, and inputs that nothing is connected to."""
+    named = names_in(equations)
+    for algorithm in algorithms:
+        named.update(targets_of(algorithm))
+    connected = {side.name for c in connections for side in (c.left, c.right)}
+    found = []
+    for variable in unknown:
+        leaf = leaves[variable.name]
+        if variable.name not in named:
+            found.append(Related(f"no equation names `{variable.name}`", variable.span))
+        elif leaf.causality is syntax.Causality.INPUT and variable.name not in connected:
+            message = f"the input `{variable.name}` is not connected"
+            found.append(Related(message, variable.span))
+    return found[:MAX_NAMED]
+
+
+def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:
+    owner = owner_of(leaf)
+    name = owner.prefix or ""
+    size = scalar_count(leaf.type)
+    if leaf.flow is syntax.Flow.FLOW:
+        count.equations[name] += size
+    if variable.variability <= flat.Variability.PARAMETER or variable.binding is not None:
+        return
+    if is_public_input(leaf):
+        if owner.parent is not None:  # must be given by the component around
+            count.unknowns[owner.parent.prefix or ""] += size
+        return
+    count.unknowns[name] += size
+
+
+def _count_connections(connections: list[Connection], count: Count) -> None:
+    by_component: dict[str, list[Connection]] = {}
+    for connection in connections:
+        by_component.setdefault(connection.component, []).append(connection)
+    for component, own in by_component.items():
+        sets: DisjointSets[tuple[str, bool]] = DisjointSets()
+        members = {}
+        for connection in own:
+            for a, b in match_leaves(connection.left, connection.right, connection.span):
+                members[a.key], members[b.key] = a, b
+                sets.join(a.key, b.key)
+        for keys in sets.sets():
+            joined = [members[k] for k in keys]
+            if joined[0].leaf.variability <= flat.Variability.PARAMETER:
+                continue
+            size = scalar_count(joined[0].type)
+            if joined[0].is_flow:
+                # the flow of each inside connector was credited to its own component
+                inside = sum(not m.outside for m in joined)
+                count.equations[component] += size * (1 - inside)
+            else:
+                count.equations[component] += size * (len(joined) - 1)

@@ -1,0 +1,92 @@
+"""Checks of parameters and constants: each has a value, none depends on itself.
+
+Reference: Modelica Language Specification 3.6, sections 4.4.4 and 8.6.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.flatten.checks.occurrences import references_in
+from planarc.flatten.tree.bindings import attributes_of
+from planarc.flatten.tree.nodes import Leaf, Session
+from planarc.ir import flat
+
+Pairs = list[tuple[Leaf, flat.Variable | None]]
+
+
+def check_parameters(pairs: Pairs, session: Session) -> None:
+    """Report constants without a value and circles; warn of parameters without one."""
+    parameters = {v.name: v for _, v in pairs if v and v.variability <= flat.Variability.PARAMETER}
+    for leaf, variable in pairs:
+        if variable is None or variable.binding is not None:
+            continue
+        if variable.variability is flat.Variability.CONSTANT:
+            message = f"the constant `{leaf.name}` has no value"
+            session.errors.append(Diagnostic("F286", message, leaf.span))
+        elif variable.variability is flat.Variability.PARAMETER and not _is_free(variable):
+            _warn(leaf, session)
+    circle = find_circle(parameters)
+    if circle:
+        session.errors.append(_circle_error(circle, parameters))
+
+
+def _warn(leaf: Leaf, session: Session) -> None:
+    """The start value is used (4.4.4), which a user should know."""
+    start = attributes_of(leaf).start
+    default = "0 is used" if leaf.type.base in _NUMBERS else "a default is used"
+    used = default if start is None else "its start value is used"
+    session.warn(
+        "F286",
+        f"the parameter `{leaf.name}` has no value: {used}",
+        leaf.span,
+        f"write a value, `{leaf.element.name} = ...`",
+    )
+
+
+_NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
+
+
+def _is_free(variable: flat.Variable) -> bool:
+    """`fixed=false`: found by the initial equations."""
+    fixed = variable.attributes.fixed
+    return isinstance(fixed, flat.Literal) and fixed.value is False
+
+
+def find_circle(parameters: dict[str, flat.Variable]) -> list[str]:
+    """The names of parameters that depend on each other in a circle, in order."""
+    done: set[str] = set()
+    for root in parameters:
+        path: list[str] = []
+        stack = [(root, False)]
+        while stack:
+            name, leaving = stack.pop()
+            if leaving:
+                done.add(path.pop())
+            elif name in path:
+                return path[path.index(name) :]
+            elif name not in done:
+                path.append(name)
+                stack.append((name, True))
+                stack += [(n, False) for n in _needed(parameters[name], parameters)]
+    return []
+
+
+def _needed(variable: flat.Variable, parameters: dict[str, flat.Variable]) -> list[str]:
+    if variable.binding is None:
+        return []
+    names = [r.name for r in references_in(variable.binding) if r.name in parameters]
+    if variable.type.dims:  # entries of one array may depend on each other
+        names = [n for n in names if n != variable.name]
+    return names
+
+
+def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Diagnostic:
+    first = circle[0]
+    if len(circle) == 1:
+        message = f"the value of `{first}` depends on itself"
+    else:
+        message = "these parameters depend on each other in a circle: " + ", ".join(
+            f"`{n}`" for n in circle
+        )
+    others = tuple(Related(f"`{n}` is declared here", parameters[n].span) for n in circle[1:])
+    return Diagnostic("F282", message, parameters[first].span, related=others)

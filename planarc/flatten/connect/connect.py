@@ -1,0 +1,353 @@
+"""Connect equations: which connectors they join, and whether these fit together.
+
+In:   syntax.Connect, Env
+Out:  Connection   pairs of single connectors; `connection_sets` makes equations of them
+
+Example: with `Link link[3];` the equation `connect(link[1:2].b, link[2:3].a)` gives
+the pairs (link[1].b, link[2].a) and (link[2].b, link[3].a).
+
+A connector of a component counts positive (inside), a connector of the class that
+holds the connect equation negative (outside).
+
+Reference: Modelica Language Specification 3.6, chapter 9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree.inherit import layout_of
+from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.lookup import find, member
+from planarc.flatten.tree.nodes import (
+    CONNECTOR_KINDS,
+    Absent,
+    Class,
+    Family,
+    Instance,
+    Leaf,
+    Node,
+)
+from planarc.flatten.typing.conform import base_conforms, type_text
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.references import View, resolve
+from planarc.flatten.typing.select import element_at
+from planarc.ir import flat, syntax
+
+
+class Side(Data):
+    """One connector, or entry of an array of connectors, as a connect names it."""
+
+    name: str
+    outside: bool
+    node: Leaf | Instance
+    entry: flat.Expression | None = None  # of an array of scalar connectors
+
+
+class Connection(Data):
+    """A pair of single connectors, joined in an instance."""
+
+    left: Side
+    right: Side
+    span: Span
+    component: str
+
+
+def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> list[Connection]:
+    """The pairs of single connectors of one connect equation."""
+    left, right = _both(node, env)
+    if left is None or right is None:
+        if left is not None or right is not None:
+            _warn_absent(node.left if left is None else node.right, env)
+        return []  # a conditional connector is not there
+    pairs: list[tuple[object, object]] = [(left, right)]
+    found: list[Connection] = []
+    while pairs:
+        a, b = pairs.pop(0)
+        if isinstance(a, list) and isinstance(b, list):
+            if len(a) != len(b):
+                raise error(
+                    "F310",
+                    f"`{node.left}` and `{node.right}` are arrays of different size: "
+                    f"{len(a)} and {len(b)}",
+                    node.span,
+                )
+            pairs = list(zip(a, b, strict=True)) + pairs
+        elif isinstance(a, Side) and isinstance(b, Side):
+            _check_pair(a, b, node)
+            found.append(Connection(a, b, node.span, instance.prefix or ""))
+        else:
+            raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
+    return found
+
+
+def _both(node: syntax.Connect, env: Env) -> tuple[object | None, object | None]:
+    """Both sides; what is wrong with either is told."""
+    found: list[object | None] = []
+    wrong: list[PlanarcError] = []
+    for ref in (node.left, node.right):
+        try:
+            found.append(_sides(ref, env))
+        except PlanarcError as problem:
+            wrong.append(problem)
+    if wrong:
+        raise PlanarcError(d for problem in wrong for d in problem.diagnostics)
+    return found[0], found[1]
+
+
+def _warn_absent(ref: syntax.Ref, env: Env) -> None:
+    """A connector of a component, switched off there, is connected to something that exists.
+
+    A class's own conditional connectors are connected to its inside without a word.
+    """
+    try:
+        view = resolve(ref, env) if len(ref.parts) == 2 else None
+    except PlanarcError:  # its component is not there itself
+        return
+    if not isinstance(view, Absent) or view.element.name != ref.parts[1].name:
+        return
+    definition = view.element.definition
+    condition = definition.condition if isinstance(definition, syntax.Component) else None
+    owner = ref.parts[0].name
+    hint = "remove the connection, or make the condition of the connector true"
+    if isinstance(condition, syntax.Ref):
+        hint = f"switch it on: `{owner}({condition} = true)`"
+    env.session.warn("F311", f"`{ref}` is not there, so its connection is left out", ref.span, hint)
+
+
+def _sides(ref: syntax.Ref, env: Env) -> object | None:
+    """The connectors that a reference in a connect equation means; None when absent."""
+    outside = _is_outside(ref, env)
+    try:
+        view = _resolve_present(ref, env)
+    except PlanarcError as problem:
+        if problem.diagnostics and all(d.code == "F215" for d in problem.diagnostics):
+            return None
+        raise
+    return _as_sides(view, ref, outside, env)
+
+
+def _resolve_present(ref: syntax.Ref, env: Env) -> View:
+    view = resolve(ref, env)
+    if isinstance(view, Absent) or _all_absent(view):
+        raise error("F215", f"`{ref}` is not there", ref.span)
+    return view
+
+
+def _all_absent(view: View) -> bool:
+    """A conditional connector of each member of an array of components."""
+    return (
+        isinstance(view, list)
+        and bool(view)
+        and all(isinstance(v, Absent) or _all_absent(v) for v in view)
+    )
+
+
+def _is_outside(ref: syntax.Ref, env: Env) -> bool:
+    """Outside: the first identifier is a connector of this class itself (9.1.2)."""
+    found = find(env.scope, ref.parts[0].name)
+    if found is None or found[0].is_class:
+        return False
+    if found[0].definition.prefixes.outer:
+        return False
+    node = node_of(found[0])
+    return _is_connector(node)
+
+
+def _is_connector(node: Node) -> bool:
+    if isinstance(node, Leaf):
+        return node.is_connector
+    if isinstance(node, Instance):
+        return node.is_connector
+    if isinstance(node, Family):
+        return layout_of(node.cls).kind in CONNECTOR_KINDS
+    return False
+
+
+def _as_sides(view: View, ref: syntax.Ref, outside: bool, env: Env) -> object:
+    if isinstance(view, list):
+        return [_as_sides(v, ref, outside, env) for v in view]
+    if isinstance(view, Family):
+        return _nest([_as_sides(i, ref, outside, env) for i in view.items], view.dims)
+    if _is_of_class(view):
+        raise error("F311", f"`{ref}` is part of a class, not of a component", ref.span)
+    if isinstance(view, Instance) and view.is_connector:
+        return Side(view.name, outside, view)
+    if isinstance(view, Leaf) and view.is_connector:
+        return _leaf_sides(view, outside, ref.span)
+    if isinstance(view, flat.Reference):
+        return _entry_sides(view, ref, outside, env)
+    if isinstance(view, flat.Array):
+        return [_as_sides(i, ref, outside, env) for i in view.items]
+    what = "class" if isinstance(view, Class) else "component"
+    raise error("F311", f"`{ref}` is no connector, but a {what}", ref.span)
+
+
+def _is_of_class(view: View) -> bool:
+    """Reached through a class name: it is declared, but nowhere there."""
+    owner = view.parent if isinstance(view, Leaf) else view
+    return isinstance(owner, Instance) and owner.prefix is None
+
+
+def _nest(items: list[object], dims: tuple[int, ...]) -> list[object]:
+    for size in reversed(dims[1:]):
+        items = [items[k : k + size] for k in range(0, len(items), size)]
+    return items
+
+
+def _leaf_sides(leaf: Leaf, outside: bool, span: Span) -> object:
+    """A scalar connector; an array of them entry by entry."""
+    reference = flat.Reference(leaf.type, span, leaf.name)
+    return _entries(leaf, reference, outside)
+
+
+def _entries(leaf: Leaf, reference: flat.Expression, outside: bool) -> object:
+    if reference.type.dims:
+        size = reference.type.dims[0] or 0
+        return [_entries(leaf, element_at(reference, i), outside) for i in range(1, size + 1)]
+    assert isinstance(reference, flat.Reference)
+    entry = reference if reference.subscripts else None
+    label = ",".join(str(s.value) for s in reference.subscripts if isinstance(s, flat.Literal))
+    name = f"{reference.name}[{label}]" if label else reference.name
+    return Side(name, outside, leaf, entry)
+
+
+def _entry_sides(view: flat.Reference, ref: syntax.Ref, outside: bool, env: Env) -> object:
+    leaf = env.session.leaves.get(view.name)
+    if leaf is None or not leaf.is_connector:
+        raise error("F311", f"`{ref}` is no connector, but a variable", ref.span)
+    return _entries(leaf, view, outside)
+
+
+def is_public_input(leaf: Leaf) -> bool:
+    """An input that the component around must give; a protected one is the class's own."""
+    if leaf.causality is not syntax.Causality.INPUT or leaf.element.protected:
+        return False
+    instance = leaf.parent
+    while instance.element is not None and (instance.is_connector or instance.is_record):
+        if instance.element.protected:
+            return False
+        if instance.parent is None:
+            break
+        instance = instance.parent
+    return True
+
+
+# Matching ----------------------------------------------------------------------------------
+
+
+def _check_pair(a: Side, b: Side, node: syntax.Connect) -> None:
+    """Both connectors have the same variables, of the same types."""
+    for _ in match_leaves(a, b, node.span):
+        pass
+
+
+class Member(Data):
+    """One variable of a connector, seen from inside or outside."""
+
+    leaf: Leaf
+    outside: bool
+    entry: flat.Expression | None = None
+
+    @property
+    def key(self) -> tuple[str, bool]:
+        if self.entry is None:
+            return self.leaf.name, self.outside
+        assert isinstance(self.entry, flat.Reference)
+        label = ",".join(str(s.value) for s in self.entry.subscripts if isinstance(s, flat.Literal))
+        return f"{self.leaf.name}[{label}]", self.outside
+
+    @property
+    def type(self) -> flat.Type:
+        return self.leaf.type if self.entry is None else self.entry.type
+
+    @property
+    def is_flow(self) -> bool:
+        return self.leaf.flow is syntax.Flow.FLOW
+
+    def reference(self, span: Span) -> flat.Expression:
+        if self.entry is not None:
+            return self.entry
+        return flat.Reference(self.leaf.type, span, self.leaf.name)
+
+
+def match_leaves(left: Side, right: Side, span: Span) -> Iterator[tuple[Member, Member]]:
+    """The pairs of variables that a connection joins."""
+    stack: list[tuple[Node, Node]] = [(left.node, right.node)]
+    while stack:
+        a, b = stack.pop()
+        if isinstance(a, Leaf) and isinstance(b, Leaf):
+            entry_a = left.entry if a is left.node else None
+            entry_b = right.entry if b is right.node else None
+            first, second = Member(a, left.outside, entry_a), Member(b, right.outside, entry_b)
+            _check_leaves(first, second, left, right, span)
+            yield first, second
+        elif isinstance(a, Instance) and isinstance(b, Instance):
+            stack += reversed(_match_members(a, b, left, right, span))
+        elif isinstance(a, Family) and isinstance(b, Family) and a.dims == b.dims:
+            stack += reversed(list(zip(a.items, b.items, strict=True)))
+        elif not (isinstance(a, Absent) and isinstance(b, Absent)):
+            raise _unlike(left, right, f"`{a.name}` and `{b.name}` are of different kind", span)
+
+
+def _match_members(
+    a: Instance, b: Instance, left: Side, right: Side, span: Span
+) -> list[tuple[Node, Node]]:
+    names = component_names(a)
+    others = component_names(b)
+    missing = [n for n in names if n not in others] or [n for n in others if n not in names]
+    if missing:
+        owner = b if missing[0] in names else a
+        raise _unlike(left, right, f"`{owner.name}` has no `{missing[0]}`", span)
+    nodes = dict(member_nodes(b))
+    return [(node, nodes[name]) for name, node in member_nodes(a)]
+
+
+def member_nodes(instance: Instance) -> list[tuple[str, Node]]:
+    """The components of a connector by name."""
+    found = []
+    for name in component_names(instance):
+        element = member(instance, name)
+        assert element is not None
+        found.append((name, node_of(element)))
+    return found
+
+
+def component_names(instance: Instance) -> list[str]:
+    """The components of a connector; those that an expandable one got come last."""
+    declared = instance.layout.members
+    names = [n for n, (_, d) in declared.items() if isinstance(d, syntax.Component)]
+    if instance.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR:
+        names += [n for n, e in instance.elements.items() if n not in declared and e.node]
+    return names
+
+
+def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> None:
+    if a.is_flow != b.is_flow:
+        flow = a if a.is_flow else b
+        why = f"`{flow.leaf.name}` is a flow variable, its counterpart is not"
+        raise _unlike(left, right, why, span)
+    if not (base_conforms(a.type, b.type) or base_conforms(b.type, a.type)) or (
+        a.type.dims != b.type.dims
+    ):
+        why = f"`{a.leaf.name}` is {type_text(a.type)}, `{b.leaf.name}` is {type_text(b.type)}"
+        raise _unlike(left, right, why, span)
+
+
+def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
+    return error(
+        "F312",
+        f"`{left.name}` and `{right.name}` cannot be connected: {why}",
+        span,
+        related=[
+            Related(f"`{side.name}` is declared here", _declared(side.node))
+            for side in (left, right)
+        ],
+    )
+
+
+def _declared(node: Leaf | Instance) -> Span | None:
+    return None if node.element is None else node.element.definition.span

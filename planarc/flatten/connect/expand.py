@@ -1,0 +1,280 @@
+"""Expandable connectors: members come into being by being connected.
+
+In:   all connect equations, before they are resolved
+Out:  the members added to expandable connectors, as new nodes of the instance tree
+
+`connect(bus.speed, sensor.w)` gives `bus` a variable `speed` of the type of `sensor.w`,
+and so every expandable connector that `bus` is connected to, in the whole hierarchy.
+
+Reference: Modelica Language Specification 3.6, section 9.1.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeGuard
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.disjoint import DisjointSets
+from planarc.core.source import Span
+from planarc.flatten.connect.connect import Member, component_names, is_public_input
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Absent,
+    Element,
+    Family,
+    Instance,
+    Leaf,
+    Mod,
+    Node,
+    State,
+)
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.references import View, resolve
+from planarc.ir import flat, syntax
+
+
+class Statement(Data):
+    """One connect equation, with its iterators replaced."""
+
+    node: syntax.Connect
+    env: Env
+    instance: Instance
+
+
+class Wish(Data):
+    """A member that an expandable connector does not have yet."""
+
+    bus: Instance
+    name: str
+    span: Span
+
+
+def expand_connectors(statements: Sequence[Statement], instances: Sequence[Instance]) -> list[Node]:
+    """Add the members that connections ask for; gives the new nodes."""
+    buses = {i.name: i for i in instances if is_expandable(i)}
+    if not buses:
+        return []
+    made: list[Node] = []
+    open_ = list(statements)
+    while True:
+        groups = _groups(statements, buses)
+        before = len(made)
+        made += _share(groups, buses)
+        open_ = [s for s in open_ if not _fulfil(s, groups, buses, made)]
+        for node in made[before:]:
+            if isinstance(node, Instance) and is_expandable(node):
+                buses[node.name] = node
+        if len(made) == before:
+            break
+    return made
+
+
+def is_expandable(instance: Instance) -> bool:
+    return instance.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
+
+
+def _side(ref: syntax.Ref, env: Env) -> View | Wish | None:
+    """What one side means: nodes, a wish, or None when that cannot be told."""
+    if len(ref.parts) > 1:
+        bus = _resolved(syntax.Ref(ref.span, ref.parts[:-1], ref.absolute), env)
+        last = ref.parts[-1]
+        if isinstance(bus, Instance) and is_expandable(bus) and member(bus, last.name) is None:
+            if last.subscripts:
+                raise unsupported(
+                    "entries of arrays as new members of expandable connectors", "9.1.3", ref.span
+                )
+            return Wish(bus, last.name, ref.span)
+    return _resolved(ref, env)
+
+
+def _resolved(ref: syntax.Ref, env: Env) -> View | None:
+    try:
+        return resolve(ref, env)
+    except PlanarcError:
+        return None  # reported when the connection is collected
+
+
+def _groups(statements: Sequence[Statement], buses: dict[str, Instance]) -> DisjointSets[str]:
+    """Expandable connectors that are connected with each other."""
+    groups: DisjointSets[str] = DisjointSets()
+    for name in buses:
+        groups.add(name)
+    for statement in statements:
+        left = _resolved(statement.node.left, statement.env)
+        right = _resolved(statement.node.right, statement.env)
+        if _is_bus(left) and _is_bus(right):
+            groups.join(left.name, right.name)
+    return groups
+
+
+def _is_bus(view: View | None) -> TypeGuard[Instance]:
+    return isinstance(view, Instance) and is_expandable(view)
+
+
+def _share(groups: DisjointSets[str], buses: dict[str, Instance]) -> list[Node]:
+    """Every expandable connector of a group gets the members of the others."""
+    made: list[Node] = []
+    for group in groups.sets():
+        members: dict[str, Node] = {}
+        for name in group:
+            bus = buses[name]
+            for inner in component_names(bus):
+                element = member(bus, inner)
+                if element is not None:
+                    members.setdefault(inner, node_of(element))
+        for name in group:
+            bus = buses[name]
+            for inner, template in members.items():
+                if member(bus, inner) is None and not isinstance(template, Absent):
+                    span = template.element.definition.span if template.element else bus.cls.span
+                    made.append(add_member(Wish(bus, inner, span), template))
+    return made
+
+
+def _fulfil(
+    statement: Statement,
+    groups: DisjointSets[str],
+    buses: dict[str, Instance],
+    made: list[Node],
+) -> bool:
+    """Add the member that a connection asks for; True when nothing is left to do."""
+    left = _side(statement.node.left, statement.env)
+    right = _side(statement.node.right, statement.env)
+    wish, template = (left, right) if isinstance(left, Wish) else (right, left)
+    if not isinstance(wish, Wish):
+        return True
+    if isinstance(template, flat.Reference):
+        template = _entry_template(template, statement.env)
+    if not isinstance(template, Leaf | Instance | Family):
+        return False
+    made.append(add_member(wish, template))
+    return True
+
+
+def _entry_template(reference: flat.Reference, env: Env) -> Leaf | None:
+    """An entry of an array of scalar connectors, as a template for one of them."""
+    whole = env.session.leaves.get(reference.name)
+    if whole is None:
+        return None
+    leaf = Leaf(
+        whole.name,
+        reference.type,
+        whole.variability,
+        whole.element,
+        whole.parent,
+        whole.mod,
+        whole.layout,
+    )
+    leaf.is_connector = whole.is_connector
+    return leaf
+
+
+def add_member(wish: Wish, template: Node) -> Node:
+    """A new member of an expandable connector, like the node that it is connected to."""
+    bus = wish.bus
+    name = bus.full_name(wish.name)
+    type_ref = syntax.Ref(wish.span, (syntax.RefPart(wish.span, wish.name),))
+    definition = syntax.Component(wish.span, wish.name, type_ref)
+    element = Element(wish.name, definition, bus.scope(), NO_MOD)
+    element.node = _copy(template, name, bus, element)
+    element.state = State.DONE
+    bus.elements[wish.name] = element
+    return element.node
+
+
+def _copy(template: Node, name: str, bus: Instance, element: Element) -> Node:
+    if isinstance(template, Leaf):
+        mod = Mod(subs=template.mod.subs)
+        leaf = Leaf(name, template.type, template.variability, element, bus, mod, template.layout)
+        leaf.flow = template.flow
+        leaf.is_connector = True
+        bus.session.leaves[name] = leaf
+        return leaf
+    if isinstance(template, Instance):
+        return _copy_instance(template, name, bus, element)
+    if isinstance(template, Family):
+        tails = [item.name[len(template.name) :] for item in template.items]
+        items = [
+            _copy_instance(item, name + tail, bus, element)
+            for item, tail in zip(template.items, tails, strict=True)
+        ]
+        return Family(name, template.dims, items, template.cls, element)
+    raise error("F311", f"`{template.name}` is no connector", element.definition.span)
+
+
+def _copy_instance(template: Instance, name: str, bus: Instance, element: Element) -> Instance:
+    mod = Mod(subs=template.mod.subs)
+    return Instance(
+        template.cls, template.layout, name, mod, bus, bus.session, template.variability, element
+    )
+
+
+def unused_members(
+    leaves: Sequence[Leaf], used: set[str], sets: Sequence[Sequence[Leaf]]
+) -> set[str]:
+    """Variables of expandable connectors that nothing gives or reads: they are not there."""
+    if not any(in_expandable(leaf) for leaf in leaves):
+        return set()
+    groups: DisjointSets[str] = DisjointSets()  # one variable may be in two connection sets
+    for leaf in leaves:
+        groups.add(leaf.name)
+    for joined in sets:
+        for leaf in joined[1:]:
+            groups.join(joined[0].name, leaf.name)
+    alive = {
+        groups.find(leaf.name) for leaf in leaves if leaf.name in used or not in_expandable(leaf)
+    }
+    return {leaf.name for leaf in leaves if groups.find(leaf.name) not in alive}
+
+
+def outside_signals(sets: Sequence[Sequence[Member]], used: set[str]) -> list[Leaf]:
+    """Variables of the model's own buses that components only read: they come from outside.
+
+    `used` are names in equations, which may give a variable its value (9.1.3).
+    """
+    groups: DisjointSets[str] = DisjointSets()  # one variable may be in two connection sets
+    members: dict[str, list[Member]] = {}
+    for joined in sets:
+        if joined[0].is_flow or not any(in_expandable(m.leaf) for m in joined):
+            continue
+        for m in joined:
+            groups.join(joined[0].key[0], m.key[0])
+            members.setdefault(m.key[0], []).append(m)
+    found = []
+    for names in groups.sets():
+        joined = [m for name in names for m in members[name]]
+        own = [m.leaf for m in joined if in_expandable(m.leaf) and _is_of_model(m.leaf)]
+        if own and all(_only_reads(m, used) for m in joined):
+            found.append(own[0])
+    return found
+
+
+def _only_reads(member: Member, used: set[str]) -> bool:
+    leaf = member.leaf
+    if in_expandable(leaf):
+        return leaf.name not in used
+    return not member.outside and is_public_input(leaf)
+
+
+def _is_of_model(leaf: Leaf) -> bool:
+    """In a public connector of the model itself."""
+    current: Instance | None = leaf.parent
+    while current is not None and current.is_connector:
+        if current.element is not None and current.element.protected:
+            return False
+        current = current.parent
+    return current is not None and current.depth == 0
+
+
+def in_expandable(leaf: Leaf) -> bool:
+    current: Instance | None = leaf.parent
+    while current is not None and current.is_connector:
+        if is_expandable(current):
+            return True
+        current = current.parent
+    return False

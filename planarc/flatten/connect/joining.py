@@ -1,0 +1,189 @@
+"""The connections of all instances, before any equation is typed.
+
+In:   the instances
+Out:  Joined   connections, and the graph of overconstrained connectors
+
+Equations may ask for what connections give (`Connections.isRoot`, `cardinality`), so
+`connect` and `Connections.*` are looked for first, through loops and structural ifs.
+
+Reference: Modelica Language Specification 3.6, sections 9.1, 9.4 and 3.7.4.3.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from msgspec import Struct, field
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.flatten.connect.connect import Connection, collect_connection
+from planarc.flatten.connect.expand import Statement, expand_connectors
+from planarc.flatten.connect.operators import overconstrained_name
+from planarc.flatten.sections.statements import condition_of
+from planarc.flatten.tree.nodes import Instance, Node, Session
+from planarc.flatten.typing.comprehension import iteration_values
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.expressions import type_expression
+from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+
+
+class Branch(Data):
+    """`Connections.branch(a, b)`: an edge that cannot be broken."""
+
+    left: str
+    right: str
+    span: Span
+
+
+class Root(Data):
+    """`Connections.root(a)` or `Connections.potentialRoot(a, priority)`."""
+
+    name: str
+    priority: int | None  # None: a definite root
+    span: Span
+
+
+class Joined(Struct):
+    """What the connection equations of a model say."""
+
+    connections: list[Connection] = field(default_factory=list)
+    branches: list[Branch] = field(default_factory=list)
+    roots: list[Root] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    added: list[Node] = field(default_factory=list)  # to expandable connectors
+
+    def cardinalities(self) -> Counter[str]:
+        """How often each connector stands in a connection."""
+        return Counter(s.name for c in self.connections for s in (c.left, c.right))
+
+
+def join(instances: list[Instance], session: Session) -> Joined:
+    """All connections, in the order of the instances and of their text."""
+    joined = Joined()
+    for instance in instances:
+        for index, part in enumerate(instance.layout.parts):
+            for section in sections_of(part.definition):
+                if isinstance(section, syntax.EquationSection) and not section.initial:
+                    _collect(section.equations, Env(instance.scope(index)), instance, joined)
+    joined.added = expand_connectors(joined.statements, instances)
+    for statement in joined.statements:
+        try:
+            joined.connections += collect_connection(
+                statement.node, statement.env, statement.instance
+            )
+        except PlanarcError as problem:
+            session.keep(problem)
+    return joined
+
+
+def sections_of(
+    definition: syntax.ClassDef,
+) -> tuple[syntax.EquationSection | syntax.AlgorithmSection, ...]:
+    body = definition.body
+    if isinstance(body, syntax.ExtendsClass):
+        body = body.composition
+    return body.sections if isinstance(body, syntax.Composition) else ()
+
+
+def _collect(
+    equations: tuple[syntax.Equation, ...], env: Env, instance: Instance, to: Joined
+) -> None:
+    for equation in equations:
+        try:
+            _collect_one(equation, env, instance, to)
+        except PlanarcError as problem:
+            env.session.keep(problem)
+
+
+def _collect_one(equation: syntax.Equation, env: Env, instance: Instance, to: Joined) -> None:
+    match equation:
+        case syntax.Connect():
+            to.statements.append(Statement(equation, env, instance))
+        case syntax.CallEquation(call=call) if is_connection_operator(call):
+            _operator(call, env, to)
+        case syntax.ForEquation() if holds_connection(equation.body):
+            _loop(equation.iterators, equation, env, instance, to)
+        case syntax.IfEquation() if holds_connection(all_branches(equation)):
+            _collect(_chosen(equation, env), env, instance, to)
+
+
+def all_branches(node: syntax.IfEquation) -> tuple[syntax.Equation, ...]:
+    return (*(e for _, body in node.branches for e in body), *node.otherwise)
+
+
+def is_connection_operator(call: syntax.Call) -> bool:
+    names = call.function.names
+    return len(names) == 2 and names[0] == "Connections"
+
+
+def holds_connection(equations: tuple[syntax.Equation, ...]) -> bool:
+    """Whether there is a `connect` or `Connections.*` somewhere inside."""
+    stack = list(equations)
+    while stack:
+        equation = stack.pop()
+        if isinstance(equation, syntax.Connect):
+            return True
+        if isinstance(equation, syntax.CallEquation) and is_connection_operator(equation.call):
+            return True
+        if isinstance(equation, syntax.IfEquation):
+            stack += all_branches(equation)
+        elif isinstance(equation, syntax.ForEquation):
+            stack += equation.body
+    return False
+
+
+def _loop(
+    iterators: tuple[syntax.Iterator, ...],
+    node: syntax.ForEquation,
+    env: Env,
+    instance: Instance,
+    to: Joined,
+) -> None:
+    if not iterators:
+        _collect(node.body, env, instance, to)
+        return
+    errors = len(env.session.errors)
+    for value in iteration_values(iterators[0], env, node.body) or ():
+        _loop(iterators[1:], node, env.with_local(iterators[0].name, value), instance, to)
+        if len(env.session.errors) > errors:
+            break  # the same error would be found in each turn
+
+
+def _chosen(node: syntax.IfEquation, env: Env) -> tuple[syntax.Equation, ...]:
+    """The branch that counts: whether something is connected never changes."""
+    for expression, body in node.branches:
+        condition = condition_of(expression, env, "the condition of `if`")
+        if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
+            raise error("F306", "`connect` stands in an `if` whose condition changes", node.span)
+        if evaluate.structural_value(condition, env, "the condition of `if`"):
+            return body
+    return node.otherwise
+
+
+def _operator(call: syntax.Call, env: Env, to: Joined) -> None:
+    name = call.function.names[1]
+    if name == "branch" and len(call.arguments) == 2:
+        left, right = (overconstrained_name(a, env) for a in call.arguments)
+        to.branches.append(Branch(left, right, call.span))
+    elif name == "root" and len(call.arguments) == 1:
+        to.roots.append(Root(overconstrained_name(call.arguments[0], env), None, call.span))
+    elif name == "potentialRoot" and 1 <= len(call.arguments) + len(call.named) <= 2:
+        place = overconstrained_name(call.arguments[0], env)
+        rest = [*call.arguments[1:], *(n.value for n in call.named)]
+        to.roots.append(Root(place, _priority(rest, env), call.span))
+    else:
+        raise error("F315", f"`{call.function}` cannot stand here like this", call.span)
+
+
+def _priority(rest: list[syntax.Expression], env: Env) -> int:
+    if not rest:
+        return 0
+    typed = type_expression(rest[0], env)
+    value = evaluate.structural_value(typed, env, "the priority of a potential root")
+    if not isinstance(value, int):
+        raise error("F315", "the priority of a potential root must be an Integer", rest[0].span)
+    return value

@@ -1,0 +1,199 @@
+"""Connection sets: connections joined over the whole hierarchy, as equations.
+
+In:   Connection of all instances, all flow variables of connectors
+Out:  generated flat.Equality, sets of physical connectors
+
+Example: `connect(a.frame_b, b.frame_a); connect(b.frame_a, c.frame_a);` gives
+
+    a.frame_b.r = b.frame_a.r;  a.frame_b.r = c.frame_a.r;      and
+    a.frame_b.f + b.frame_a.f + c.frame_a.f = {0, 0};
+
+Inside connectors count positive, outside ones negative. A flow variable that no
+connection joins from its outside is zero, without a message.
+
+Reference: Modelica Language Specification 3.6, sections 9.1 to 9.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec import Struct, field
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.disjoint import DisjointSets
+from planarc.core.source import NOWHERE, Span
+from planarc.flatten.connect.connect import (
+    Connection,
+    Member,
+    Side,
+    is_public_input,
+    match_leaves,
+)
+from planarc.flatten.connect.expand import outside_signals, unused_members
+from planarc.flatten.connect.redundancy import equality_of
+from planarc.flatten.connect.rooting import Pair, Rooting
+from planarc.flatten.tree.nodes import Instance, Leaf, Session
+from planarc.flatten.typing.conform import expect
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.references import node_value
+from planarc.flatten.typing.select import array, integer
+from planarc.ir import flat, syntax
+
+
+class Connected(Struct):
+    """What all connections of a model give."""
+
+    equations: list[flat.Equality] = field(default_factory=list)
+    physical: list[tuple[str, ...]] = field(default_factory=list)
+    #: for the balance: equations that the connections of a component stand for
+    local: dict[str, int] = field(default_factory=dict)
+    #: variables of expandable connectors that nothing uses, which are therefore not there
+    unused: set[str] = field(default_factory=set)
+
+
+def connect_all(
+    connections: list[Connection],
+    leaves: Sequence[Leaf],
+    rooting: Rooting,
+    used: set[str],
+    session: Session,
+) -> Connected:
+    """The equations of all connection sets; `used` are names in other equations."""
+    sets: DisjointSets[tuple[str, bool]] = DisjointSets()
+    members: dict[tuple[str, bool], Member] = {}
+    spans: dict[tuple[str, bool], Span] = {}
+    physical: DisjointSets[str] = DisjointSets()
+    result = Connected()
+    for connection in connections:
+        for a, b in match_leaves(connection.left, connection.right, connection.span):
+            if rooting.broken and rooting.is_broken(connection, a.leaf):
+                continue
+            for side in (a, b):
+                members.setdefault(side.key, side)
+                spans.setdefault(side.key, connection.span)
+            sets.join(a.key, b.key)
+        if _is_physical(connection.left):
+            physical.join(connection.left.name, connection.right.name)
+    for leaf in leaves:
+        if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or leaf.parent.is_connector):
+            continue
+        for lone in _lone_members(leaf, members):
+            sets.add(lone.key)
+            members[lone.key] = lone
+    grouped = [[members[key] for key in keys] for keys in sets.sets()]
+    result.unused = unused_members(leaves, used, [[m.leaf for m in g] for g in grouped])
+    for leaf in outside_signals(grouped, used):
+        leaf.causality = syntax.Causality.INPUT
+        session.warn("F316", f"no component gives `{leaf.name}`: it is an input", leaf.span)
+    for joined in grouped:
+        if joined[0].leaf.name in result.unused:
+            continue
+        span = min((spans[m.key] for m in joined if m.key in spans), key=_order, default=NOWHERE)
+        try:
+            result.equations += set_equations(joined, span)
+        except PlanarcError as problem:
+            session.keep(problem)
+    for pair in rooting.broken:
+        result.equations.append(broken_equation(pair, session))
+    result.physical = [tuple(names) for names in physical.sets()]
+    return result
+
+
+def broken_equation(pair: Pair, session: Session) -> flat.Equality:
+    """`zeros(n) = equalityConstraint(a, b)`, in place of a connection's equality."""
+    span = pair.connection.span
+    info = equality_of(pair.left, session)
+    assert session.root_scope is not None
+    env = Env(session.root_scope)
+    arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
+    for variable, argument in zip(info.signature.inputs, arguments, strict=True):
+        expect(variable.type, argument, f"the input `{variable.name}` of `{info.name}`")
+    type_ = info.signature.result_type(0, arguments, span)
+    residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
+    return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
+
+
+def _order(span: Span) -> tuple[str, int]:
+    return span.source.name, span.start
+
+
+def _lone_members(leaf: Leaf, members: dict[tuple[str, bool], Member]) -> list[Member]:
+    """A flow variable seen from its outside, whole, or the entries not connected."""
+    if not leaf.is_connector or not leaf.type.dims:
+        return [Member(leaf, False)]
+    from planarc.flatten.typing.select import all_indices, pick
+
+    whole = flat.Reference(leaf.type, leaf.span, leaf.name)
+    indices = all_indices(tuple(d or 0 for d in leaf.type.dims))
+    return [Member(leaf, False, pick(whole, i)) for i in indices]
+
+
+def _is_physical(side: Side) -> bool:
+    """The connector has a flow variable."""
+    stack: list[object] = [side.node]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Leaf) and node.flow is syntax.Flow.FLOW:
+            return True
+        if isinstance(node, Instance):
+            stack += [e.node for e in node.elements.values() if e.node is not None]
+    return False
+
+
+def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
+    """The equations of one set."""
+    if joined[0].leaf.variability <= flat.Variability.PARAMETER:
+        return []
+    if joined[0].is_flow:
+        return [_flow_equation(joined, span if span is not NOWHERE else joined[0].leaf.span)]
+    _check_sources(joined, span)
+    first = joined[0].reference(span)
+    names = {joined[0].key[0]}
+    equations = []
+    for other in joined[1:]:
+        if other.key[0] in names:
+            continue  # one connector seen from inside and from outside
+        names.add(other.key[0])
+        equations.append(flat.Equality(span, "", first, other.reference(span), generated=True))
+    return equations
+
+
+def _flow_equation(joined: list[Member], span: Span) -> flat.Equality:
+    total: flat.Expression | None = None
+    for each in sorted(joined, key=lambda m: m.outside):
+        term = each.reference(span)
+        if total is None:
+            total = flat.Unary(term.type, span, "-", term) if each.outside else term
+        else:
+            total = flat.Binary(total.type, span, "-" if each.outside else "+", total, term)
+    assert total is not None
+    return flat.Equality(span, "", total, _zero(total.type, span), generated=True)
+
+
+def _zero(type_: flat.Type, span: Span) -> flat.Expression:
+    value: flat.Expression = integer(0, span)
+    for size in reversed(type_.dims):
+        value = array([value] * (size or 0), value.type, span)
+    return value
+
+
+def _check_sources(joined: list[Member], span: Span) -> None:
+    """At most one member says what the value is: an output of a component inside, or
+    an input of the class itself."""
+    sources = [m for m in joined if _is_source(m)]
+    if len(sources) > 1:
+        names = " and ".join(f"`{m.key[0]}`" for m in sources[:2])
+        raise error(
+            "F313",
+            f"{names} are connected, but both give the value",
+            span,
+            related=[Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]],
+        )
+
+
+def _is_source(member: Member) -> bool:
+    causality = member.leaf.causality
+    if causality is syntax.Causality.OUTPUT:
+        return not member.outside
+    return causality is syntax.Causality.INPUT and member.outside and is_public_input(member.leaf)

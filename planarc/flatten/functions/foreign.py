@@ -1,0 +1,111 @@
+"""External functions: which of planarc's own stands for one, and what it is called with.
+
+In:   the `external` clause of a function class
+Out:  ExternalCall   a name, expressions of the inputs, the outputs that it sets
+
+Elementary functions (`external "builtin" y = sin(x)`) are planarc's built-ins. Others
+that it knows are in `planarc.runtime.external`. Their outputs may stand among the arguments, as
+in C; scratch arrays are left out.
+
+Example, with the outputs `info` and `a`, and `work` a protected array:
+    external "C" info = fft(u, size(u, 1), work, a)
+becomes  ExternalCall("fft", (u, size(u, 1)), ("info", "a"))
+
+Reference: Modelica Language Specification 3.6, section 12.9.
+"""
+
+from __future__ import annotations
+
+from planarc.core.data import Data
+from planarc.flatten.functions import signature as function_signature
+from planarc.flatten.functions.order import names_in
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree.nodes import Instance, Scope, Session
+from planarc.flatten.typing import expressions
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.values import compute
+from planarc.flatten.values.foreign import LOAD_RESOURCE
+from planarc.ir import flat, syntax
+from planarc.runtime import external
+
+
+class Clause(Data):
+    """An `external` clause and the scope that its names are looked up in."""
+
+    node: syntax.External
+    scope: Scope
+    function: str
+
+    @property
+    def name(self) -> str:
+        return self.node.function or self.function
+
+
+class ExternalCall(Data):
+    name: str | None
+    given: tuple[flat.Expression, ...] = ()
+    results: tuple[str, ...] = ()
+
+
+NOTHING = ExternalCall(None)
+
+
+def external_clause(instance: Instance) -> Clause | None:
+    """The clause of a function or of one that it extends."""
+    for index, part in enumerate(instance.layout.parts):
+        body = part.definition.body
+        if isinstance(body, syntax.ExtendsClass):
+            body = body.composition
+        if isinstance(body, syntax.Composition) and body.external is not None:
+            return Clause(body.external, instance.scope(index), part.definition.name)
+    return None
+
+
+def external_call(
+    clause: Clause,
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+) -> ExternalCall:
+    """What stands for an external function. Raises PlanarcError when planarc has nothing."""
+    node, name, signature = clause.node, clause.name, builder.signature
+    if name in compute.SCALAR:
+        wanted = [v.name for v in signature.inputs]
+        given = [a.parts[0].name for a in node.arguments if isinstance(a, syntax.Ref)]
+        if given == wanted or not node.arguments:
+            signature.builtin = name
+        return ExternalCall(name)
+    if name != LOAD_RESOURCE and not external.is_known(name):
+        language = node.language or "C"
+        raise unsupported(f'the external "{language}" function `{name}`', "12.9", node.span)
+    if name in external.SILENT:
+        _tell_missed(external.SILENT[name], node, clause.scope.session)
+    return _matched(clause, names, builder)
+
+
+def _tell_missed(what: str, node: syntax.External, session: Session) -> None:
+    message = f"planarc {what}"
+    if all(w.message != message for w in session.warnings):
+        session.warn("F289", message, node.span)
+
+
+def _matched(
+    clause: Clause,
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+) -> ExternalCall:
+    """The arguments told apart: expressions of inputs, outputs, scratch variables."""
+    node, signature = clause.node, builder.signature
+    outputs = {v.name for v in signature.outputs}
+    scratch = names.keys() - outputs - {v.name for v in signature.inputs}
+    if node.function is None:  # the inputs, and the one output that there may be (12.9)
+        inputs = tuple(names[v.name] for v in signature.inputs)
+        return ExternalCall(clause.name, inputs, tuple(v.name for v in signature.outputs))
+    results = [] if node.result is None else [node.result.parts[0].name]
+    given = []
+    env = Env(clause.scope, dict(names), builder)
+    for argument in node.arguments:
+        if isinstance(argument, syntax.Ref) and argument.names[0] in outputs:
+            results.append(argument.names[0])
+        elif scratch.isdisjoint(names_in(argument)):
+            given.append(expressions.type_expression(argument, env))
+    return ExternalCall(clause.name, tuple(given), tuple(results))

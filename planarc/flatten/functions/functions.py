@@ -1,0 +1,258 @@
+"""Functions: from a function class to a `flat.Function`, made once and named once.
+
+In:   Class of kind function
+Out:  FunctionInfo   what a call needs: the signature, and inputs that are bound already
+
+A short class that only binds inputs, `function g = f(a=p)`, is no new function: a
+call of `g` is a call of `f` with `p` filled in. What a function reads from the model
+around it through such bindings becomes an additional input, and every call hands
+it in, so that a flat function depends on its arguments only.
+
+Example: inside the component `curve`, `function position = circle(R=R)`:
+    position(s)   becomes   Call("...circle", (s, curve.R))
+
+Reference: Modelica Language Specification 3.6, sections 12.1 to 12.4, 12.7 and 12.9.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import Span
+from planarc.flatten.functions import (
+    foreign,
+)
+from planarc.flatten.functions import (
+    signature as function_signature,
+)
+from planarc.flatten.functions import (
+    variables as function_variables,
+)
+from planarc.flatten.functions.order import assigned_first
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.sections import statements
+from planarc.flatten.tree import annotation, inherit, lookup, naming
+from planarc.flatten.tree.nodes import Binding, Class, Instance, Leaf, Mod, Session
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.values import compute
+from planarc.ir import flat, syntax
+
+# Finding the function ----------------------------------------------------------------------------
+
+
+def function_of(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
+    """What a call of a function class needs; the function is made when first called."""
+    if cls.function is None:
+        base, bound = _unwrap(cls)
+        if base is not cls:
+            inner = function_of(base, session, span)
+            cls.function = function_signature.FunctionInfo(
+                cls.name, inner.signature, {**inner.bound, **bound}
+            )
+        else:
+            cls.function = _make(cls, session, span)
+        annotation.warn_obsolete(cls, span, session)
+    elif not cls.function.signature.done:
+        cls.function.signature.called_early = True
+    return cls.function
+
+
+def _unwrap(cls: Class) -> tuple[Class, dict[str, Binding]]:
+    """The function that a short class stands for, and the inputs it binds."""
+    layout = inherit.layout_of(cls)
+    index = 0
+    while isinstance(layout.parts[index].definition.body, syntax.ShortClass):
+        index += 1
+    if index == 0:
+        return cls, {}
+    mod = lookup.part_mod(lookup.static_instance(cls), index)
+    base = layout.parts[index].cls
+    if not _binds_inputs_only(mod, inherit.layout_of(base).members, cls):
+        return cls, {}
+    bound = {name: sub.binding for name, sub in mod.subs.items() if sub.binding is not None}
+    return base, bound
+
+
+def _binds_inputs_only(
+    mod: Mod, members: dict[str, tuple[int, syntax.Component | syntax.ClassDef]], cls: Class
+) -> bool:
+    for name, sub in mod.subs.items():
+        if name not in members:
+            raise error(
+                "F222",
+                f"`{cls.name}` has no element `{name}` to modify",
+                sub.span,
+                hint=naming.suggestion(name, members),
+            )
+        definition = members[name][1]
+        if (
+            sub.redeclaration is not None
+            or sub.subs
+            or not isinstance(definition, syntax.Component)
+        ):
+            return False
+        if definition.causality is not syntax.Causality.INPUT:
+            return False
+    return True
+
+
+# Making it ---------------------------------------------------------------------------------------
+
+
+def _make(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
+    layout = inherit.layout_of(cls)
+    if layout.derivative is not None:
+        return _make_derivative(cls, session, span)
+    signature = function_signature.Signature(_unique_name(cls.name, session))
+    session.signatures[signature.name] = signature
+    cls.function = info = function_signature.FunctionInfo(signature.name, signature, {})
+    try:
+        if _partial(cls):
+            raise error("F295", f"the function `{cls.name}` is partial and cannot be called", span)
+        _fill(cls, lookup.static_instance(cls), signature, session)
+    except PlanarcError:
+        cls.function = None
+        raise
+    if signature.called_early and signature.captures:
+        raise unsupported("recursive functions that use variables of the model", "12.4", span)
+    signature.done = True
+    return info
+
+
+def _partial(cls: Class) -> bool:
+    return cls.definition.partial
+
+
+def _unique_name(name: str, session: Session) -> str:
+    unique, count = name, 1
+    while unique in session.signatures:
+        count += 1
+        unique = f"{name}#{count}"
+    return unique
+
+
+def _fill(
+    cls: Class, instance: Instance, signature: function_signature.Signature, session: Session
+) -> None:
+    builder = function_signature.FunctionBuilder(signature)
+    variables = function_variables.declare_variables(instance, builder, signature)
+    signature.inputs = function_variables.interface(instance, variables, syntax.Causality.INPUT)
+    outputs, locals_, first = assigned_first(
+        function_variables.interface(instance, variables, syntax.Causality.OUTPUT),
+        [v for v, c in variables if c is syntax.Causality.NONE],
+        [v.name for v, _ in variables],
+    )
+    signature.outputs = tuple(outputs)
+    names: dict[str, flat.Expression] = {
+        v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables
+    }
+    external = foreign.external_clause(instance)
+    called = foreign.NOTHING
+    body: tuple[flat.Statement, ...] = ()
+    if external is None:
+        body = (*first, *function_body(instance, names, builder))
+        signature.builtin = _plain_builtin(body, signature)
+    else:
+        called = foreign.external_call(external, names, builder)
+    hidden = tuple(_hidden_input(leaf) for leaf in signature.captures)
+    session.functions[signature.name] = flat.Function(
+        signature.name,
+        signature.inputs + hidden,
+        signature.outputs,
+        tuple(locals_),
+        body,
+        called.name,
+        given=called.given,
+        results=called.results,
+        derivatives=annotation.derivatives_of(instance, session),
+        span=cls.span,
+    )
+
+
+def _plain_builtin(
+    body: tuple[flat.Statement, ...], signature: function_signature.Signature
+) -> str | None:
+    """A body that is nothing but `y := sin(u)`: the function stands for the built-in."""
+    if len(body) != 1 or not isinstance(body[0], flat.Assignment):
+        return None
+    value = body[0].value
+    if not isinstance(value, flat.Builtin) or value.function not in compute.SCALAR:
+        return None
+    names = [a.name for a in value.arguments if isinstance(a, flat.Reference) and not a.subscripts]
+    same = names == [v.name for v in signature.inputs]
+    return value.function if same and len(names) == len(value.arguments) else None
+
+
+def _hidden_input(leaf: Leaf) -> flat.Variable:
+    kind = flat.Variability.CONTINUOUS
+    return flat.Variable(leaf.name, leaf.type, kind, leaf.span, causality="input")
+
+
+# Special functions -----------------------------------------------------------------------------
+
+
+def _make_derivative(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
+    """`function f_s = der(f, s)`: the same inputs and outputs as `f` (12.7.2)."""
+    derivative = inherit.layout_of(cls).derivative
+    assert derivative is not None
+    body, scope = derivative
+    inner = function_of(lookup.find_class(scope, body.function), session, span)
+    names = [v.name for v in inner.signature.inputs]
+    for variable in body.variables:
+        if variable not in names:
+            raise error(
+                "F290",
+                f"`{body.function}` has no input `{variable}`",
+                body.span,
+                hint=naming.suggestion(variable, names),
+            )
+    name = _unique_name(cls.name, session)
+    signature = function_signature.Signature(
+        name,
+        inner.signature.inputs,
+        inner.signature.outputs,
+        inner.signature.defaults,
+        inner.signature.constants,
+        inner.signature.captures,
+        done=True,
+    )
+    session.signatures[name] = signature
+    session.functions[name] = flat.Function(
+        name,
+        signature.inputs + tuple(_hidden_input(leaf) for leaf in signature.captures),
+        signature.outputs,
+        derivative_of=(inner.signature.name, body.variables),
+        span=cls.span,
+    )
+    return function_signature.FunctionInfo(name, signature, dict(inner.bound))
+
+
+def function_body(
+    instance: Instance,
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+) -> tuple[flat.Statement, ...]:
+    """The statements of a function's one algorithm section (12.2)."""
+    found: list[tuple[int, syntax.AlgorithmSection]] = []
+    for index, part in enumerate(instance.layout.parts):
+        body = part.definition.body
+        if isinstance(body, syntax.ExtendsClass):
+            body = body.composition
+        if not isinstance(body, syntax.Composition):
+            continue
+        for section in body.sections:
+            if isinstance(section, syntax.EquationSection):
+                raise error("F298", "a function cannot have equations", section.span)
+            found.append((index, section))
+    if len(found) > 1:
+        raise error(
+            "F298",
+            f"the function `{instance.cls.name}` has more than one algorithm section",
+            found[0][1].span,
+            related=[Related("the other one", found[1][1].span)],
+            hint="extend a partial function, which has none",
+        )
+    if not found:
+        return ()
+    index, section = found[0]
+    env = Env(instance.scope(index), dict(names), builder, in_algorithm=True)
+    return statements.type_statements(section.statements, env, "")

@@ -1,0 +1,129 @@
+"""The order in which the variables of a function get their first values.
+
+The text gives none: a value may be written with variables that are declared later, as
+long as they do not depend on each other (specification 12.4.4).
+
+Example:  protected Real a = 2*b;  Real b = x + 1;     b before a
+
+A function gives its outputs their first values before its locals. An output that is
+written with a local, and a local with such an output, get them by assignments instead,
+which stand before the first statement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree import lookup, redeclare
+from planarc.flatten.tree.nodes import Instance
+from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import nodes_of
+
+
+def names_in_order(instance: Instance) -> list[str]:
+    """The variables of a function, each after those with which its size and value are written.
+
+    Raises PlanarcError F207 where some depend on each other.
+    """
+    members = instance.layout.members
+    names = [n for n, (_, d) in members.items() if not isinstance(d, syntax.ClassDef)]
+    needs = {name: [n for n in _written_with(instance, name) if n in members] for name in names}
+    order: dict[str, None] = {}
+    for name in names:
+        _visit(name, needs, order, [], instance)
+    return list(order)
+
+
+def _visit(
+    name: str,
+    needs: Mapping[str, Sequence[str]],
+    order: dict[str, None],
+    path: list[str],
+    instance: Instance,
+) -> None:
+    """Functions have few variables, and these chains are short: recursion is deep enough."""
+    if name in order:
+        return
+    if name in path:
+        raise _circle(path[path.index(name) :], instance)
+    for need in needs.get(name, ()):
+        _visit(need, needs, order, [*path, name], instance)
+    order[name] = None
+
+
+def _circle(names: Sequence[str], instance: Instance) -> Exception:
+    spans = [instance.layout.members[n][1].span for n in names]
+    listed = " and ".join(f"`{n}`" for n in names)
+    verb = "depends on itself" if len(names) == 1 else "depend on each other"
+    return error(
+        "F207",
+        f"the first value{'s' if len(names) > 1 else ''} of {listed} {verb}",
+        spans[0],
+        related=[Related("and on this one", s) for s in spans[1:]],
+        hint="give one of them its value in the algorithm",
+    )
+
+
+def _written_with(instance: Instance, name: str) -> Iterator[str]:
+    """First names in the sizes and the value of a variable, as they stand in the function."""
+    element = lookup.member(instance, name)
+    assert element is not None
+    definition, scope, mod = redeclare.effective_component(element)
+    sizes = names_in((definition.dimensions, definition.type_dimensions))
+    yield from (n for n in sizes if n != name)  # as in `A[:, size(A, 1)]`
+    if mod.binding is not None and mod.binding.scope is scope:
+        yield from names_in(mod.binding.expression)
+
+
+def names_in(tree: object) -> list[str]:
+    """First names of all references in an expression, without those of its iterators."""
+    found: dict[str, None] = {}
+    own: set[str] = set()
+    stack = [tree]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, syntax.Ref) and not node.absolute:
+            found[node.names[0]] = None
+        if isinstance(node, syntax.Iterator):
+            own.add(node.name)
+        if isinstance(node, tuple) and not isinstance(node, Span):
+            stack.extend(node)
+        elif isinstance(node, Struct):
+            stack.extend(getattr(node, name) for name in node.__struct_fields__)
+    return [n for n in found if n not in own]
+
+
+def assigned_first(
+    outputs: Sequence[flat.Variable], locals_: Sequence[flat.Variable], order: Sequence[str]
+) -> tuple[list[flat.Variable], list[flat.Variable], list[flat.Statement]]:
+    """Outputs and locals, and assignments in the place of values that come too late."""
+    variables = {v.name: v for v in (*outputs, *locals_)}
+    late = {v.name for v in locals_}
+    moved: list[flat.Statement] = []
+    for name in order:
+        variable = variables.get(name)
+        if variable is None or variable.binding is None:
+            continue
+        used = {e.name for e in nodes_of((variable.binding,)) if isinstance(e, flat.Reference)}
+        if name in late:
+            if used.isdisjoint(_targets(moved)):
+                continue
+        elif used.isdisjoint(late):
+            continue
+        target = flat.Reference(variable.type, variable.span, name)
+        moved.append(flat.Assignment(variable.span, "", target, variable.binding))
+        variables[name] = replace(variable, binding=None)
+    return [variables[v.name] for v in outputs], [variables[v.name] for v in locals_], moved
+
+
+def _targets(statements: Sequence[flat.Statement]) -> set[str]:
+    return {
+        s.target.name
+        for s in statements
+        if isinstance(s, flat.Assignment) and isinstance(s.target, flat.Reference)
+    }

@@ -1,0 +1,124 @@
+"""Functions as values: handed to a function by name, or with some inputs bound.
+
+Example: `trapezoid(function power(n=2), 0, 1)` binds `n`; the open input of `power` is
+the one that the formal input of `trapezoid` declares.
+
+Reference: Modelica Language Specification 3.6, section 12.4.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.flatten.functions import functions
+from planarc.flatten.functions import signature as function_signature
+from planarc.flatten.tree import naming
+from planarc.flatten.typing import call_arguments, calls, expressions, references
+from planarc.flatten.typing.conform import base_conforms, counted, expect, mismatch
+from planarc.flatten.typing.environment import Env
+from planarc.ir import flat, syntax
+
+
+def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> flat.Expression:
+    """A function given to a function: its name, or `function f(a=1)`."""
+    if isinstance(argument, syntax.PartialApplication):
+        return _partial_call(argument.function, argument.named, argument.span, formal, env)
+    if not isinstance(argument, syntax.Ref):
+        raise error("F292", "this input needs a function", argument.span)
+    if argument.parts[0].name in env.locals:
+        value = env.locals[argument.parts[0].name]
+        expect(flat.Type(flat.Base.FUNCTION), value, f"`{argument}`")
+        return value
+    return _partial_call(argument, (), argument.span, formal, env)
+
+
+def type_partial(node: syntax.PartialApplication, env: Env) -> flat.Expression:
+    raise error("F292", "a function can be given only to an input that is a function", node.span)
+
+
+def _partial_call(
+    ref: syntax.Ref,
+    named: tuple[syntax.NamedArgument, ...],
+    span: Span,
+    formal: flat.Type,
+    env: Env,
+) -> flat.Expression:
+    """The function with all its inputs bound but for those of the formal input."""
+    info = functions.function_of(calls.function_class(ref, env), env.session, span)
+    by_name = {v.name: v for v in info.signature.inputs}
+    bound: dict[str, flat.Expression] = {}
+    for name, binding in info.bound.items():
+        bound[name] = expressions.type_expression(
+            binding.expression, Env(binding.scope, {}, env.function)
+        )
+    for argument in named:
+        if argument.name not in by_name:
+            raise error(
+                "F290",
+                f"`{ref}` has no input `{argument.name}`",
+                argument.span,
+                hint=naming.suggestion(argument.name, by_name),
+            )
+        bound[argument.name] = call_arguments.type_argument(
+            argument.value, by_name[argument.name], env
+        )
+    _bind_defaults(info, formal, bound, span, env)
+    for leaf in info.signature.captures:
+        bound[leaf.name] = references.leaf_value(leaf, span, env)
+    type_ = flat.Type(flat.Base.FUNCTION, name=info.signature.name)
+    return flat.PartialCall(type_, span, info.signature.name, tuple(bound.items()))
+
+
+def _bind_defaults(
+    info: function_signature.FunctionInfo,
+    formal: flat.Type,
+    bound: dict[str, flat.Expression],
+    span: Span,
+    env: Env,
+) -> None:
+    """Inputs that the formal input does not have get their defaults (12.4.2)."""
+    wanted = env.session.formals[formal.name]
+    rest = [v for v in info.signature.inputs if v.name not in bound]
+    for variable, other in zip(rest, wanted.inputs, strict=False):
+        if not base_conforms(variable.type, other.type):
+            raise mismatch(other.type, variable.type, f"the input `{variable.name}`", span)
+    if len(rest) < len(wanted.inputs):
+        raise error(
+            "F292",
+            f"`{info.name}` has {counted(len(rest), 'open input')}, "
+            f"but `{wanted.name}` has {len(wanted.inputs)}",
+            span,
+        )
+    for variable in rest[len(wanted.inputs) :]:
+        default = info.signature.defaults.get(variable.name)
+        if default is None:
+            raise error("F290", f"`{info.name}` needs a value for `{variable.name}`", span)
+        expression, scope = default
+        locals_ = {**info.signature.constants, **bound}
+        bound[variable.name] = expressions.type_expression(
+            expression, Env(scope, locals_, env.function)
+        )
+
+
+def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> flat.Expression:
+    """Inside a function: a call of an input that is a function."""
+    if value.type.base is not flat.Base.FUNCTION or not isinstance(value, flat.Reference):
+        raise not_a_function(node)
+    signature = env.session.formals[value.type.name]
+    arguments = [expressions.type_expression(a, env) for a in node.arguments]
+    by_name = {a.name: a.value for a in node.named}
+    for variable in signature.inputs[len(arguments) :]:
+        if variable.name not in by_name:
+            raise error(
+                "F290",
+                f"`{node.function}` needs a value for its input `{variable.name}`",
+                node.span,
+            )
+        arguments.append(expressions.type_expression(by_name[variable.name], env))
+    return flat.Call(
+        signature.result_type(0, arguments, node.span), node.span, value.name, tuple(arguments)
+    )
+
+
+def not_a_function(node: syntax.Call) -> PlanarcError:
+    return error("F292", f"`{node.function}` is not a function", node.span)

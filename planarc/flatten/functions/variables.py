@@ -1,0 +1,184 @@
+"""The variables of a function: inputs, outputs and locals, with types and sizes.
+
+A size that depends on an argument is kept as an expression; a type may be built-in, a
+record, or the interface of a function that is handed in.
+
+Reference: Modelica Language Specification 3.6, sections 12.1, 12.2 and 12.4.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten.functions import signature as function_signature
+from planarc.flatten.functions.order import names_in_order
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree import bindings, inherit, lookup, redeclare
+from planarc.flatten.tree.modify import merge
+from planarc.flatten.tree.nodes import Class, Instance, Layout, Mod, Scope, Session
+from planarc.flatten.typing import constructors, expressions
+from planarc.flatten.typing.conform import expect
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import nodes_of
+
+
+def declare_variables(
+    instance: Instance,
+    builder: function_signature.FunctionBuilder,
+    signature: function_signature.Signature,
+) -> list[tuple[flat.Variable, syntax.Causality]]:
+    """The variables of a function, in the order in which they get their first values."""
+    found: list[tuple[flat.Variable, syntax.Causality]] = []
+    names: dict[str, flat.Expression] = {}
+    for name in names_in_order(instance):
+        variable, causality = _declare(instance, name, names, builder, signature)
+        names[name] = flat.Reference(variable.type, variable.span, name)
+        found.append((variable, causality))
+    return found
+
+
+def interface(
+    instance: Instance,
+    variables: list[tuple[flat.Variable, syntax.Causality]],
+    causality: syntax.Causality,
+) -> tuple[flat.Variable, ...]:
+    """The inputs or the outputs, in the order of the text, which is that of arguments."""
+    found = {v.name: v for v, c in variables if c is causality}
+    return tuple(found[name] for name in instance.layout.members if name in found)
+
+
+def _declare(
+    instance: Instance,
+    name: str,
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+    signature: function_signature.Signature,
+) -> tuple[flat.Variable, syntax.Causality]:
+    element = lookup.member(instance, name)
+    assert element is not None
+    definition, scope, mod = redeclare.effective_component(element)
+    env = Env(scope, dict(names), builder)
+    cls = lookup.find_class(scope, definition.type)
+    type_, layout = variable_type(cls, env.session, definition.span)
+    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
+    written += layout.dimensions
+    merged = merge(mod, cls.mod, name) if cls.mod else mod
+    binding = merged.binding
+    causality = (
+        layout.causality if definition.causality is syntax.Causality.NONE else definition.causality
+    )
+    value = None
+    is_input = causality is syntax.Causality.INPUT
+    if binding is not None and is_input:
+        signature.defaults[name] = (binding.expression, binding.scope)
+    elif binding is not None:
+        own = env if binding.scope is scope else Env(binding.scope, dict(names), builder)
+        value = expressions.type_expression(binding.expression, own)
+    own_type = type_.with_dims((None,) * len(written))
+    itself = flat.Reference(own_type, definition.span, name)
+    dims, sizes = _dims(written, {**names, name: itself}, builder, value)
+    type_ = type_.with_dims(dims + type_.dims)
+    if value is not None:
+        expect(type_, value, f"the value of `{name}`")
+    if value is not None and definition.variability is syntax.Variability.CONSTANT:
+        _refuse_variables(name, value, names.keys() - signature.constants.keys())
+        signature.constants[name] = value
+    if (
+        not is_input
+        and causality is syntax.Causality.NONE
+        and instance.layout.parts[0].definition.kind is syntax.ClassKind.FUNCTION
+        and not (definition.prefixes.protected or element.protected)
+        and definition.variability is not syntax.Variability.CONSTANT
+    ):
+        env.session.warn(
+            "F296",
+            f"the local variable `{name}` of the function `{instance.cls.name}` is public",
+            definition.span,
+            "declare it under `protected`",
+        )
+    return (
+        flat.Variable(
+            name,
+            type_,
+            flat.Variability.CONTINUOUS,
+            definition.span,
+            value,
+            flat.Attributes(unit=_unit(merged, layout)),
+            causality=causality.value,
+            description=definition.comment,
+            sizes=sizes,
+        ),
+        causality,
+    )
+
+
+def _refuse_variables(name: str, value: flat.Expression, variables: set[str]) -> None:
+    """The value of a constant must not depend on what a call gives."""
+    for e in nodes_of((value,)):
+        if isinstance(e, flat.Reference) and e.name in variables:
+            message = f"the constant `{name}` must not depend on the variable `{e.name}`"
+            raise error("F285", message, e.span)
+
+
+def _unit(mod: Mod, layout: Layout) -> str:
+    """The unit of a variable, where it is written as a plain text."""
+    binding = mod.sub("unit").binding or bindings.type_mod(layout).sub("unit").binding
+    written = None if binding is None else binding.expression
+    return written.value if isinstance(written, syntax.String) else ""
+
+
+def _dims(
+    written: list[tuple[syntax.Expression, Scope]],
+    names: dict[str, flat.Expression],
+    builder: function_signature.FunctionBuilder,
+    value: flat.Expression | None,
+) -> tuple[tuple[int | None, ...], tuple[flat.Expression | None, ...]]:
+    """Sizes that are known, and expressions for those that are known only when run."""
+    dims: list[int | None] = []
+    sizes: list[flat.Expression | None] = []
+    for k, (expression, scope) in enumerate(written):
+        if isinstance(expression, syntax.Colon):
+            known = None
+            if value is not None and k < len(value.type.dims):
+                known = value.type.dims[k]
+            dims.append(known)
+            sizes.append(None)
+            continue
+        typed = expressions.type_expression(expression, Env(scope, dict(names), builder))
+        size = evaluate.try_value(typed, Env(scope, dict(names), builder), mark=True)
+        dims.append(size if isinstance(size, int) else None)
+        sizes.append(None if isinstance(size, int) else typed)
+    if all(s is None for s in sizes):
+        return tuple(dims), ()
+    return tuple(dims), tuple(sizes)
+
+
+def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, Layout]:
+    """The type of a variable of a function: built-in, record, or a function itself."""
+    layout = inherit.layout_of(cls)
+    if layout.builtin is not None:
+        return layout.builtin, layout
+    if layout.kind is syntax.ClassKind.RECORD:
+        return constructors.record_type(cls, session), layout
+    if layout.kind is syntax.ClassKind.FUNCTION:
+        return _formal_type(cls, session), layout
+    if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
+        raise unsupported("operator records", "14", span)
+    raise error(
+        "F297", f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`", span
+    )
+
+
+def _formal_type(cls: Class, session: Session) -> flat.Type:
+    """The type of an input that is a function: the interface that it declares."""
+    if cls.name not in session.formals:
+        signature = function_signature.Signature(cls.name)
+        instance = lookup.static_instance(cls)
+        builder = function_signature.FunctionBuilder(signature)
+        variables = declare_variables(instance, builder, signature)
+        signature.inputs = interface(instance, variables, syntax.Causality.INPUT)
+        signature.outputs = interface(instance, variables, syntax.Causality.OUTPUT)
+        session.formals[cls.name] = signature
+    return flat.Type(flat.Base.FUNCTION, name=cls.name)

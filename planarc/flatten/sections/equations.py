@@ -1,0 +1,268 @@
+"""Equations of one class: typed, loops unrolled, structural choices made.
+
+In:   syntax.Equation, Env
+Out:  flat.Equation (connections are left to `joining`)
+
+Example: with `parameter Integer n = 2;`
+
+    for i in 1:n loop  x[i] = i;  end for;      becomes   x[1] = 1;  x[2] = 2;
+    if fixed then phi = 0; else tau = 0; end if becomes one of both, when `fixed` is
+    a parameter; with a condition that changes in time it stays an IfEquation.
+
+Reference: Modelica Language Specification 3.6, chapter 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from msgspec import Struct
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.flatten.connect.joining import (
+    all_branches,
+    holds_connection,
+    is_connection_operator,
+)
+from planarc.flatten.sections.special import type_assert, type_reinit, type_terminate
+from planarc.flatten.sections.statements import (
+    check_result_count,
+    condition_of,
+    when_condition,
+)
+from planarc.flatten.several import for_each
+from planarc.flatten.tree.nodes import Instance
+from planarc.flatten.typing.call_arguments import result_types
+from planarc.flatten.typing.calls import type_call
+from planarc.flatten.typing.comprehension import iteration_values
+from planarc.flatten.typing.conform import type_text, unify
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.expressions import type_expression
+from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+
+MAX_TURNS = 200_000  # of one for-equation, all its iterators together
+
+Equations = tuple[flat.Equation, ...]
+
+
+class Collector(Struct):
+    """Where the equations of an instance go."""
+
+    instance: Instance
+    in_when: bool = False
+
+    @property
+    def component(self) -> str:
+        return self.instance.prefix or ""
+
+
+def type_equations(
+    equations: tuple[syntax.Equation, ...], env: Env, collector: Collector
+) -> list[flat.Equation]:
+    """The equations of a section; a wrong one is reported and left out."""
+    typed: list[flat.Equation] = []
+    for equation in equations:
+        try:
+            typed += _TYPERS[type(equation)](equation, env, collector)
+        except PlanarcError as problem:
+            env.session.keep(problem)
+    return typed
+
+
+def _equality(node: syntax.Equality, env: Env, to: Collector) -> Equations:
+    if isinstance(node.left, syntax.Tuple) and isinstance(node.right, syntax.Call):
+        return _several_results(node, node.left, node.right, env, to)
+    left, right = for_each((node.left, node.right), lambda side: type_expression(side, env))
+    if unify(left.type, right.type) is None:
+        raise error(
+            "F300",
+            f"the sides of the equation have different types: {type_text(left.type)} "
+            f"and {type_text(right.type)}",
+            node.span,
+        )
+    return (flat.Equality(node.span, to.component, left, right),)
+
+
+def _several_results(
+    node: syntax.Equality, left: syntax.Tuple, right: syntax.Call, env: Env, to: Collector
+) -> Equations:
+    """`(a, , b) = f(x)`."""
+    call = type_call(right, env, results=True)
+    if not isinstance(call, flat.Call):
+        raise error("F302", f"`{right.function}` has one result only", node.span)
+    types = result_types(call, env)
+    check_result_count(len(left.items), len(types), right, node.span)
+    items: list[flat.Expression | None] = []
+    for item, type_ in zip(left.items, types, strict=False):
+        typed = None if item is None else type_expression(item, env)
+        if typed is not None and unify(typed.type, type_) is None:
+            raise error(
+                "F300",
+                f"a result of `{right.function}` is {type_text(type_)}, but is equated "
+                f"to {type_text(typed.type)}",
+                typed.span,
+            )
+        items.append(typed)
+    return (flat.Equality(node.span, to.component, flat.Targets(tuple(items)), call),)
+
+
+def _if(node: syntax.IfEquation, env: Env, to: Collector) -> Equations:
+    errors = len(env.session.errors)
+    branches: list[tuple[flat.Expression, Equations]] = []
+    for expression, body in node.branches:
+        condition = condition_of(expression, env, "the condition of `if`")
+        known = _structural_condition(condition, node, env, to)
+        if known is False:
+            continue
+        typed = tuple(type_equations(body, env, to))
+        if known is True:
+            return _if_of(node, branches, typed, to)
+        branches.append((condition, typed))
+    otherwise = tuple(type_equations(node.otherwise, env, to))
+    if len(env.session.errors) > errors:
+        return ()  # counts would be wrong because of what is missing
+    return _if_of(node, branches, otherwise, to)
+
+
+def _if_of(
+    node: syntax.IfEquation,
+    branches: list[tuple[flat.Expression, Equations]],
+    otherwise: Equations,
+    to: Collector,
+) -> Equations:
+    if not branches:
+        return otherwise
+    if not to.in_when:
+        counts = {count_equations(body) for _, body in branches} | {count_equations(otherwise)}
+        if len(counts) > 1:
+            raise error(
+                "F305",
+                "the branches of `if` have different numbers of equations: "
+                + ", ".join(str(c) for c in sorted(counts)),
+                node.span,
+                hint="give all branches, `else` too, as many equations",
+            )
+    return (flat.IfEquation(node.span, to.component, tuple(branches), otherwise),)
+
+
+def _structural_condition(
+    condition: flat.Expression, node: syntax.IfEquation, env: Env, to: Collector
+) -> bool | None:
+    """The value of a condition of parameters; None when it changes while running."""
+    if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
+        return None
+    if to.in_when:
+        known = evaluate.literal_value(condition)
+        return None if known is None else bool(known)
+    if holds_connection(all_branches(node)):
+        return bool(evaluate.structural_value(condition, env, "the condition of `if`"))
+    value = evaluate.try_value(condition, env, mark=True)
+    return None if value is None else bool(value)
+
+
+def count_equations(equations: Equations) -> int:
+    """The number of scalar equations."""
+    count = 0
+    for equation in equations:
+        if isinstance(equation, flat.Equality):
+            count += _equality_count(equation)
+        elif isinstance(equation, flat.IfEquation):
+            count += count_equations(equation.otherwise)
+        elif isinstance(equation, flat.WhenEquation):
+            count += count_equations(equation.branches[0][1])
+    return count
+
+
+def _equality_count(equation: flat.Equality) -> int:
+    if isinstance(equation.left, flat.Targets):
+        return sum(scalar_count(i.type) for i in equation.left.items if i is not None)
+    return scalar_count(equation.left.type)
+
+
+def scalar_count(type_: flat.Type) -> int:
+    """How many scalars a value of a type holds."""
+    count = 1
+    for size in type_.dims:
+        count *= size or 0
+    if type_.base is flat.Base.RECORD:
+        count *= sum(scalar_count(t) for _, t in type_.fields)
+    return count
+
+
+def _for(node: syntax.ForEquation, env: Env, to: Collector) -> Equations:
+    return tuple(_unroll(node.iterators, node, env, to, [MAX_TURNS]))
+
+
+def _unroll(
+    iterators: tuple[syntax.Iterator, ...],
+    node: syntax.ForEquation,
+    env: Env,
+    to: Collector,
+    left: list[int],
+) -> list[flat.Equation]:
+    """`left`: how many turns may still be made."""
+    if not iterators:
+        left[0] -= 1
+        if left[0] < 0:
+            raise error("F252", f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
+        return type_equations(node.body, env, to)
+    values = iteration_values(iterators[0], env, node.body)
+    if values is None:
+        raise error("F281", "the range of this loop must be known when compiling", node.span)
+    found: list[flat.Equation] = []
+    errors = len(env.session.errors)
+    for value in values:
+        found += _unroll(iterators[1:], node, env.with_local(iterators[0].name, value), to, left)
+        if len(env.session.errors) > errors:
+            break  # the same error would be found in each turn
+    return found
+
+
+def _when(node: syntax.WhenEquation, env: Env, to: Collector) -> Equations:
+    if to.in_when:
+        raise error("F307", "when-equations cannot be nested", node.span)
+    inner = Collector(to.instance, in_when=True)
+    branches = tuple(
+        (when_condition(condition, env), tuple(type_equations(body, env, inner)))
+        for condition, body in node.branches
+    )
+    return (flat.WhenEquation(node.span, to.component, branches),)
+
+
+def _connect(node: syntax.Connect, env: Env, to: Collector) -> Equations:
+    """Connections were collected before (`joining`)."""
+    if to.in_when:
+        raise error("F306", "`connect` cannot stand in a when-equation", node.span)
+    return ()
+
+
+def _call(node: syntax.CallEquation, env: Env, to: Collector) -> Equations:
+    call = node.call
+    names = call.function.names
+    if names == ("assert",):
+        return type_assert(call, env, to.component)
+    if names == ("terminate",):
+        return type_terminate(call, env, to.component)
+    if names == ("reinit",):
+        if not to.in_when:
+            raise error("F304", "`reinit` may stand in a when-equation only", node.span)
+        return type_reinit(call, env, to.component)
+    if is_connection_operator(call):
+        return ()  # collected before (`joining`)
+    typed = type_call(call, env, results=True)
+    if isinstance(typed, flat.Call):
+        return (flat.Equality(node.span, to.component, flat.Targets(()), typed),)
+    raise error("F293", f"`{call.function}` is no equation: nothing uses its result", node.span)
+
+
+_TYPERS: dict[type, Callable[[Any, Env, Collector], Equations]] = {
+    syntax.Equality: _equality,
+    syntax.IfEquation: _if,
+    syntax.ForEquation: _for,
+    syntax.WhenEquation: _when,
+    syntax.Connect: _connect,
+    syntax.CallEquation: _call,
+}

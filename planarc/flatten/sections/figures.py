@@ -1,0 +1,120 @@
+"""`annotation(Documentation(figures={Figure(plots={Plot(curves={Curve(y=a.phi)})})}))`.
+
+Only curves over time are kept, of variables and of expressions made of them by elementary
+operations; one over another variable is left out, as are figures that hold none.
+
+Reference: Modelica Language Specification 3.6, section 18.4.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
+from planarc.flatten.tree.nodes import Instance, Session
+from planarc.ir import syntax
+from planarc.ir.figure import Figure, Formula, Plot, Step
+from planarc.ir.text.expression import expression_text
+
+
+def figures_of(instance: Instance, session: Session) -> tuple[Figure, ...]:
+    """Those of the model's own documentation."""
+    arguments = arguments_of(instance.cls.definition.annotation, "figures", session)
+    given = find_argument(inside(find_argument(arguments, "Documentation")), "figures")
+    figures = (
+        Figure(
+            _text(call, "title"),
+            tuple(p for p in (_plot(c) for c in _calls(_field(call, "plots"), "Plot")) if p.curves),
+            _is_true(_field(call, "preferred")),
+        )
+        for call in _calls(binding_of(given), "Figure")
+    )
+    return tuple(figure for figure in figures if figure.plots)
+
+
+def _plot(call: syntax.Call) -> Plot:
+    over_time = (
+        _field(curve, "y")
+        for curve in _calls(_field(call, "curves"), "Curve")
+        if _name(_field(curve, "x")) in (None, "time")
+    )
+    curves: list[str] = []
+    formulas: list[Formula] = []
+    for y in over_time:
+        if y is None:
+            continue
+        if name := _name(y):
+            curves.append(name)
+        elif (steps := _steps(y)) is not None:
+            formulas.append(Formula(expression_text(y), tuple(steps)))
+            curves.append(formulas[-1].text)
+    return Plot(_text(call, "title"), tuple(curves), tuple(formulas))
+
+
+#: Functions of a formula, with the number of their arguments.
+_FUNCTIONS = {
+    **dict.fromkeys(("sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan"), 1),
+    **dict.fromkeys(("exp", "log", "log10", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("atan2", "max", "min"), 2),
+}
+
+
+def _steps(value: syntax.Expression) -> list[Step] | None:
+    """What computes an expression, operands first; None where more is asked for."""
+    match value:
+        case syntax.Integer() | syntax.Real():
+            return [float(value.value)]
+        case syntax.Ref():
+            return [("variable", _name(value) or "")]
+        case syntax.Tuple(items=(inner,)) if inner is not None:
+            return _steps(inner)
+        case syntax.Unary(op="-" | ".-"):
+            return _applied("negative", (value.operand,))
+        case syntax.Unary(op="+" | ".+"):
+            return _steps(value.operand)
+        case syntax.Binary(op="+" | "-" | "*" | "/" | "^" | ".+" | ".-" | ".*" | "./" | ".^"):
+            return _applied(value.op.lstrip("."), (value.left, value.right))
+        case syntax.Call() if str(value.function) == "der" and _name(value):
+            return [("variable", _name(value) or "")]
+        case syntax.Call() if not value.named:
+            name = str(value.function)
+            if _FUNCTIONS.get(name) == len(value.arguments):
+                return _applied(name, value.arguments)
+    return None
+
+
+def _applied(name: str, operands: Sequence[syntax.Expression]) -> list[Step] | None:
+    parts = [_steps(operand) for operand in operands]
+    if any(part is None for part in parts):
+        return None
+    return [*(step for part in parts for step in part or ()), ("apply", name)]
+
+
+def _calls(value: syntax.Expression | None, name: str) -> Iterator[syntax.Call]:
+    items: Iterable[syntax.Expression] = value.items if isinstance(value, syntax.Array) else ()
+    for item in items:
+        if isinstance(item, syntax.Call) and item.function.parts[-1].name == name:
+            yield item
+
+
+def _field(call: syntax.Call, name: str) -> syntax.Expression | None:
+    return next((a.value for a in call.named if a.name == name), None)
+
+
+def _text(call: syntax.Call, name: str) -> str:
+    value = _field(call, name)
+    return value.value if isinstance(value, syntax.String) else ""
+
+
+def _is_true(value: syntax.Expression | None) -> bool:
+    return isinstance(value, syntax.Boolean) and value.value
+
+
+def _name(value: syntax.Expression | None) -> str | None:
+    """Of a variable, as results name it; empty for any other expression."""
+    if isinstance(value, syntax.Call) and str(value.function) == "der":
+        inner = _name(value.arguments[0]) if len(value.arguments) == 1 else ""
+        return f"der({inner})" if inner else ""
+    if isinstance(value, syntax.Ref):
+        return "".join(value.span.text.split())
+    return None if value is None else ""

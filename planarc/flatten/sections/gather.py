@@ -1,0 +1,233 @@
+"""Gathering: a walk over the instance tree that collects the flat model's parts.
+
+In:   the root Instance
+Out:  Gathered   variables, equations, connections, visuals, parts, in order of declaration
+
+The walk opens every component, so all errors of a model are found, not only the first.
+"""
+
+from __future__ import annotations
+
+from msgspec import Struct, field
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.flatten.checks.balance import is_given
+from planarc.flatten.connect.joining import Joined, join, sections_of
+from planarc.flatten.connect.rooting import Rooting, find_roots
+from planarc.flatten.sections.equations import Collector, type_equations
+from planarc.flatten.sections.statements import type_statements
+from planarc.flatten.sections.visuals import visual_of
+from planarc.flatten.tree import annotation
+from planarc.flatten.tree.bindings import attributes_of, leaf_binding
+from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.nodes import (
+    Absent,
+    Element,
+    Family,
+    Instance,
+    Leaf,
+    Node,
+    Session,
+)
+from planarc.flatten.tree.outer import inner_half
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.values.constant import NotConstant
+from planarc.flatten.values.evaluator import Evaluator
+from planarc.ir import flat, syntax
+
+
+class Gathered(Struct):
+    """The parts of a flat model, as they are found."""
+
+    session: Session
+    leaves: list[Leaf] = field(default_factory=list)
+    instances: list[Instance] = field(default_factory=list)
+    equations: list[flat.Equation] = field(default_factory=list)
+    initial_equations: list[flat.Equation] = field(default_factory=list)
+    algorithms: list[flat.Algorithm] = field(default_factory=list)
+    initial_algorithms: list[flat.Algorithm] = field(default_factory=list)
+    joined: Joined = field(default_factory=Joined)
+    rooting: Rooting = field(default_factory=Rooting)
+    visuals: list[flat.Visual] = field(default_factory=list)
+
+
+def gather(root: Instance) -> Gathered:
+    """Open the whole tree, find all connections, then type the equations."""
+    session = root.session
+    found = Gathered(session)
+    _walk(root, found)
+    walked = 0
+    while walked < len(session.defaults):  # inner components that had to be made up
+        _walk(list(session.defaults.values())[walked], found)
+        walked += 1
+    found.joined = join(found.instances, session)
+    for node in found.joined.added:
+        _walk(node, found)
+    found.rooting = session.rooting = find_roots(found.joined)
+    session.cardinalities = found.joined.cardinalities()
+    for instance in found.instances:
+        _equations(instance, found)
+    return found
+
+
+def _walk(root: Node, found: Gathered) -> None:
+    stack: list[Node] = [root]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Leaf):
+            found.leaves.append(node)
+        elif isinstance(node, Family):
+            stack.extend(reversed(node.items))
+        elif isinstance(node, Instance):
+            if node.drawn:
+                found.visuals.append(visual_of(node))
+                continue
+            found.instances.append(node)
+            stack.extend(reversed(_children(node)))
+
+
+#: a class that contains itself, or a model that is too large
+_ENDLESS = frozenset({"F251", "F252"})
+
+
+def _children(instance: Instance) -> list[Node]:
+    nodes: list[Node] = []
+    for name, (_, definition) in instance.layout.members.items():
+        if isinstance(definition, syntax.ClassDef):
+            continue
+        element = member(instance, name)
+        assert element is not None
+        try:
+            node = node_of(inner_half(element))
+        except PlanarcError as problem:
+            if any(d.code in _ENDLESS for d in problem.diagnostics):
+                raise  # going on would find the same again and again
+            instance.session.keep(problem)
+            continue
+        if _is_here(element, node):
+            nodes.append(node)
+    return nodes
+
+
+def _is_here(element: Element, node: Node) -> bool:
+    """Not an outer component, which belongs to another place."""
+    prefixes = element.definition.prefixes
+    return not isinstance(node, Absent) and (not prefixes.outer or prefixes.inner)
+
+
+# Equations ------------------------------------------------------------------------------------
+
+
+def _equations(instance: Instance, found: Gathered) -> None:
+    collector = Collector(instance)
+    for index, part in enumerate(instance.layout.parts):
+        env = Env(instance.scope(index))
+        for section in sections_of(part.definition):
+            if isinstance(section, syntax.EquationSection):
+                typed = type_equations(section.equations, env, collector)
+                (found.initial_equations if section.initial else found.equations).extend(typed)
+            else:
+                _algorithm(section, env, collector, found)
+
+
+def _algorithm(
+    section: syntax.AlgorithmSection, env: Env, collector: Collector, found: Gathered
+) -> None:
+    inner = Env(env.scope, in_algorithm=True)
+    try:
+        statements = type_statements(section.statements, inner, collector.component)
+    except PlanarcError as problem:
+        env.session.keep(problem)
+        return
+    algorithm = flat.Algorithm(section.span, collector.component, statements)
+    (found.initial_algorithms if section.initial else found.algorithms).append(algorithm)
+
+
+# Variables --------------------------------------------------------------------------------------
+
+
+def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
+    """The flat variable of a leaf; None when its declaration is wrong, which is reported."""
+    try:
+        attributes = attributes_of(leaf)
+        binding = leaf_binding(leaf)
+        if binding is not None:
+            _check_variability(leaf, binding, session)
+    except PlanarcError as problem:
+        session.keep(problem)
+        return None
+    definition = leaf.element.definition
+    assert isinstance(definition, syntax.Component)
+    if annotation.is_evaluated(definition.annotation, session) and _has_value(leaf):
+        leaf.structural = True
+    return flat.Variable(
+        leaf.name,
+        leaf.type,
+        leaf.variability,
+        definition.span,
+        binding,
+        attributes,
+        _causality_of_model(leaf),
+        leaf.element.protected or _is_hidden(leaf.parent),
+        leaf.mod.final or definition.prefixes.final,
+        leaf.structural,
+        definition.comment,
+        leaf.parent.prefix or "",
+    )
+
+
+def _has_value(leaf: Leaf) -> bool:
+    """Whether its value is known before the run: `fixed = false` gives it one at the start."""
+    try:
+        Evaluator(leaf.parent.session).leaf_value(leaf)
+    except NotConstant:
+        return False
+    return True
+
+
+def _causality_of_model(leaf: Leaf) -> str:
+    """Inputs of the model itself, also those in its connectors and records; its outputs."""
+    if is_given(leaf):
+        return leaf.causality.value
+    own = leaf.parent.depth == 0 and not leaf.element.protected
+    return leaf.causality.value if own else ""
+
+
+def _is_hidden(instance: Instance) -> bool:
+    current: Instance | None = instance
+    while current is not None and current.element is not None:
+        if current.element.protected:
+            return True
+        current = current.parent
+    return False
+
+
+def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
+    allowed = leaf.variability
+    actual = variability_of(binding, session)
+    if actual <= allowed:
+        return None
+    if allowed is flat.Variability.CONSTANT and actual is flat.Variability.PARAMETER:
+        return _check_constant(leaf, binding, session)
+    kind = {
+        flat.Variability.CONSTANT: "constant",
+        flat.Variability.PARAMETER: "parameter",
+        flat.Variability.DISCRETE: "discrete variable",
+    }[allowed]
+    raise error(
+        "F284",
+        f"the {kind} `{leaf.name}` is bound to an expression that changes with time",
+        binding.span,
+        hint="declare it without the prefix, or bind it to constants and parameters",
+    )
+
+
+def _check_constant(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
+    raise error(
+        "F284",
+        f"the constant `{leaf.name}` is bound to a parameter",
+        binding.span,
+        hint="declare it as a parameter",
+    )

@@ -1,0 +1,352 @@
+"""Algorithms: statements typed, loops kept, targets checked.
+
+In:   syntax.Statement, Env
+Out:  flat.Statement
+
+A loop stays a loop, with its iterator as a local Integer, unless its body indexes an
+array of components, whose members have names of their own: then it is unrolled.
+
+Reference: Modelica Language Specification 3.6, chapter 11.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.source import Span
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.sections import special
+from planarc.flatten.tree import bindings
+from planarc.flatten.tree.nodes import Instance, Leaf
+from planarc.flatten.typing import (
+    call_arguments,
+    calls,
+    comprehension,
+    expressions,
+    references,
+)
+from planarc.flatten.typing.conform import (
+    conforms,
+    counted,
+    expect_scalar,
+    mismatch,
+    type_text,
+)
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import children
+
+Statements = tuple[flat.Statement, ...]
+
+
+def type_statements(
+    statements: tuple[syntax.Statement, ...], env: Env, component: str
+) -> Statements:
+    """The statements of an algorithm section or of a branch; all wrong ones are reported."""
+    typed: list[flat.Statement] = []
+    wrong: list[Diagnostic] = []
+    broken = False
+    for statement in statements:
+        try:
+            typed += _TYPERS[type(statement)](statement, env, component)
+        except PlanarcError as problem:
+            if any(d.code == "F281" for d in problem.diagnostics):
+                raise  # a loop around it may be written out instead
+            broken = True
+            wrong.extend(problem.diagnostics)
+    if broken and env.function is not None:
+        raise PlanarcError(wrong)  # a function that lacks statements cannot be called
+    env.session.errors.extend(wrong)
+    return tuple(typed)
+
+
+def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements:
+    value = expressions.type_expression(node.value, env)
+    target = type_target(node.target, env)
+    if not conforms(target.type, value.type):
+        raise mismatch(target.type, value.type, f"the value of `{node.target}`", node.value.span)
+    if isinstance(target, flat.Reference):
+        return (flat.Assignment(node.span, component, target, value),)
+    entries = _entries(node.span, target, value)
+    names = {left.name for left, _ in entries}
+    if len(entries) > 1 and names & _names_in(value):
+        return (flat.Assignment(node.span, component, _whole(target), value),)
+    return tuple(flat.Assignment(node.span, component, *entry) for entry in entries)
+
+
+Entries = list[tuple[flat.Reference, flat.Expression]]
+
+
+def _whole(target: flat.Expression) -> flat.Target:
+    """Variables that get their values at once, from a value that may hold them."""
+    assert isinstance(target, flat.Reference | flat.Record | flat.Array)
+    return target
+
+
+def _entries(span: Span, target: flat.Expression, value: flat.Expression) -> Entries:
+    """A record, or a slice over components, is assigned entry by entry."""
+    found: Entries = []
+    pairs: list[tuple[flat.Expression, flat.Expression]] = [(target, value)]
+    while pairs:
+        left, right = pairs.pop(0)
+        if isinstance(left, flat.Reference):
+            found.append((left, right))
+        elif isinstance(left, flat.Array):
+            indices = range(1, len(left.items) + 1)
+            inner = [(left.items[i - 1], element_at(right, i)) for i in indices]
+            pairs = inner + pairs
+        elif isinstance(left, flat.Record):
+            names = [n for n, _ in left.type.fields]
+            fields = [references.field_of(right, n, span) for n in names]
+            pairs = list(zip(left.items, fields, strict=True)) + pairs
+        else:
+            raise error("F301", "this cannot be assigned", left.span)
+    return found
+
+
+def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
+    """The left side of an assignment: a variable, an entry or a field of one."""
+    name = ref.parts[0].name
+    if name in env.iterators and not ref.absolute:
+        raise error("F301", f"the iterator `{name}` of a loop cannot be assigned", ref.span)
+    target = expressions.type_expression(ref, env)
+    if env.function is not None:
+        if name not in env.locals:
+            raise error("F301", f"a function cannot assign `{ref}`", ref.span)
+        if any(v.name == name for v in env.function.signature.inputs):
+            raise error("F301", f"the input `{name}` of a function cannot be assigned", ref.span)
+        return _field_target(target, ref)
+    if isinstance(target, flat.Reference):
+        leaf = env.session.leaves.get(target.name)
+        if leaf is not None and _is_fixed(leaf):
+            kind = leaf.variability.name.lower()
+            raise error("F301", f"the {kind} `{target.name}` cannot be assigned", ref.span)
+        if leaf is not None and _is_own_input(leaf, env):
+            raise error("F301", f"the input `{target.name}` cannot be assigned", ref.span)
+    return target
+
+
+def _is_own_input(leaf: Leaf, env: Env) -> bool:
+    """An input of the component that the algorithm belongs to, maybe inside a connector."""
+    owner: Instance | None = leaf.parent
+    while owner is not None and owner.is_connector:
+        owner = owner.parent
+    return leaf.causality is syntax.Causality.INPUT and owner is env.scope.instance
+
+
+def _is_fixed(leaf: Leaf) -> bool:
+    """A parameter, but for one that an initial algorithm finds (`fixed=false`)."""
+    if leaf.variability is flat.Variability.PARAMETER:
+        fixed = bindings.attributes_of(leaf).fixed
+        return not (isinstance(fixed, flat.Literal) and fixed.value is False)
+    return leaf.variability is flat.Variability.CONSTANT
+
+
+def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
+    """Inside a function, `r.x[i] := v` is an assignment of the Reference `r.x[i]`;
+    so is `r[i].x := v`, since subscripts belong to the dimensions in their order."""
+    if isinstance(target, flat.Reference):
+        return target
+    names: list[str] = []
+    subscripts: tuple[flat.Expression, ...] = ()
+    base: flat.Expression = target
+    while isinstance(base, flat.Index | flat.Field):
+        if isinstance(base, flat.Index):
+            subscripts = (*base.subscripts, *subscripts)
+        else:
+            names.append(base.name)
+        base = base.base
+    if not isinstance(base, flat.Reference):
+        raise unsupported("this target of an assignment", "11.2.1", ref.span)
+    subscripts = (*base.subscripts, *subscripts)
+    name = ".".join([base.name, *reversed(names)])
+    return flat.Reference(target.type, ref.span, name, subscripts)
+
+
+def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements:
+    call = calls.type_call(node.value, env, results=True)
+    if not isinstance(call, flat.Call):
+        raise error("F302", f"`{node.value.function}` has one result only", node.span)
+    types = call_arguments.result_types(call, env)
+    check_result_count(len(node.targets), len(types), node.value, node.span)
+    targets: list[flat.Target | None] = []
+    first: list[flat.Statement] = []
+    arguments = {name for a in call.arguments for name in _names_in(a)}
+    for k, (target, type_) in enumerate(zip(node.targets, types, strict=False)):
+        if target is None:
+            targets.append(None)
+            continue
+        typed = type_target(target, env)
+        if not conforms(typed.type, type_):
+            raise mismatch(typed.type, type_, f"the result for `{target}`", target.span)
+        result = flat.Call(type_, call.span, call.function, call.arguments, k)
+        entries = _entries(node.span, typed, result)
+        if isinstance(typed, flat.Reference) or arguments & {left.name for left, _ in entries}:
+            targets.append(_whole(typed))
+        else:
+            targets.append(None)
+            first += [flat.Assignment(node.span, component, *entry) for entry in entries]
+    if not any(targets):
+        return tuple(first)
+    return (*first, flat.TupleAssignment(node.span, component, tuple(targets), call))
+
+
+def _names_in(expression: flat.Expression) -> set[str]:
+    stack, found = [expression], set()
+    while stack:
+        e = stack.pop()
+        if isinstance(e, flat.Reference):
+            found.add(e.name)
+        stack.extend(children(e))
+    return found
+
+
+def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:
+    if targets > results:
+        raise error(
+            "F302", f"`{call.function}` has {counted(results, 'result')}, not {targets}", span
+        )
+
+
+def _call(node: syntax.CallStatement, env: Env, component: str) -> Statements:
+    names = node.call.function.names
+    if names == ("assert",):
+        return special.type_assert(node.call, env, component)
+    if names == ("terminate",):
+        return special.type_terminate(node.call, env, component)
+    if names == ("reinit",):
+        return special.type_reinit(node.call, env, component)
+    call = calls.type_call(node.call, env, results=True)
+    if not isinstance(call, flat.Call):
+        raise error("F293", f"the result of `{node.call.function}` is not used", node.span)
+    return (flat.TupleAssignment(node.span, component, (), call),)
+
+
+def condition_of(expression: syntax.Expression, env: Env, what: str) -> flat.Expression:
+    typed = expressions.type_expression(expression, env)
+    return expect_scalar(typed, (flat.Base.BOOLEAN,), what)
+
+
+def _if(node: syntax.IfStatement, env: Env, component: str) -> Statements:
+    branches: list[tuple[flat.Expression, Statements]] = []
+    for expression, body in node.branches:
+        condition = condition_of(expression, env, "the condition of `if`")
+        known = evaluate.literal_value(condition)
+        if known is False:
+            continue
+        typed = type_statements(body, env, component)
+        if known is True:
+            if not branches:
+                return typed
+            return (flat.IfStatement(node.span, component, tuple(branches), typed),)
+        branches.append((condition, typed))
+    otherwise = type_statements(node.otherwise, env, component)
+    if not branches:
+        return otherwise
+    return (flat.IfStatement(node.span, component, tuple(branches), otherwise),)
+
+
+def _for(node: syntax.ForStatement, env: Env, component: str) -> Statements:
+    if env.function is not None:
+        return _loop(node.iterators, node, env, component)
+    errors = len(env.session.errors)
+    try:
+        return _loop(node.iterators, node, env, component)
+    except PlanarcError as problem:
+        if not any(d.code == "F281" for d in problem.diagnostics):
+            raise
+        del env.session.errors[errors:]
+        return _unrolled(node.iterators, node, env, component)
+
+
+def _loop(
+    iterators: tuple[syntax.Iterator, ...], node: syntax.ForStatement, env: Env, component: str
+) -> Statements:
+    if not iterators:
+        return type_statements(node.body, env, component)
+    first = iterators[0]
+    range_ = comprehension.iteration_range(first, env, node.body)
+    local = flat.Reference(range_.type.element(), first.span, first.name)
+    body = _loop(iterators[1:], node, env.with_iterator(first.name, local), component)
+    return (flat.ForStatement(node.span, component, first.name, range_, body),)
+
+
+def _unrolled(
+    iterators: tuple[syntax.Iterator, ...], node: syntax.ForStatement, env: Env, component: str
+) -> Statements:
+    if not iterators:
+        return type_statements(node.body, env, component)
+    values = comprehension.iteration_values(iterators[0], env, node.body)
+    if values is None:
+        raise error("F281", "the range of this loop must be known when compiling", node.span)
+    found: list[flat.Statement] = []
+    for value in values:
+        inner = replace(env.with_iterator(iterators[0].name, value), in_loop=False)
+        found += _unrolled(iterators[1:], node, inner, component)
+    return tuple(found)
+
+
+def _while(node: syntax.WhileStatement, env: Env, component: str) -> Statements:
+    condition = condition_of(node.condition, env, "the condition of `while`")
+    body = type_statements(node.body, replace(env, in_loop=True), component)
+    return (flat.WhileStatement(node.span, component, condition, body),)
+
+
+def _when(node: syntax.WhenStatement, env: Env, component: str) -> Statements:
+    if env.function is not None:
+        raise error("F303", "a function cannot have a when-statement", node.span)
+    branches = tuple(
+        (when_condition(condition, env), type_statements(body, env, component))
+        for condition, body in node.branches
+    )
+    return (flat.WhenStatement(node.span, component, branches),)
+
+
+def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
+    """A Boolean or a vector of Booleans."""
+    typed = expressions.type_expression(expression, env)
+    if typed.type.base is not flat.Base.BOOLEAN or len(typed.type.dims) > 1:
+        raise error(
+            "F270",
+            f"the condition of `when` must be of type Boolean, but is {type_text(typed.type)}",
+            expression.span,
+        )
+    if typed.type.dims and not isinstance(typed, flat.Array) and None not in typed.type.dims:
+        return flat.Array(typed.type, typed.span, tuple(opened(typed)))
+    return typed
+
+
+def _break(node: syntax.Break, env: Env, component: str) -> Statements:
+    if not env.in_loop:
+        raise error(
+            "F303",
+            "`break` is allowed in loops only, and not in one over an array of components",
+            node.span,
+        )
+    return (flat.Break(node.span, component),)
+
+
+def _return(node: syntax.Return, env: Env, component: str) -> Statements:
+    if env.function is None:
+        raise error("F303", "`return` is allowed in functions only", node.span)
+    return (flat.Return(node.span, component),)
+
+
+_TYPERS: dict[type, Callable[[Any, Env, str], Statements]] = {
+    syntax.Assignment: _assignment,
+    syntax.TupleAssignment: _tuple,
+    syntax.CallStatement: _call,
+    syntax.IfStatement: _if,
+    syntax.ForStatement: _for,
+    syntax.WhileStatement: _while,
+    syntax.WhenStatement: _when,
+    syntax.Break: _break,
+    syntax.Return: _return,
+}
+
+from planarc.flatten.typing.select import element_at, opened  # noqa: E402

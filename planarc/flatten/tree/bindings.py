@@ -1,0 +1,277 @@
+"""Bindings and attributes: what a declaration and its modifiers say of a variable.
+
+In:   Leaf
+Out:  its typed binding, its flat.Attributes
+
+A record component may be bound as a whole; its fields then get their part of the
+value, unless a modifier that stands further outside gives the field its own.
+
+Example: `Revolute rev(phi(start=a))` in the component `arm` gives `arm.rev.phi`
+the start value `arm.a`: the expression belongs to the scope that it is written in.
+
+Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9 and 7.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree.modify import merge
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Binding,
+    Instance,
+    Layout,
+    Leaf,
+    Mod,
+    State,
+    silent,
+)
+from planarc.flatten.tree.starts import is_start_written
+from planarc.flatten.typing import expressions, references
+from planarc.flatten.typing.conform import expect, type_text
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.select import pick
+from planarc.ir import flat, syntax
+
+ATTRIBUTES = (
+    "start",
+    "fixed",
+    "min",
+    "max",
+    "nominal",
+    "stateSelect",
+    "unit",
+    "displayUnit",
+    "quantity",
+    "unbounded",
+)
+
+
+def type_binding(binding: Binding) -> flat.Expression:
+    """The expression of a modifier, in its own scope, for its member of an array."""
+    if binding.typed is None:
+        typed = expressions.type_expression(binding.expression, Env(binding.scope))
+        if binding.subscripts:
+            if len(typed.type.dims) < len(binding.subscripts):
+                raise error(
+                    "F224",
+                    "a modifier of an array of components needs an array, but this is "
+                    f"{type_text(typed.type)}",
+                    binding.span,
+                    hint="write `each` if all members get the same value",
+                )
+            typed = _member_value(typed, binding)
+        binding.typed = typed
+    return binding.typed
+
+
+def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
+    for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
+        if size is not None and index > size:
+            raise error(
+                "F224",
+                f"the modifier has {size} values, but the array of components has more",
+                binding.span,
+            )
+    return pick(typed, binding.subscripts)
+
+
+def leaf_binding(leaf: Leaf) -> flat.Expression | None:
+    """The typed value of a variable's declaration, None when it has none."""
+    if leaf.binding_state is State.DONE:
+        return leaf.binding
+    if leaf.binding_state is State.BROKEN:
+        raise silent()
+    if leaf.binding_state is State.BUSY:
+        raise error("F282", f"the value of `{leaf.name}` depends on itself", leaf.span)
+    leaf.binding_state = State.BUSY
+    try:
+        leaf.binding = _find_binding(leaf)
+        if leaf.binding is not None:
+            expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`")
+    except BaseException:
+        leaf.binding_state = State.BROKEN
+        raise
+    leaf.binding_state = State.DONE
+    return leaf.binding
+
+
+def _find_binding(leaf: Leaf) -> flat.Expression | None:
+    own = leaf.mod.binding or type_mod(leaf.layout).binding
+    definition = leaf.element.definition
+    constant = isinstance(definition, syntax.Component) and (
+        definition.variability is syntax.Variability.CONSTANT
+    )
+    if own is not None and constant:
+        return type_binding(own)  # no part of a record's value (12.6)
+    record = record_binding(leaf.parent)
+    if record is not None and (own is None or record.depth < own.depth):
+        value = record_value(leaf.parent)
+        if value is not None:
+            return references.field_of(value, leaf.element.name, value.span)
+    return None if own is None else type_binding(own)
+
+
+def record_binding(instance: Instance) -> Binding | None:
+    """The modifier that binds a record, or one that it is part of, as a whole."""
+    strongest: Binding | None = None
+    current: Instance | None = instance
+    while current is not None and current.is_record:
+        own = current.mod.binding
+        if own is not None and (strongest is None or own.depth <= strongest.depth):
+            strongest = own
+        current = current.parent
+    return strongest
+
+
+def record_value(instance: Instance) -> flat.Expression | None:
+    """The value of a record component that is bound as a whole."""
+    if instance.value is None:
+        own = instance.mod.binding
+        outer = instance.parent
+        above = record_binding(outer) if outer is not None and outer.is_record else None
+        if above is not None and outer is not None and (own is None or above.depth < own.depth):
+            whole = record_value(outer)
+            assert whole is not None and instance.element is not None
+            value = references.field_of(whole, instance.element.name, whole.span)
+            instance.value = pick(value, _own_indices(instance))
+        elif own is not None:
+            instance.value = type_binding(own)
+    return instance.value
+
+
+def _own_indices(instance: Instance) -> tuple[int, ...]:
+    """The subscripts of an instance that is a member of an array of records."""
+    name = instance.name
+    if not name.endswith("]"):
+        return ()
+    return tuple(int(i) for i in name[name.rindex("[") + 1 : -1].split(","))
+
+
+# Attributes -----------------------------------------------------------------------------------
+
+
+def type_mod(layout: Layout) -> Mod:
+    """The modifiers of a type's own definition, `Real(unit="m")`, the outermost first."""
+    if layout.type_mod is None:
+        merged = NO_MOD
+        mods: dict[int, Mod] = {0: NO_MOD}
+        for part in layout.parts[1:]:
+            assert part.derived is not None
+            above = mods[part.derived]
+            scope = part.mod_scope
+            if scope is None:
+                scope = lookup.static_instance(layout.parts[part.derived].cls).scope()
+            own = compile_modification(part.modification, scope)
+            mods[part.index] = merge(merge(above, own, part.cls.name), part.cls.mod)
+            merged = merge(merged, mods[part.index], part.cls.name)
+        layout.type_mod = merged
+    return layout.type_mod
+
+
+def attributes_of(leaf: Leaf) -> flat.Attributes:
+    """The attributes of a variable: its modifiers over those of its type."""
+    if leaf.attributes is None:
+        known = type_mod(leaf.layout)
+        if not leaf.mod.subs:
+            if leaf.layout.type_attributes is None:
+                leaf.layout.type_attributes = _attributes(known, leaf, written=False)
+            leaf.attributes = leaf.layout.type_attributes
+        else:
+            check_attribute_names(leaf)
+            merged = merge(Mod(subs=leaf.mod.subs), Mod(subs=known.subs), leaf.name)
+            leaf.attributes = _attributes(merged, leaf, written=True)
+    return leaf.attributes
+
+
+def check_attribute_names(leaf: Leaf) -> None:
+    for name, mod in leaf.mod.subs.items():
+        if name not in ATTRIBUTES:
+            raise error(
+                "F222",
+                f"the variable `{leaf.name}` has no attribute `{name}` to modify",
+                mod.span,
+                hint=naming.suggestion(name, ATTRIBUTES),
+            )
+
+
+def _attributes(mod: Mod, leaf: Leaf, written: bool) -> flat.Attributes:
+    start = _value(mod, "start", leaf, leaf.type)
+    return flat.Attributes(
+        start=start,
+        fixed=_value(mod, "fixed", leaf, flat.BOOLEAN),
+        min=_value(mod, "min", leaf, leaf.type),
+        max=_value(mod, "max", leaf, leaf.type),
+        nominal=_value(mod, "nominal", leaf, leaf.type),
+        state_select=_state_select(mod, leaf),
+        unit=_text(mod, "unit", leaf),
+        display_unit=_text(mod, "displayUnit", leaf),
+        quantity=_text(mod, "quantity", leaf),
+        start_written=written
+        and start is not None
+        and is_start_written(leaf, mod.sub("start").binding),
+    )
+
+
+def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expression | None:
+    binding = mod.sub(name).binding
+    if binding is None:
+        return None
+    value = type_binding(binding)
+    what = f"the attribute `{name}` of `{leaf.name}`"
+    expected = wanted.with_dims(leaf.type.dims)
+    if not value.type.dims and expected.dims and _stands_for_all(binding):
+        expected = wanted.with_dims(())
+    expect(expected, value, what, binding.span)
+    if variability_of(value, leaf.parent.session) > flat.Variability.PARAMETER:
+        raise error("F285", f"{what} must not change with time", binding.span)
+    return value
+
+
+def _stands_for_all(binding: Binding) -> bool:
+    """`each` was written, or the type itself says so (`type T = Real(min=0)`)."""
+    return binding.each or binding.scope.instance.prefix is None
+
+
+def _text(mod: Mod, name: str, leaf: Leaf) -> str:
+    binding = mod.sub(name).binding
+    if binding is None:
+        return ""
+    value = evaluate.structural_value(
+        first_scalar(type_binding(binding)), Env(leaf.parent.scope()), f"the attribute `{name}`"
+    )
+    if not isinstance(value, str):
+        raise error("F270", f"the attribute `{name}` must be a String", binding.span)
+    return value
+
+
+def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
+    binding = mod.sub("stateSelect").binding
+    if binding is None:
+        return flat.StateSelect.DEFAULT
+    typed = first_scalar(type_binding(binding))
+    if typed.type.name != "StateSelect":
+        raise error(
+            "F270",
+            f"the attribute `stateSelect` must be a StateSelect, but is {type_text(typed.type)}",
+            binding.span,
+        )
+    value = evaluate.structural_value(
+        typed, Env(leaf.parent.scope()), "the attribute `stateSelect`"
+    )
+    assert isinstance(value, int)
+    return flat.StateSelect(value)
+
+
+def first_scalar(value: flat.Expression) -> flat.Expression:
+    while value.type.dims:
+        if value.type.dims[0] == 0:
+            raise error("F270", "an attribute cannot be an empty array", value.span)
+        value = pick(value, (1,))
+    return value
+
+
+from planarc.flatten.tree.modify import compile_modification  # noqa: E402
+from planarc.flatten.typing.variability import variability_of  # noqa: E402
+from planarc.flatten.values import evaluate  # noqa: E402

@@ -1,0 +1,257 @@
+"""Inheritance: what a class consists of, its base classes taken in.
+
+In:   Class
+Out:  Layout   parts (the class and its bases), members in order of declaration
+
+Base classes cannot be replaced, so a layout is the same for all instances of a
+class and is made once. Modifiers of extends clauses are not applied here; each
+part remembers its own, and an instance resolves them (`lookup.part_mod`).
+
+Example:
+    model B  extends A(x=1); Real y; end B;      parts 0: B, 1: A (derived by 0)
+    type Angle = Real(unit="rad");               parts 0: Angle, 1: Real; builtin Real
+
+Promises:  a cyclic `extends` is refused; one name from two bases must have one
+           declaration.
+Reference: Modelica Language Specification 3.6, sections 4.5 and 7.1.
+"""
+
+from __future__ import annotations
+
+from typing import cast
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
+from planarc.ir import flat, syntax
+
+MAX_PARTS = 2000
+
+
+def layout_of(cls: Class) -> Layout:
+    """The layout of a class; while it is being made, as far as it has come."""
+    if cls.layout is None:
+        cls.layout = Layout([], {}, kind=cls.definition.kind)
+        try:
+            _fill(cls.layout, cls)
+        except BaseException:
+            cls.layout = None
+            cls.static = None
+            raise
+        cls.layout.done = True
+    return cls.layout
+
+
+def _fill(layout: Layout, cls: Class) -> None:
+    part = Part(cls, 0, {})
+    layout.parts.append(part)
+    body = cls.definition.body
+    match body:
+        case syntax.Composition():
+            _take_composition(layout, part, body)
+        case syntax.ExtendsClass():
+            _take_class_extends(layout, part, body)
+        case syntax.ShortClass():
+            _take_short_class(layout, part, body)
+        case syntax.Enumeration():
+            names = _literal_names(body)
+            layout.builtin = flat.Type(flat.Base.ENUMERATION, (), cls.name, names)
+        case syntax.DerivativeClass():
+            assert cls.parent is not None
+            layout.derivative = (body, cls.parent)
+
+
+def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> None:
+    entry = part.cls.entry
+    if entry is not None and entry.open:
+        part.entries.append(entry)
+    imports = []
+    redeclarations: list[syntax.Component | syntax.ClassDef] = []
+    for element in body.elements:
+        if isinstance(element, syntax.Import):
+            imports.append(element)
+        elif isinstance(element, syntax.Extends):
+            continue
+        elif element.prefixes.redeclare or (
+            isinstance(element, syntax.ClassDef) and isinstance(element.body, syntax.ExtendsClass)
+        ):
+            redeclarations.append(element)
+        else:
+            _check_single(part, element)
+            part.own[element.name] = element
+            part.visible.add(element.name)
+    part.imports = tuple(imports)
+    part.redeclarations = tuple(redeclarations)
+    for element in body.elements:
+        if isinstance(element, syntax.Extends):
+            base = lookup.find_class(lookup.static_instance(part.cls).scope(), element.base)
+            modification = element.modification
+            _take_base(layout, part, base, modification, None, element.protected, element.span)
+        elif not isinstance(element, syntax.Import) and part.own.get(element.name) is element:
+            _add_member(layout, element.name, part.index, element)
+    for definition in redeclarations:
+        _check_redeclared(layout, part, definition)
+
+
+def _check_single(part: Part, element: syntax.Component | syntax.ClassDef) -> None:
+    if element.name in part.own:
+        raise error(
+            "F231",
+            f"`{element.name}` is declared twice in `{part.cls.name}`",
+            name_span(element),
+            related=[Related("first here", name_span(part.own[element.name]))],
+        )
+
+
+def name_span(element: syntax.Component | syntax.ClassDef) -> Span:
+    return element.name_span if isinstance(element, syntax.ClassDef) else element.span
+
+
+def _take_base(
+    layout: Layout,
+    part: Part,
+    base: Class,
+    modification: syntax.Modification | None,
+    mod_scope: Scope | None,
+    protected: bool,
+    span: Span,
+) -> None:
+    """Append the parts of a base class, which keep their order, behind those here."""
+    known = layout_of(base)
+    if not known.done:
+        raise error("F232", f"`{base.name}` extends itself", span)
+    offset = len(layout.parts)
+    if offset + len(known.parts) > MAX_PARTS:
+        raise error("F230", f"`{part.cls.name}` has too many base classes", span)
+    for inner in known.parts:
+        first = inner.derived is None
+        copy = replace(
+            inner,
+            index=inner.index + offset,
+            derived=part.index if first else cast(int, inner.derived) + offset,
+            protected=inner.protected or protected,
+        )
+        if first:
+            copy.modification, copy.mod_scope = modification, mod_scope
+        layout.parts.append(copy)
+    for name, (index, element) in known.members.items():
+        _add_member(layout, name, index + offset, element)
+    _check_names(modification, known, base)
+    part.visible |= known.parts[0].visible
+    part.entries += known.parts[0].entries
+    if known.builtin is not None:
+        _take_builtin(layout, known, span)
+    layout.dimensions += known.dimensions
+    if layout.causality is syntax.Causality.NONE:
+        layout.causality = known.causality
+    if layout.flow is syntax.Flow.NONE:
+        layout.flow = known.flow
+    if layout.kind in _OPEN_KINDS and known.kind not in _OPEN_KINDS:
+        layout.kind = known.kind
+    layout.derivative = layout.derivative or known.derivative
+
+
+def _check_names(modification: syntax.Modification | None, known: Layout, base: Class) -> None:
+    """Refuse modifiers of elements that the base class does not have."""
+    if modification is None or known.builtin is not None:
+        return
+    for argument in modification.arguments:
+        if isinstance(argument, syntax.ElementModification):
+            name = argument.name[0]
+        elif isinstance(argument, syntax.ElementRedeclaration):
+            name = argument.element.name
+        else:
+            continue
+        on_disk = any(e.child(name) is not None for e in known.parts[0].entries)
+        if name not in known.members and not on_disk:
+            raise error(
+                "F222",
+                f"`{base.name}` has no element `{name}` to modify",
+                argument.span,
+                hint=naming.suggestion(name, known.members),
+            )
+
+
+#: a class of these kinds that extends one of a more special kind is of that kind
+_OPEN_KINDS = (syntax.ClassKind.CLASS, syntax.ClassKind.MODEL, syntax.ClassKind.TYPE)
+
+
+def _take_class_extends(layout: Layout, part: Part, body: syntax.ExtendsClass) -> None:
+    """`redeclare model extends M(...)`: the inherited `M` is the first base."""
+    original = part.cls.original
+    name = part.cls.definition.name
+    if original is None:
+        raise error("F233", f"there is no inherited class `{name}` to extend", part.cls.span)
+    _take_base(layout, part, original, body.modification, None, False, part.cls.span)
+    _take_composition(layout, part, body.composition)
+
+
+def _take_short_class(layout: Layout, part: Part, body: syntax.ShortClass) -> None:
+    scope = part.cls.parent
+    assert scope is not None
+    base = lookup.find_class(scope, body.base)
+    if base.definition is part.cls.definition:
+        if part.cls.original is None:
+            raise error("F232", f"`{base.name}` is defined as itself", body.span)
+        base = part.cls.original
+    layout.dimensions += tuple((d, scope) for d in body.dimensions)
+    layout.causality, layout.flow = body.causality, body.flow
+    _take_base(layout, part, base, body.modification, scope, False, body.span)
+
+
+def _literal_names(body: syntax.Enumeration) -> tuple[str, ...]:
+    names: dict[str, None] = {}
+    for literal in body.literals or ():
+        if literal.name in names:
+            raise error("F231", f"the literal `{literal.name}` is declared twice", literal.span)
+        names[literal.name] = None
+    return tuple(names)
+
+
+def _take_builtin(layout: Layout, known: Layout, span: Span) -> None:
+    if layout.builtin is not None and layout.builtin != known.builtin:
+        raise error("F234", "a class cannot extend two different built-in types", span)
+    layout.builtin = known.builtin
+
+
+def _add_member(
+    layout: Layout, name: str, index: int, element: syntax.Component | syntax.ClassDef
+) -> None:
+    slot = layout.members.get(name)
+    if slot is None:
+        layout.members[name] = (index, element)
+        return
+    if slot[1] is element or _without_text(slot[1]) == _without_text(element):
+        return
+    raise error(
+        "F235",
+        f"`{layout.parts[0].cls.name}` gets two different declarations of `{name}`",
+        name_span(element),
+        related=[Related("the other one", name_span(slot[1]))],
+        hint="declare it in one class only, or make both declarations equal",
+    )
+
+
+def _without_text(
+    element: syntax.Component | syntax.ClassDef,
+) -> syntax.Component | syntax.ClassDef:
+    """A declaration without what does not tell two apart: description and annotation (7.1)."""
+    if isinstance(element, syntax.Component):
+        return replace(element, comment="", annotation=None)
+    return element
+
+
+def _check_redeclared(
+    layout: Layout, part: Part, definition: syntax.Component | syntax.ClassDef
+) -> None:
+    name = definition.name
+    if name in layout.members or any(e.child(name) is not None for e in part.entries):
+        return
+    raise error(
+        "F236",
+        f"no base class of `{part.cls.name}` declares `{name}` to be redeclared",
+        name_span(definition),
+    )

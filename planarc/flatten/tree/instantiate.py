@@ -1,0 +1,317 @@
+"""Instantiation: from a component's declaration to its node in the instance tree.
+
+In:   Element (a component of an instance)
+Out:  Leaf, Instance, Family or Absent, made once and kept in the element
+
+Example: `Link link[2](m={1, 2})` becomes a Family of the instances `link[1]` with
+m=1 and `link[2]` with m=2; `Real x[3]` becomes one Leaf with the dimension 3.
+
+Promises:  conditions and dimensions are evaluated; what they depend on is marked
+           structural. Nothing is made that is too large or contains itself.
+Reference: Modelica Language Specification 3.6, sections 4.4, 5.6 and 10.1.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from math import prod
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree import (
+    annotation,
+    inherit,
+    lookup,
+    naming,
+    outer,
+    redeclare,
+    shape,
+)
+from planarc.flatten.tree.modify import merge, subscript
+from planarc.flatten.tree.nodes import (
+    Absent,
+    Class,
+    Element,
+    Family,
+    Instance,
+    Layout,
+    Leaf,
+    Mod,
+    Node,
+    Scope,
+    Session,
+    State,
+    silent,
+)
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+
+MAX_DEPTH = 100  # components inside components
+MAX_ITEMS = 100_000  # components in one array
+MAX_COMPONENTS = 300_000  # in the whole model
+MAX_SCALARS = 10_000_000  # numbers in one variable
+MAX_NESTING_OF_ONE_CLASS = 8
+
+_VARIABILITY = {
+    syntax.Variability.CONSTANT: flat.Variability.CONSTANT,
+    syntax.Variability.PARAMETER: flat.Variability.PARAMETER,
+    syntax.Variability.DISCRETE: flat.Variability.DISCRETE,
+    syntax.Variability.CONTINUOUS: flat.Variability.CONTINUOUS,
+}
+
+
+def instantiate_model(session: Session, cls: Class) -> Instance:
+    """The root of the tree: the model itself."""
+    layout = inherit.layout_of(cls)
+    instance = Instance(cls, layout, "", cls.mod, None, session)
+    session.root = instance
+    return instance
+
+
+def node_of(element: Element) -> Node:
+    """The node of a component, made now if it was not yet."""
+    if element.node is not None:
+        return element.node
+    if element.state is State.BROKEN:
+        raise silent()
+    if element.state is State.BUSY:
+        raise error(
+            "F250",
+            f"the size or condition of `{element.name}` depends on itself",
+            element.definition.span,
+        )
+    element.state = State.BUSY
+    try:
+        element.node = _make_node(element)
+    except PlanarcError:
+        element.state = State.BROKEN
+        raise
+    element.state = State.DONE
+    return element.node
+
+
+def _make_node(element: Element) -> Node:
+    parent = element.scope.instance
+    prefixes = element.definition.prefixes
+    if prefixes.outer and parent.prefix is not None:
+        return outer.inner_node(element)
+    definition, scope, mod = redeclare.effective_component(element)
+    name = parent.full_name(element.name)
+    if definition.condition is not None and not evaluate.evaluate_condition(
+        definition.condition, element.scope, f"the condition of `{name}`"
+    ):
+        return Absent(name, element)
+    cls = lookup.find_class(scope, definition.type)
+    layout = inherit.layout_of(cls)
+    if layout.builtin is not None:
+        return _make_leaf(element, definition, scope, mod, cls, layout)
+    return _make_composite(element, definition, scope, mod, cls, layout)
+
+
+# Variables --------------------------------------------------------------------------------
+
+
+def _make_leaf(
+    element: Element,
+    definition: syntax.Component,
+    scope: Scope,
+    mod: Mod,
+    cls: Class,
+    layout: Layout,
+) -> Leaf:
+    assert layout.builtin is not None
+    parent = element.scope.instance
+    name = parent.full_name(element.name)
+    _refuse_special(layout.builtin, definition)
+    if cls.mod:
+        mod = merge(mod, cls.mod, element.name)
+    leaf = Leaf(name, layout.builtin, flat.Variability.CONTINUOUS, element, parent, mod, layout)
+    leaf.variability = _leaf_variability(definition, layout.builtin, parent)
+    leaf.causality = _causality(definition, layout, parent)
+    leaf.flow = definition.flow if definition.flow is not syntax.Flow.NONE else layout.flow
+    if leaf.flow is syntax.Flow.STREAM:
+        raise unsupported("stream variables", "15", definition.span)
+    in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
+    leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
+    leaf.type = layout.builtin.with_dims(_leaf_dims(leaf, definition, scope, layout))
+    if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
+        raise error(
+            "F252",
+            f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}",
+            definition.span,
+        )
+    if parent.prefix is not None:
+        parent.session.leaves[name] = leaf
+    return leaf
+
+
+def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Causality:
+    """Of the declaration, else of its type, else of the record or connector around (4.4.2.2)."""
+    for own in (definition.causality, layout.causality):
+        if own is not syntax.Causality.NONE:
+            return own
+    if parent.is_record or parent.is_connector:
+        return parent.causality
+    return syntax.Causality.NONE
+
+
+def _leaf_variability(
+    definition: syntax.Component, builtin: flat.Type, parent: Instance
+) -> flat.Variability:
+    own = _VARIABILITY[definition.variability]
+    if own is flat.Variability.CONTINUOUS and builtin.base is not flat.Base.REAL:
+        own = flat.Variability.DISCRETE
+    return min(own, parent.variability)
+
+
+def _leaf_dims(
+    leaf: Leaf, definition: syntax.Component, scope: Scope, layout: Layout
+) -> tuple[int, ...]:
+    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
+    written += layout.dimensions
+    if not written:
+        return ()
+    if any(isinstance(d, syntax.Colon) for d, _ in written):
+        return shape.binding_dims(leaf, written)
+    return shape.evaluate_dims(written, leaf.name)
+
+
+def _refuse_special(builtin: flat.Type, definition: syntax.Component) -> None:
+    if builtin.name == "ExternalObject":
+        raise unsupported("external objects", "12.9.7", definition.span)
+    if builtin.name == "Clock":
+        raise unsupported("clocks", "16", definition.span)
+
+
+# Composites -----------------------------------------------------------------------------------
+
+
+def _make_composite(
+    element: Element,
+    definition: syntax.Component,
+    scope: Scope,
+    mod: Mod,
+    cls: Class,
+    layout: Layout,
+) -> Node:
+    parent = element.scope.instance
+    name = parent.full_name(element.name)
+    _check_class(cls, layout, definition, name)
+    _check_recursion(element, cls, parent)
+    if cls.mod:
+        mod = merge(mod, cls.mod, element.name)
+    variability = min(_VARIABILITY[definition.variability], parent.variability)
+    causality = _causality(definition, layout, parent)
+    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
+    written += layout.dimensions
+    session = parent.session
+
+    annotation.find_visual(layout, session)
+
+    def build(full: str, modifier: Mod) -> Instance:
+        session.component_count += 1
+        if session.component_count > MAX_COMPONENTS:
+            raise error("F252", f"the model has more than {MAX_COMPONENTS:,} components", None)
+        prefix = full if parent.prefix is not None else None
+        made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
+        made.causality = causality
+        check_modifier(made)
+        return made
+
+    if not written:
+        return build(name, mod)
+    dims = _family_dims(written, element, mod, cls, name)
+    if prod(dims) > MAX_ITEMS:
+        raise error(
+            "F252",
+            f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}",
+            definition.span,
+        )
+    items = []
+    for indices in product(*(range(1, d + 1) for d in dims)):
+        label = ",".join(map(str, indices))
+        items.append(build(f"{name}[{label}]", subscript(mod, indices)))
+    return Family(name, dims, items, cls, element)
+
+
+def _family_dims(
+    written: list[tuple[syntax.Expression, Scope]],
+    element: Element,
+    mod: Mod,
+    cls: Class,
+    name: str,
+) -> tuple[int, ...]:
+    if not any(isinstance(d, syntax.Colon) for d, _ in written):
+        return shape.evaluate_dims(written, name)
+
+    return shape.record_binding_dims(written, element, mod, cls)
+
+
+def _times(dims: tuple[int | None, ...]) -> str:
+    return " x ".join(f"{d:,}" for d in dims if d is not None)
+
+
+def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name: str) -> None:
+    kind = layout.kind
+    if kind in (syntax.ClassKind.PACKAGE, syntax.ClassKind.OPERATOR):
+        raise error(
+            "F253", f"`{name}` is declared of the {kind.value} `{cls.name}`", definition.span
+        )
+    if kind in (syntax.ClassKind.FUNCTION, syntax.ClassKind.OPERATOR_FUNCTION):
+        raise error("F253", f"`{name}` is declared of the function `{cls.name}`", definition.span)
+    if kind is syntax.ClassKind.OPERATOR_RECORD:
+        raise unsupported("operator records", "14", definition.span)
+    if cls.definition.partial:
+        raise error(
+            "F254",
+            f"`{name}` is declared of the partial class `{cls.name}`",
+            definition.span,
+            related=[Related("declared partial here", cls.span)],
+            hint="use a class that extends it",
+        )
+
+
+def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
+    seen = 0
+    current: Instance | None = parent
+    while current is not None:
+        if current.cls.definition is cls.definition:
+            seen += 1
+        current = current.parent
+    if seen >= MAX_NESTING_OF_ONE_CLASS or parent.depth > MAX_DEPTH:
+        raise error(
+            "F251",
+            f"`{cls.name}` contains itself through `{parent.full_name(element.name)}`",
+            element.definition.span,
+        )
+
+
+def check_modifier(instance: Instance) -> None:
+    """Refuse modifiers of members that do not exist."""
+    members = instance.layout.members
+    for name, mod in instance.mod.subs.items():
+        if name not in members and lookup.member(instance, name) is None:
+            raise error(
+                "F222",
+                f"`{instance.cls.name}` has no element `{name}` to modify",
+                mod.span,
+                hint=naming.suggestion(name, members),
+            )
+        if name in members and mod.redeclaration is None:
+            _check_modified(instance, name, mod)
+
+
+def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
+    index, definition = instance.layout.members[name]
+    if mod.span is None or not (
+        definition.prefixes.protected or instance.layout.parts[index].protected
+    ):
+        return
+    own = instance.mod.subs[name]
+    scope = None if own.binding is None else own.binding.scope
+    if scope is not None and scope.instance is not instance:
+        raise error(
+            "F214",
+            f"`{name}` is protected in `{instance.cls.name}` and cannot be modified",
+            mod.span,
+        )

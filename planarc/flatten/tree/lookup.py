@@ -1,0 +1,299 @@
+"""Name lookup: from an identifier and a scope to the element it means.
+
+In:   a name, the Scope it stands in
+Out:  Element (a component or a class), or Class for a composite class name
+
+A name is searched in the class's own and inherited elements, its imports, then
+the enclosing classes outwards up to the first encapsulated one, the top-level
+classes, and last the predefined types.
+
+Example: `SI.Angle` in `PlanarMultiBody.Joints.Revolute`: `SI` is the import of
+the package `PlanarMultiBody`, `Angle` a class of what it stands for.
+
+Promises:  a component found in an enclosing class is a constant; a name that is
+           not found is reported with the nearest names in sight.
+Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree import inherit, instantiate, naming, predefined, redeclare
+from planarc.flatten.tree.modify import compile_modification, merge
+from planarc.flatten.tree.nodes import (
+    Class,
+    Element,
+    Instance,
+    Mod,
+    Part,
+    Redeclaration,
+    Scope,
+    Session,
+)
+from planarc.ir import syntax
+
+
+def member(instance: Instance, name: str, part: Part | None = None) -> Element | None:
+    """The element `name` of an instance, as seen by one of its parts."""
+    element = instance.elements.get(name)
+    if element is not None:
+        if part is None or part.index == 0 or name in part.visible or element.entry is not None:
+            return element
+        return None
+    layout = instance.layout
+    slot = layout.members.get(name)
+    if slot is None and not layout.done and layout.parts and name in layout.parts[0].own:
+        slot = (0, layout.parts[0].own[name])
+    if slot is not None:
+        if part is not None and part.index and name not in part.visible:
+            return None
+        return _declare(instance, name, *slot)
+    return _member_on_disk(instance, name, part)
+
+
+def _declare(
+    instance: Instance, name: str, index: int, definition: syntax.Component | syntax.ClassDef
+) -> Element:
+    part = instance.layout.parts[index]
+    entry = None
+    if part.cls.entry is not None and isinstance(definition, syntax.ClassDef):
+        entry = part.cls.entry.child(name)
+    element = Element(
+        name,
+        definition,
+        instance.scope(index),
+        part_mod(instance, index).sub(name),
+        definition.prefixes.protected or part.protected,
+        entry,
+    )
+    instance.elements[name] = element
+    return element
+
+
+def _member_on_disk(instance: Instance, name: str, part: Part | None) -> Element | None:
+    """A class of a package that has its own file."""
+    layout = instance.layout
+    for candidate in layout.parts if part is None else layout.parts[part.index :]:
+        entry = candidate.cls.entry
+        if entry is None or (part is not None and entry not in part.entries):
+            continue
+        child = entry.child(name)
+        if child is not None:
+            definition = child.definition
+            mod = part_mod(instance, candidate.index).sub(name)
+            element = Element(name, definition, instance.scope(candidate.index), mod, False, child)
+            instance.elements[name] = element
+            return element
+    return None
+
+
+def part_mod(instance: Instance, index: int) -> Mod:
+    """The modifier that reaches a part: of the deriving part, over its extends clause."""
+    if index == 0:
+        return instance.mod
+    found = instance.part_mods.get(index)
+    if found is None:
+        part = instance.layout.parts[index]
+        assert part.derived is not None
+        deriving = instance.layout.parts[part.derived]
+        found = part_mod(instance, part.derived)
+        scope = part.mod_scope or instance.scope(part.derived)
+        if part.modification is not None or deriving.redeclarations:
+            found = merge(found, _extends_mod(part, deriving, scope))
+        found = merge(found, part.cls.mod)
+        instance.part_mods[index] = found
+    return found
+
+
+def _extends_mod(part: Part, deriving: Part, scope: Scope) -> Mod:
+    own = compile_modification(part.modification, scope)
+    if not deriving.redeclarations:
+        return own
+    subs = dict(own.subs)
+    for definition in deriving.redeclarations:
+        redeclaration = Redeclaration(definition, scope, final=definition.prefixes.final)
+        mod = Mod(
+            redeclaration=redeclaration, final=definition.prefixes.final, span=definition.span
+        )
+        name = definition.name
+        subs[name] = merge(mod, subs[name], name) if name in subs else mod
+    return Mod(own.binding, subs, None, own.final, own.span, own.broken)
+
+
+# Simple names ------------------------------------------------------------------------------
+
+
+def find(scope: Scope, name: str) -> tuple[Element, bool] | None:
+    """The element that an identifier means, and whether it is the scope's own."""
+    element = find_in_scope(scope, name)
+    if element is not None:
+        return element, True
+    if scope.part.definition.encapsulated or scope.parent is None:
+        return _predefined(scope.session, name)
+    return _find_outside(scope.parent, name)
+
+
+def _find_outside(scope: Scope, name: str) -> tuple[Element, bool] | None:
+    """Search enclosing classes; what packages answer is remembered."""
+    static = scope.instance.prefix is None and scope.part.index == 0
+    if static and name in scope.cls.lookups:
+        return scope.cls.lookups[name]
+    found = find(scope, name)
+    if found is not None:
+        found = (found[0], False)
+    if static and scope.instance.layout.done:
+        scope.cls.lookups[name] = found
+    return found
+
+
+def _predefined(session: Session, name: str) -> tuple[Element, bool] | None:
+    element = predefined.element(session, name)
+    return None if element is None else (element, False)
+
+
+def find_in_scope(scope: Scope, name: str) -> Element | None:
+    """An element of the class itself, of its bases, or one that it imports."""
+    part = scope.part
+    if name in part.visible or part.entries:
+        element = member(scope.instance, name, part)
+        if element is not None:
+            return element
+    return _imported(scope, name) if part.imports else None
+
+
+def _imported(scope: Scope, name: str) -> Element | None:
+    for clause in scope.part.imports:
+        if clause.wildcard:
+            continue
+        if clause.names:
+            if name in clause.names:
+                return _import_target(scope, (*clause.path, name), clause.span)
+        elif name == (clause.alias or clause.path[-1]):
+            return _import_target(scope, clause.path, clause.span)
+    found: list[tuple[Element, syntax.Import]] = []
+    for clause in scope.part.imports:
+        if clause.wildcard:
+            element = _wildcard(scope, clause, name)
+            if element is not None:
+                found.append((element, clause))
+    if len(found) > 1 and found[0][0] is not found[1][0]:
+        raise error(
+            "F212",
+            f"`{name}` is found by two `.*` imports",
+            found[1][1].span,
+            related=[Related("also found by", found[0][1].span)],
+            hint="import it by its own name",
+        )
+    return found[0][0] if found else None
+
+
+def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
+    """Import paths are full names: they start at the top level."""
+    root = scope.session.root_scope
+    assert root is not None
+    element = member(root.instance, path[0])
+    done = path[0]
+    for name in path[1:]:
+        if element is None:
+            break
+        done += f".{name}"
+        element = member(static_instance(redeclare.class_of(element, span)), name)
+    if element is None:
+        raise error(
+            "F210",
+            f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist",
+            span,
+            hint=naming.suggestion(
+                path[-1], scope.session.library.class_names(".".join(path[:-1]))
+            ),
+        )
+    return element
+
+
+def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
+    package = _import_target(scope, clause.path, clause.span)
+    element = member(static_instance(redeclare.class_of(package, clause.span)), name)
+    return None if element is None or element.protected else element
+
+
+def static_instance(cls: Class) -> Instance:
+    """A class opened as a class: for packages and the constants in them."""
+    if cls.static is None:
+        layout = inherit.layout_of(cls)
+        parent = cls.parent
+        assert parent is not None
+        cls.static = Instance(cls, layout, None, cls.mod, None, parent.session)
+    return cls.static
+
+
+# Composite names --------------------------------------------------------------------------------
+
+
+def find_class(scope: Scope, name: syntax.Ref) -> Class:
+    """The class that a type name means."""
+    names = name.names
+    if any(part.subscripts for part in name.parts):
+        raise error("F211", f"`{name}` is no class name: it has subscripts", name.span)
+    element = _first(scope, names[0], name)
+    if not element.is_class and len(names) > 1:
+        return _class_through_component(element, names, name)
+    cls = _as_class(element, names[0], name.span)
+    for step in names[1:]:
+        found = member(static_instance(cls), step)
+        if found is None:
+            raise naming.missing_member(cls, step, name.span)
+        if found.protected:
+            raise naming.protected_error(step, cls.name, name.span)
+        cls = _as_class(found, step, name.span)
+    return cls
+
+
+def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
+    if ref.absolute:
+        root = scope.session.root_scope
+        assert root is not None
+        element = member(root.instance, name)
+        if element is None:
+            raise error("F210", f"there is no top-level class `{name}`", ref.span)
+        return element
+    found = find(scope, name)
+    if found is None:
+        raise naming.unknown(scope, name, ref.span)
+    return found[0]
+
+
+def _class_through_component(element: Element, names: tuple[str, ...], ref: syntax.Ref) -> Class:
+    """`world.Types.X`: the component's own class as it is after redeclaration."""
+
+    node = instantiate.node_of(element)
+    for index, step in enumerate(names[1:], 1):
+        if not isinstance(node, Instance):
+            break
+        found = member(node, step)
+        if found is None:
+            raise naming.missing_member(node.cls, step, ref.span)
+        if found.is_class:
+            cls = redeclare.class_of(found, ref.span)
+            for rest in names[index + 1 :]:
+                inside = member(static_instance(cls), rest)
+                if inside is None:
+                    raise naming.missing_member(cls, rest, ref.span)
+                cls = _as_class(inside, rest, ref.span)
+            return cls
+        node = instantiate.node_of(found)
+    raise error("F211", f"`{ref}` is a component, not a class", ref.span)
+
+
+def _as_class(element: Element, name: str, span: Span) -> Class:
+    if not element.is_class:
+        raise error(
+            "F211",
+            f"`{name}` is a component, not a class",
+            span,
+            related=[Related("declared here", element.definition.span)],
+        )
+    return redeclare.class_of(element, span)
+
+
+# Messages ----------------------------------------------------------------------------------------

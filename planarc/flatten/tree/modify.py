@@ -1,0 +1,180 @@
+"""Modifiers: from their text to a tree, merged so that the outer one wins.
+
+In:   syntax.Modification, the Scope it is written in
+Out:  Mod, each expression kept with its scope
+
+Example, with `model A  Real x(start=1, min=0); end A;`
+
+    A a(x(start=2))     the outer `x(start=2)` merged over `x(start=1, min=0)`
+                        gives x(start=2, min=0); `2` belongs to the scope of `a`
+
+Promises:  nothing is resolved here; a final modifier that is overridden is refused.
+Reference: Modelica Language Specification 3.6, section 7.2.
+"""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree.nodes import NO_MOD, Binding, Mod, Redeclaration, Scope
+from planarc.ir import syntax
+
+
+def compile_modification(
+    modification: syntax.Modification | None, scope: Scope, default: bool = False
+) -> Mod:
+    """The modifier of a declaration or an extends clause."""
+    if modification is None:
+        return NO_MOD
+    return _compile(modification, scope, each=None, final=False, default=default)
+
+
+def _compile(
+    modification: syntax.Modification,
+    scope: Scope,
+    each: int | None,
+    final: bool,
+    default: bool = False,
+) -> Mod:
+    binding = None
+    if modification.binding is not None:
+        binding = Binding(
+            modification.binding, scope, modification.binding.span, each, final, default=default
+        )
+    return Mod(
+        binding,
+        compile_arguments(modification.arguments, scope, each),
+        None,
+        final,
+        modification.span,
+        modification.broken,
+    )
+
+
+def compile_arguments(
+    arguments: tuple[syntax.Argument, ...], scope: Scope, each: int | None = None
+) -> dict[str, Mod]:
+    """The arguments by the member that they modify; `each` is where it stands above."""
+    subs: dict[str, Mod] = {}
+    for argument in arguments:
+        if isinstance(argument, syntax.ElementModification):
+            name = argument.name[0]
+            mod = _compile_element(argument, scope, _height(argument.each, each))
+        elif isinstance(argument, syntax.Deselection):
+            raise unsupported("selective model extension with `break`", "7.4", argument.span)
+        else:
+            name = argument.element.name
+            mod = Mod(
+                redeclaration=Redeclaration(
+                    argument.element, scope, _height(argument.each, each), argument.final
+                ),
+                final=argument.final,
+                span=argument.span,
+            )
+        subs[name] = _combine(subs[name], mod, name) if name in subs else mod
+    return subs
+
+
+def _height(written: bool, above: int | None) -> int | None:
+    """How far above a modifier `each` stands, one level further inside."""
+    if written:
+        return 0
+    return None if above is None else above + 1
+
+
+def _compile_element(argument: syntax.ElementModification, scope: Scope, each: int | None) -> Mod:
+    for _ in argument.name[1:]:
+        each = None if each is None else each + 1
+    if argument.modification is None:
+        mod = Mod(final=argument.final, span=argument.span)
+    else:
+        mod = _compile(argument.modification, scope, each, argument.final)
+        mod.span = argument.span
+    for name in reversed(argument.name[1:]):
+        mod = Mod(subs={name: mod}, span=argument.span)
+    return mod
+
+
+def _combine(first: Mod, second: Mod, name: str) -> Mod:
+    """Two arguments for one element in one modifier: allowed when they do not overlap."""
+    if (first.binding and second.binding) or (first.redeclaration and second.redeclaration):
+        raise error(
+            "F220",
+            f"`{name}` is modified twice in one modifier",
+            second.span,
+            related=[Related("first here", first.span)],
+        )
+    subs = dict(first.subs)
+    for key, mod in second.subs.items():
+        subs[key] = _combine(subs[key], mod, key) if key in subs else mod
+    return Mod(
+        first.binding or second.binding,
+        subs,
+        first.redeclaration or second.redeclaration,
+        first.final or second.final,
+        first.span,
+        first.broken or second.broken,
+    )
+
+
+def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
+    """`outer` over `inner`; refuses to override what `inner` says is final."""
+    if not inner:
+        return outer
+    if not outer:
+        return inner
+    if inner.final and not _same(outer, inner):
+        raise final_error(name, outer.span, inner.span)
+    if not inner.subs:
+        subs = outer.subs
+    elif not outer.subs:
+        subs = inner.subs
+    else:
+        subs = dict(inner.subs)
+        for key, mod in outer.subs.items():
+            subs[key] = merge(mod, subs[key], key) if key in subs else mod
+    binding = outer.binding or (None if outer.broken else inner.binding)
+    return Mod(
+        binding,
+        subs,
+        outer.redeclaration or inner.redeclaration,
+        outer.final or inner.final,
+        outer.span or inner.span,
+        outer.broken,
+    )
+
+
+def _same(outer: Mod, inner: Mod) -> bool:
+    return outer is inner
+
+
+def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
+    return error(
+        "F221",
+        f"`{name}` is final and cannot be modified",
+        outer,
+        hint="remove the modifier",
+        related=[Related("declared final here", inner)],
+    )
+
+
+def subscript(mod: Mod, indices: tuple[int, ...], level: int = 0) -> Mod:
+    """The modifier of one member of an array of components: values are indexed, but
+    for those below an `each`. `level` counts from the array."""
+    if not mod:
+        return mod
+    binding = mod.binding
+    if binding is not None and _is_split(binding.each_height, level):
+        binding = replace(binding, subscripts=binding.subscripts + indices, typed=None)
+    redeclaration = mod.redeclaration
+    if redeclaration is not None and _is_split(redeclaration.each_height, level):
+        redeclaration = replace(redeclaration, subscripts=redeclaration.subscripts + indices)
+    subs = {name: subscript(sub, indices, level + 1) for name, sub in mod.subs.items()}
+    return Mod(binding, subs, redeclaration, mod.final, mod.span, mod.broken)
+
+
+def _is_split(each_height: int | None, level: int) -> bool:
+    return each_height is None or each_height >= level

@@ -1,0 +1,68 @@
+"""Messages about names: what is not there, and what the user may have meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.flatten.tree import lookup, predefined
+from planarc.flatten.tree.nodes import Class, Instance, Scope
+
+
+def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:
+    where = scope.instance.cls.name
+    return error(
+        "F210",
+        f"unknown {what} `{name}`" + (f" in `{where}`" if where else ""),
+        span,
+        hint=suggestion(name, names_in_sight(scope)),
+    )
+
+
+def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
+    return error(
+        "F213",
+        f"`{cls.name}` has no element `{name}`",
+        span,
+        hint=suggestion(name, member_names(lookup.static_instance(cls))),
+    )
+
+
+def protected_error(name: str, owner: str, span: Span) -> PlanarcError:
+    return error("F214", f"`{name}` is protected in `{owner}`", span)
+
+
+def names_in_sight(scope: Scope) -> list[str]:
+    names: list[str] = []
+    current: Scope | None = scope
+    while current is not None:
+        names += sorted(current.part.visible)
+        for clause in current.part.imports:
+            names += clause.names or ([] if clause.wildcard else [clause.alias or clause.path[-1]])
+        for entry in current.part.entries:
+            names += entry.child_names()
+        current = None if current.part.definition.encapsulated else current.parent
+    return [*names, *predefined.NAMES]
+
+
+def member_names(instance: Instance) -> list[str]:
+    names = list(instance.layout.members)
+    if instance.layout.builtin is not None:
+        names += instance.layout.builtin.literals
+    for part in instance.layout.parts:
+        if part.cls.entry is not None and part.cls.entry.open:
+            names += part.cls.entry.child_names()
+    return names
+
+
+def suggestion(name: str, candidates: Iterable[str]) -> str | None:
+    """A hint that names what the user may have meant."""
+    near = get_close_matches(name, list(dict.fromkeys(candidates)), 3, 0.65)
+    if not near:
+        lower = name.lower()
+        near = [c for c in dict.fromkeys(candidates) if c.lower() == lower][:1]
+    if not near:
+        return None
+    return "did you mean " + " or ".join(f"`{n}`" for n in near) + "?"

@@ -1,0 +1,158 @@
+"""Inner and outer: one component that many places inside share.
+
+In:   Element declared `outer`
+Out:  the node of the nearest enclosing `inner` component of that name
+
+When there is none, a default instance is made at the top of the model and a
+warning says so, as Modelica tools do.
+
+An `inner outer` component is two: the names of its own model mean the outer one, and what
+stands inside gets the inner one, to which its modifiers and its binding belong.
+
+Reference: Modelica Language Specification 3.6, section 5.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree import inherit, instantiate, lookup
+from planarc.flatten.tree.nodes import Element, Family, Instance, Leaf, Node
+from planarc.ir import syntax
+
+
+def inner_node(element: Element) -> Node:
+    """The node that an outer element stands for."""
+    definition = element.definition
+    assert isinstance(definition, syntax.Component)
+    if definition.modification is not None and not definition.prefixes.inner:
+        raise error(
+            "F260",
+            f"the outer component `{element.name}` cannot have a modifier",
+            definition.span,
+            hint="modify the `inner` component",
+        )
+    found = _find_inner(element)
+    if found is None and definition.prefixes.inner and element.scope.instance.parent is None:
+        return instantiate.node_of(inner_half(element))  # the model itself: nothing is outside
+    if found is None:
+        node = _default_node(element, definition)
+    else:
+        node = instantiate.node_of(inner_half(found))
+    _check_compatible(element, definition, node, found)
+    return node
+
+
+def inner_half(element: Element) -> Element:
+    """The element as what stands inside of its model sees it."""
+    definition = element.definition
+    prefixes = definition.prefixes
+    if not (prefixes.inner and prefixes.outer) or isinstance(definition, syntax.ClassDef):
+        return element
+    if element.inner is None:
+        alone = replace(definition, prefixes=replace(prefixes, outer=False))
+        element.inner = Element(element.name, alone, element.scope, element.mod, element.protected)
+    return element.inner
+
+
+def _find_inner(element: Element) -> Element | None:
+    current = element.scope.instance.parent
+    while current is not None:
+        slot = current.layout.members.get(element.name)
+        if slot is not None and slot[1].prefixes.inner:
+            _warn_twins(element, current)
+            return lookup.member(current, element.name)
+        current = current.parent
+    return None
+
+
+def _warn_twins(element: Element, owner: Instance) -> None:
+    """Another inner component of the same class: one of them is likely a mistake."""
+    session = element.scope.session
+    members = owner.layout.members
+    definition = members[element.name][1]
+    if not isinstance(definition, syntax.Component):
+        return
+    for name, (_, other) in members.items():
+        if name == element.name or not other.prefixes.inner:
+            continue
+        if isinstance(other, syntax.Component) and str(other.type) == str(definition.type):
+            message = (
+                f"`{name}` and `{element.name}` are both `inner {definition.type}`: "
+                f"what is declared `outer {definition.type} {element.name}` uses "
+                f"`{element.name}` only"
+            )
+            if all(w.message != message for w in session.warnings):
+                session.warn(
+                    "F264", message, other.span, f"remove one of them: keep `{element.name}`"
+                )
+
+
+def _default_node(element: Element, definition: syntax.Component) -> Node:
+    session = element.scope.session
+    known = session.defaults.get(element.name)
+    if known is not None:
+        return known
+    root = session.root
+    cls = lookup.find_class(element.scope, definition.type)
+    layout = inherit.layout_of(cls)
+    if root is None or _is_taken(root, element.name) or layout.builtin is not None:
+        raise _missing(element, definition)
+    if cls.definition.partial:
+        raise _missing(element, definition)
+    made = Instance(cls, layout, element.name, cls.mod, root, session, element=element)
+    session.defaults[element.name] = made
+    session.warn(
+        "F262",
+        f"no `inner {definition.type} {element.name}` is declared: a default one is used",
+        definition.span,
+        f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`",
+    )
+    return made
+
+
+def _is_taken(root: Instance, name: str) -> bool:
+    """The model has an element of that name already, other than an outer one."""
+    slot = root.layout.members.get(name)
+    return slot is not None and not slot[1].prefixes.outer
+
+
+def _missing(element: Element, definition: syntax.Component) -> Exception:
+    return error(
+        "F261",
+        f"no enclosing `inner` component `{element.name}` for this `outer` one",
+        definition.span,
+        hint=f"declare `inner {definition.type} {element.name};` in an enclosing model",
+    )
+
+
+def _check_compatible(
+    element: Element, definition: syntax.Component, node: Node, found: Element | None
+) -> None:
+    """The inner component has all that the outer's class declares (6.3)."""
+    if found is None:
+        return
+    cls = lookup.find_class(element.scope, definition.type)
+    layout = inherit.layout_of(cls)
+    place: Span = found.definition.span
+    if isinstance(node, Leaf):
+        fits = layout.builtin is not None and layout.builtin.base is node.type.base
+    else:
+        have = node.cls if isinstance(node, Instance | Family) else None
+        fits = have is not None and layout.builtin is None
+        fits = fits and _has_all(inherit.layout_of(have).members, layout.members) if have else fits
+    if not fits:
+        raise error(
+            "F263",
+            f"the inner `{element.name}` is no `{definition.type}`",
+            definition.span,
+            related=[Related("the inner one", place)],
+        )
+
+
+def _has_all(have: Collection[str], wanted: Collection[str]) -> bool:
+    return all(name in have for name in wanted)

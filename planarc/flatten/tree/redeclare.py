@@ -1,0 +1,242 @@
+"""Redeclaration: which class or component an element is, after all that replaced it.
+
+In:   Element, with the modifier that reached it
+Out:  Class (of a class element), or the component declaration that counts
+
+Example:
+    model B  replaceable Circle c constrainedby Curve(r=r0); end B;
+    B b(redeclare Ellipse c(a=2))     `b.c` is an `Ellipse(a=2, r=r0)`
+
+The modifier of the constraining class stays under that of the redeclaration;
+without `constrainedby` the declaration itself is the constraint (7.3.2).
+
+Promises:  only replaceable elements are redeclared; the new class has every public
+           component of the constraining one.
+Reference: Modelica Language Specification 3.6, sections 6.5 and 7.3.
+"""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import Span
+from planarc.flatten.tree import lookup, subtype
+from planarc.flatten.tree.modify import compile_modification, merge
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Class,
+    Element,
+    Instance,
+    Mod,
+    Redeclaration,
+    Scope,
+    State,
+)
+from planarc.ir import syntax
+
+
+def class_of(element: Element, span: Span | None = None) -> Class:
+    """The class that a class element stands for."""
+    if element.cls is None:
+        definition = element.definition
+        assert isinstance(definition, syntax.ClassDef)
+        if element.state is State.BUSY:
+            raise error("F232", f"`{element.name}` is defined by itself", span)
+        element.state = State.BUSY
+        try:
+            element.cls = _make_class(element, definition)
+        finally:
+            element.state = State.NEW
+    return element.cls
+
+
+def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
+    if definition.prefixes.outer:
+        found = _inner_class(element)
+        if found is not None:
+            return found
+    mod = element.mod
+    redeclaration = mod.redeclaration
+    instance = element.scope.instance
+    name = _class_name(instance, definition.name)
+    if redeclaration is None:
+        return Class(definition, element.scope, name, mod, element.entry)
+    new = redeclaration.element
+    if not isinstance(new, syntax.ClassDef):
+        raise error(
+            "F240",
+            f"`{element.name}` is a class and is redeclared as a component",
+            new.span,
+            related=[Related("declared here", definition.name_span)],
+        )
+    _check_replaceable(element, definition.name_span, new.name_span)
+    rest = Mod(None, mod.subs, None, mod.final, mod.span)
+    under = NO_MOD
+    if definition.constraint is not None:
+        under = compile_modification(definition.constraint.modification, element.scope)
+    original = None
+    if isinstance(new.body, syntax.ExtendsClass) or _names_itself(new):
+        original = Class(definition, element.scope, name, NO_MOD, element.entry)
+    cls = Class(new, redeclaration.scope, name, merge(rest, under), None, original)
+    if original is None:
+        _check_class_constraint(element, definition, cls)
+    return cls
+
+
+def _check_class_constraint(element: Element, definition: syntax.ClassDef, cls: Class) -> None:
+    """The new class must fit the constraining class, or the class that it replaces."""
+    if definition.constraint is not None:
+        constraint = lookup.find_class(element.scope, definition.constraint.base)
+    else:
+        constraint = Class(definition, element.scope, element.name, NO_MOD, element.entry)
+    reason = subtype.obstacle(cls, constraint)
+    if reason is not None:
+        raise _does_not_fit(element, definition.name_span, cls.span, cls, reason)
+
+
+def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: str) -> PlanarcError:
+    body = cls.definition.body
+    name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
+    return error(
+        "F242",
+        f"`{name}` cannot replace `{element.name}`: {reason}",
+        new,
+        related=[Related("declared here", old)],
+    )
+
+
+def _names_itself(definition: syntax.ClassDef) -> bool:
+    body = definition.body
+    return isinstance(body, syntax.ShortClass) and body.base.names == (definition.name,)
+
+
+def _class_name(instance: Instance, name: str) -> str:
+    if instance.prefix:
+        return f"{instance.prefix}.{name}"
+    owner = instance.cls.name
+    return f"{owner}.{name}" if owner else name
+
+
+def _inner_class(element: Element) -> Class | None:
+    """The `inner` class of that name in an enclosing instance (5.4)."""
+    current = element.scope.instance.parent
+    while current is not None:
+        slot = current.layout.members.get(element.name)
+        if slot is not None and slot[1].prefixes.inner:
+            found = lookup.member(current, element.name)
+            if found is not None and found.is_class:
+                return class_of(_inner_half(found))
+        current = current.parent
+    return None
+
+
+def _inner_half(element: Element) -> Element:
+    """An `inner outer` class as what stands inside of its model sees it: as it is declared."""
+    definition = element.definition
+    assert isinstance(definition, syntax.ClassDef)
+    prefixes = definition.prefixes
+    if not (prefixes.inner and prefixes.outer):
+        return element
+    if element.inner is None:
+        alone = replace(definition, prefixes=replace(prefixes, outer=False))
+        element.inner = Element(
+            element.name, alone, element.scope, element.mod, element.protected, element.entry
+        )
+    return element.inner
+
+
+def _check_replaceable(element: Element, old: Span, new: Span) -> None:
+    """Replaceable by its declaration, or by an earlier redeclaration that said so again."""
+    if element.definition.prefixes.replaceable:
+        return
+    raise error(
+        "F241",
+        f"`{element.name}` is not replaceable and cannot be redeclared",
+        new,
+        related=[Related("declared here", old)],
+        hint="write `replaceable` in front of its declaration",
+    )
+
+
+def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]:
+    """The declaration that counts, the scope of its text, and the whole modifier."""
+    definition = element.definition
+    assert isinstance(definition, syntax.Component)
+    mod = element.mod
+    redeclaration = mod.redeclaration
+    if redeclaration is None:
+        own = compile_modification(definition.modification, element.scope, default=True)
+        if definition.prefixes.final:
+            own = replace(own, final=True)
+        return definition, element.scope, _merge_declared(mod, own, element)
+    new = redeclaration.element
+    if not isinstance(new, syntax.Component):
+        raise error(
+            "F240",
+            f"`{element.name}` is a component and is redeclared as a class",
+            new.name_span,
+            related=[Related("declared here", definition.span)],
+        )
+    _check_replaceable(element, definition.span, new.span)
+    _check_component_constraint(element, definition, new, redeclaration)
+    outer = Mod(mod.binding, mod.subs, None, False, mod.span)
+    whole = merge(outer, _own_mod(new, redeclaration), element.name)
+    whole = merge(whole, _constraint_mod(definition, element.scope), element.name)
+    if mod.final or redeclaration.final or new.prefixes.final:
+        whole = replace(whole, final=True)
+    return _inherit_prefixes(definition, new), redeclaration.scope, whole
+
+
+def _check_component_constraint(
+    element: Element,
+    definition: syntax.Component,
+    new: syntax.Component,
+    redeclaration: Redeclaration,
+) -> None:
+    base = definition.type if definition.constraint is None else definition.constraint.base
+    cls = lookup.find_class(redeclaration.scope, new.type)
+    reason = subtype.obstacle(cls, lookup.find_class(element.scope, base))
+    if reason is not None:
+        raise _does_not_fit(element, definition.span, new.span, cls, reason)
+
+
+def _merge_declared(mod: Mod, own: Mod, element: Element) -> Mod:
+    return own if not mod else merge(mod, own, element.name)
+
+
+def _own_mod(new: syntax.Component, redeclaration: Redeclaration) -> Mod:
+    own = compile_modification(new.modification, redeclaration.scope)
+    if redeclaration.subscripts:
+        from planarc.flatten.tree.modify import subscript
+
+        own = subscript(own, redeclaration.subscripts)
+    return own
+
+
+def _constraint_mod(definition: syntax.Component, scope: Scope) -> Mod:
+    """What a redeclaration keeps: the constraint's modifier, else the declaration's own."""
+    if definition.constraint is not None:
+        return compile_modification(definition.constraint.modification, scope)
+    return compile_modification(definition.modification, scope, default=True)
+
+
+def _inherit_prefixes(old: syntax.Component, new: syntax.Component) -> syntax.Component:
+    """Prefixes and dimensions that a redeclaration does not give again (7.3)."""
+    prefixes = replace(
+        new.prefixes,
+        inner=new.prefixes.inner or old.prefixes.inner,
+        outer=new.prefixes.outer or old.prefixes.outer,
+        protected=old.prefixes.protected,
+    )
+    empty = syntax.Variability.CONTINUOUS
+    return replace(
+        new,
+        prefixes=prefixes,
+        variability=old.variability if new.variability is empty else new.variability,
+        causality=old.causality if new.causality is syntax.Causality.NONE else new.causality,
+        flow=old.flow if new.flow is syntax.Flow.NONE else new.flow,
+        dimensions=new.dimensions or old.dimensions,
+        condition=new.condition or old.condition,
+        comment=new.comment or old.comment,
+    )

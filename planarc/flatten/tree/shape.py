@@ -1,0 +1,120 @@
+"""Dimensions of components: written sizes evaluated, `:` deduced from the binding.
+
+Reference: Modelica Language Specification 3.6, sections 10.1 and 10.3.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import error
+from planarc.flatten.tree import bindings, inherit, lookup
+from planarc.flatten.tree.nodes import Class, Element, Leaf, Mod, Scope
+from planarc.flatten.typing import expressions, references
+from planarc.flatten.typing.conform import type_text
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+
+Written = Sequence[tuple[syntax.Expression, Scope]]
+
+
+def evaluate_dims(written: Written, name: str) -> tuple[int, ...]:
+    """The sizes of a declaration."""
+    return tuple([_size(expression, scope, name) for expression, scope in written])
+
+
+def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
+    if isinstance(expression, syntax.Integer):
+        return expression.value
+    enumerated = _size_of_type(expression, scope)
+    if enumerated is not None:
+        return enumerated
+    typed = expressions.type_expression(expression, Env(scope))
+    what = f"the size of `{name}`"
+    if typed.type.base is not flat.Base.INTEGER or typed.type.dims:
+        raise error(
+            "F255", f"{what} must be an Integer, but is {type_text(typed.type)}", expression.span
+        )
+    value = evaluate.structural_value(typed, Env(scope), what)
+    assert isinstance(value, int)
+    if value < 0:
+        raise error("F255", f"{what} is negative: {value}", expression.span)
+    return value
+
+
+def _size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
+    """An enumeration or `Boolean` as a dimension has one entry a value (10.1)."""
+    if not isinstance(expression, syntax.Ref):
+        return None
+    found = lookup.find(scope, expression.parts[0].name)
+    if found is None or not found[0].is_class:
+        return None
+    view = references.resolve(expression, Env(scope))
+    if not isinstance(view, Class):
+        return None
+    builtin = inherit.layout_of(view).builtin
+    if builtin is not None and builtin.base is flat.Base.BOOLEAN:
+        return 2
+    if builtin is not None and builtin.literals:
+        return len(builtin.literals)
+    return None
+
+
+def binding_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:
+    """Sizes of a variable that leaves some of them to its value."""
+    binding = leaf.mod.binding or bindings.type_mod(leaf.layout).binding
+    value: flat.Expression | None = None
+    if bindings.record_binding(leaf.parent) is not None:
+        whole = bindings.record_value(leaf.parent)
+        value = None if whole is None else references.field_of(whole, leaf.element.name, whole.span)
+    elif binding is not None:
+        value = bindings.type_binding(binding)
+    if value is None:
+        start = leaf.mod.sub("start").binding
+        value = None if start is None or start.each else bindings.type_binding(start)
+    return _deduced(written, value, leaf.name, leaf.element)
+
+
+def record_binding_dims(
+    written: Written, element: Element, mod: Mod, cls: Class
+) -> tuple[int, ...]:
+    value = None if mod.binding is None else bindings.type_binding(mod.binding)
+    return _deduced(written, value, element.scope.instance.full_name(element.name), element)
+
+
+def _names_itself(expression: syntax.Expression, name: str) -> bool:
+    """`A[:, size(A, 1)]`: another size of the array being declared."""
+    if not isinstance(expression, syntax.Call):
+        return False
+    return any(isinstance(a, syntax.Ref) and a.names == (name,) for a in expression.arguments)
+
+
+def _deduced(
+    written: Written, value: flat.Expression | None, name: str, element: Element
+) -> tuple[int, ...]:
+    span = element.definition.span
+    if value is None:
+        raise error(
+            "F256",
+            f"the size `:` of `{name}` needs a value that tells it",
+            span,
+            hint="write the size, or bind the variable",
+        )
+    if len(value.type.dims) != len(written):
+        raise error(
+            "F256",
+            f"`{name}` has {len(written)} dimensions, but its value is {type_text(value.type)}",
+            value.span,
+        )
+    sizes = []
+    for (expression, scope), size in zip(written, value.type.dims, strict=True):
+        if _names_itself(expression, element.name) and size is not None:
+            sizes.append(size)
+        elif not isinstance(expression, syntax.Colon):
+            sizes.append(_size(expression, scope, name))
+        elif size is None:
+            raise error("F256", f"the size of the value of `{name}` is not known", value.span)
+        else:
+            sizes.append(size)
+    return tuple(sizes)

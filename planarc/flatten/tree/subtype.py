@@ -1,0 +1,86 @@
+"""Subtyping: whether a class can stand where another one is expected.
+
+In:   a class, the constraining class
+Out:  what is missing, or None
+
+The class need not be derived from the constraint; it must have every public element
+of it, components of built-in types with the same type (structural subtyping).
+
+Reference: Modelica Language Specification 3.6, sections 6.4 and 6.5.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import PlanarcError
+from planarc.flatten.tree import inherit, lookup
+from planarc.flatten.tree.nodes import Class, Layout
+from planarc.flatten.typing.conform import base_conforms, type_text
+from planarc.ir import flat, syntax
+
+_MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
+
+
+def obstacle(cls: Class, constraint: Class) -> str | None:
+    """Why `cls` cannot stand for `constraint`; None when it can."""
+    if cls.definition is constraint.definition:
+        return None
+    own, wanted = inherit.layout_of(cls), inherit.layout_of(constraint)
+    if not own.done or not wanted.done:
+        return None
+    if not _same_kind(own.kind, wanted.kind):
+        return f"it is a {own.kind.value}, not a {wanted.kind.value}"
+    if own.builtin is not None or wanted.builtin is not None:
+        return _builtin_obstacle(own.builtin, wanted.builtin)
+    for name, (index, definition) in wanted.members.items():
+        if definition.prefixes.protected or wanted.parts[index].protected:
+            continue
+        if name in own.members:
+            reason = _member_obstacle(name, own, wanted) or _type_obstacle(name, cls, constraint)
+            if reason is not None:
+                return reason
+        elif lookup.member(lookup.static_instance(cls), name) is None:
+            return f"it has no `{name}`"
+    return None
+
+
+def _same_kind(own: syntax.ClassKind, wanted: syntax.ClassKind) -> bool:
+    return own is wanted or (own in _MODELS and wanted in _MODELS)
+
+
+def _builtin_obstacle(own: flat.Type | None, wanted: flat.Type | None) -> str | None:
+    if own is None or wanted is None:
+        return "one of both is a built-in type"
+    if base_conforms(wanted, own) and base_conforms(own, wanted):
+        return None
+    return f"it is {type_text(own)}, not {type_text(wanted)}"
+
+
+def _member_obstacle(name: str, own: Layout, wanted: Layout) -> str | None:
+    """A component cannot take the place of a class, nor the reverse."""
+    first, second = own.members[name][1], wanted.members[name][1]
+    if isinstance(first, syntax.ClassDef) != isinstance(second, syntax.ClassDef):
+        kinds = "a class" if isinstance(first, syntax.ClassDef) else "a component"
+        return f"its `{name}` is {kinds}"
+    return None
+
+
+def _type_obstacle(name: str, cls: Class, constraint: Class) -> str | None:
+    """Variables of built-in types have the same type; an Integer may stand for a Real."""
+    own, wanted = _builtin_of(name, cls), _builtin_of(name, constraint)
+    if own is None or wanted is None or base_conforms(wanted, own):
+        return None
+    return f"its `{name}` is {type_text(own)}, not {type_text(wanted)}"
+
+
+def _builtin_of(name: str, cls: Class) -> flat.Type | None:
+    """The built-in type of a member; None when it has none, or that is not clear yet."""
+    element = lookup.member(lookup.static_instance(cls), name)
+    if element is None or not isinstance(element.definition, syntax.Component):
+        return None
+    if element.mod.redeclaration is not None:
+        return None
+    try:
+        found = lookup.find_class(element.scope, element.definition.type)
+    except PlanarcError:
+        return None
+    return inherit.layout_of(found).builtin

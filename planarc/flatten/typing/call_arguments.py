@@ -1,0 +1,203 @@
+"""Arguments of a call: one for each input, positional, named, bound or by default.
+
+With arrays in the place of scalars the function is called for each entry.
+
+Reference: Modelica Language Specification 3.6, sections 12.4.1 and 12.4.6.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten.functions import (
+    signature as function_signature,
+)
+from planarc.flatten.functions import (
+    values as function_values,
+)
+from planarc.flatten.several import for_each
+from planarc.flatten.tree import bindings, naming
+from planarc.flatten.typing import expressions, references
+from planarc.flatten.typing.conform import base_conforms, counted, dims_conform, mismatch
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.select import array, opened
+from planarc.ir import flat, syntax
+
+
+def complete_arguments(
+    info: function_signature.FunctionInfo, node: syntax.Call, env: Env
+) -> list[flat.Expression]:
+    """One argument for each input: positional, named, bound, default."""
+    signature = info.signature
+    given = _given(signature, info, node, env)
+    arguments: list[flat.Expression] = []
+    so_far: dict[str, flat.Expression] = {}
+    for variable in signature.inputs:
+        value = given.get(variable.name)
+        if value is None:
+            value = _missing_input(info, variable, so_far, node, env)
+        arguments.append(value)
+        so_far[variable.name] = value
+    return arguments
+
+
+def _given(
+    signature: function_signature.Signature,
+    info: function_signature.FunctionInfo,
+    node: syntax.Call,
+    env: Env,
+) -> dict[str, flat.Expression]:
+    open_inputs = [v for v in signature.inputs if v.name not in info.bound]
+    if len(node.arguments) > len(open_inputs):
+        raise error(
+            "F290",
+            f"`{node.function}` takes {counted(len(open_inputs), 'argument')}, "
+            f"not {len(node.arguments)}",
+            node.span,
+        )
+    pairs = list(zip(open_inputs, node.arguments, strict=False))
+    values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
+    given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}
+    by_name = {v.name: v for v in signature.inputs}
+    for named in node.named:
+        if named.name not in by_name:
+            raise error(
+                "F290",
+                f"`{node.function}` has no input `{named.name}`",
+                named.span,
+                hint=naming.suggestion(named.name, by_name),
+            )
+        if named.name in given:
+            raise error("F290", f"the input `{named.name}` is given twice", named.span)
+        given[named.name] = type_argument(named.value, by_name[named.name], env)
+    return given
+
+
+def type_argument(
+    argument: syntax.Expression, variable: flat.Variable, env: Env
+) -> flat.Expression:
+    if variable.type.base is flat.Base.FUNCTION:
+        return function_values.function_value(argument, variable.type, env)
+    return expressions.type_expression(argument, env)
+
+
+def _missing_input(
+    info: function_signature.FunctionInfo,
+    variable: flat.Variable,
+    so_far: dict[str, flat.Expression],
+    node: syntax.Call,
+    env: Env,
+) -> flat.Expression:
+    bound = info.bound.get(variable.name)
+    if bound is not None:
+        if env.function is None:
+            return bindings.type_binding(bound)
+        return expressions.type_expression(bound.expression, Env(bound.scope, {}, env.function))
+    default = info.signature.defaults.get(variable.name)
+    if default is None:
+        raise error(
+            "F290", f"`{node.function}` needs a value for its input `{variable.name}`", node.span
+        )
+    expression, scope = default
+    locals_ = {**info.signature.constants, **so_far}
+    return expressions.type_expression(expression, Env(scope, locals_, env.function))
+
+
+def vectorised(
+    info: function_signature.FunctionInfo,
+    arguments: list[flat.Expression],
+    span: Span,
+    env: Env,
+    results: bool,
+) -> flat.Expression:
+    """The call; with arrays in place of scalars, one call for each entry (12.4.6)."""
+    inputs = info.signature.inputs
+    if not info.signature.outputs and not results:
+        raise error("F290", f"`{info.name}` has no result", span)
+    extra = 0
+    for variable, argument in zip(inputs, arguments, strict=True):
+        more = len(argument.type.dims) - len(variable.type.dims)
+        if more > 0 and base_conforms(variable.type, argument.type):
+            extra = max(extra, more)
+    if extra == 0 or results:
+        return _single(info, arguments, span, env, results)
+    size = next(
+        a.type.dims[0]
+        for v, a in zip(inputs, arguments, strict=True)
+        if len(a.type.dims) - len(v.type.dims) == extra
+    )
+    if size is None:
+        return _for_each_entry(info, arguments, extra, span, env)
+    columns = []
+    for variable, argument in zip(inputs, arguments, strict=True):
+        if len(argument.type.dims) - len(variable.type.dims) == extra:
+            if argument.type.dims[0] != size:
+                raise error("F291", f"the arrays given to `{info.name}` differ in size", span)
+            columns.append(opened(argument))
+        else:
+            columns.append([argument] * size)
+    items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
+    element = items[0].type if items else _result_type(info, arguments, span)
+    return array(items, element, span)
+
+
+def _for_each_entry(
+    info: function_signature.FunctionInfo,
+    arguments: list[flat.Expression],
+    extra: int,
+    span: Span,
+    env: Env,
+) -> flat.Expression:
+    """`{f(x) for x in v}`, where the size of a vector is known only when a function runs."""
+    inputs = info.signature.inputs
+    places = [
+        k
+        for k, (variable, argument) in enumerate(zip(inputs, arguments, strict=True))
+        if len(argument.type.dims) - len(variable.type.dims) == extra
+    ]
+    if len(places) > 1 or len(arguments[places[0]].type.dims) > 1:
+        raise error("F291", "a call for each entry of several arrays needs known sizes", span)
+    vector = arguments[places[0]]
+    name = "entry"
+    while name in env.locals:
+        name += "_"
+    entry = flat.Reference(vector.type.element(), span, name)
+    entries = [entry if k == places[0] else a for k, a in enumerate(arguments)]
+    inner = _single(info, entries, span, env, False)
+    type_ = inner.type.with_dims((None, *inner.type.dims))
+    return flat.Comprehension(type_, span, inner, ((name, vector),))
+
+
+def _single(
+    info: function_signature.FunctionInfo,
+    arguments: list[flat.Expression],
+    span: Span,
+    env: Env,
+    results: bool,
+) -> flat.Expression:
+    for variable, argument in zip(info.signature.inputs, arguments, strict=True):
+        what = f"the input `{variable.name}` of `{info.name}`"
+        if not base_conforms(variable.type, argument.type):
+            raise mismatch(variable.type, argument.type, what, argument.span)
+        if not dims_conform(variable.type.dims, argument.type.dims):
+            raise mismatch(variable.type, argument.type, what, argument.span)
+    type_ = flat.Type(flat.Base.RECORD, name="(results)")
+    if info.signature.outputs:
+        type_ = _result_type(info, arguments, span)
+    captured = [references.leaf_value(leaf, span, env) for leaf in info.signature.captures]
+    return flat.Call(
+        type_, span, info.signature.name, (*arguments, *captured), None if results else 0
+    )
+
+
+def _result_type(
+    info: function_signature.FunctionInfo, arguments: list[flat.Expression], span: Span
+) -> flat.Type:
+    return info.signature.result_type(0, arguments, span)
+
+
+def result_types(call: flat.Call, env: Env) -> list[flat.Type]:
+    """The types of all results of a call."""
+    signature = env.session.signatures[call.function]
+    arguments = list(call.arguments[: len(signature.inputs)])
+    return [signature.result_type(k, arguments, call.span) for k in range(len(signature.outputs))]

@@ -1,0 +1,247 @@
+"""Array constructors and reductions with iterators, and the ranges of for-loops.
+
+In:   `e for i in r, j in s`
+Out:  an array (or `sum`, `product`, `min`, `max` of it), opened when the ranges are known
+
+Example: `{i^2 for i in 1:3}` becomes `{1^2, 2^2, 3^2}`; inside a function whose
+sizes are unknown it stays a Comprehension.
+
+Reference: Modelica Language Specification 3.6, sections 10.3.4.1, 10.4.1 and 11.2.2.
+"""
+
+from __future__ import annotations
+
+import math
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten.tree import inherit, lookup
+from planarc.flatten.tree.nodes import Class, Family
+from planarc.flatten.typing import expressions, references
+from planarc.flatten.typing.conform import unify
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.select import array, integer
+from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.values import evaluate
+from planarc.flatten.values.constant import to_expression
+from planarc.ir import flat, syntax
+
+MAX_OPENED = 200_000
+
+
+def type_comprehension(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
+    """The value of a comprehension, or of a reduction over one."""
+    if reduce == "array":
+        opened = _open_array(node, node.iterators[::-1], env)
+    else:
+        items = _open_items(node, node.iterators, env)
+        opened = None if items is None else _reduced(items, reduce, node.span)
+    return _kept(node, reduce, env) if opened is None else opened
+
+
+def iteration_values(
+    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...] = ()
+) -> list[flat.Expression] | None:
+    """The values that an iterator takes, None when they are known only when run."""
+    typed = iteration_range(iterator, env, uses)
+    if env.function is not None and not isinstance(typed, flat.Array):
+        value = evaluate.try_value(typed, env)
+    elif isinstance(typed, flat.Array) and _changes(typed, env):
+        return list(typed.items)
+    elif env.in_algorithm and _changes(typed, env):
+        return None
+    else:
+        value = evaluate.structural_value(
+            typed, env, f"the range of the iterator `{iterator.name}`"
+        )
+    if value is None:
+        return None
+    assert isinstance(value, list)
+    if len(value) > MAX_OPENED:
+        raise error("F252", f"a loop over {len(value):,} values is too long", iterator.span)
+    element = typed.type.element()
+    return [to_expression(v, element, iterator.span) for v in value]
+
+
+def _changes(typed: flat.Expression, env: Env) -> bool:
+    return variability_of(typed, env.session, env.hidden) > flat.Variability.PARAMETER
+
+
+def iteration_range(
+    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...] = ()
+) -> flat.Expression:
+    """The typed range of an iterator: an array, a type name, or deduced from its use."""
+    if iterator.range is None:
+        return _deduced_range(iterator, env, uses)
+    if isinstance(iterator.range, syntax.Ref):
+        typed = _range_of_type(iterator.range, env)
+        if typed is not None:
+            return typed
+    typed = expressions.type_expression(iterator.range, env)
+    if len(typed.type.dims) != 1:
+        raise error(
+            "F275",
+            f"the iterator `{iterator.name}` needs a vector to run over",
+            iterator.range.span,
+            hint="write a range such as `1:n`",
+        )
+    return typed
+
+
+def _range_of_type(ref: syntax.Ref, env: Env) -> flat.Expression | None:
+    """`for e in Kind`: all values of an enumeration or of Boolean."""
+    if ref.parts[0].name in env.locals:
+        return None
+    found = lookup.find(env.scope, ref.parts[0].name)
+    if found is None or not found[0].is_class:
+        return None
+    view = references.resolve(ref, env)
+    builtin = inherit.layout_of(view).builtin if isinstance(view, Class) else None
+    if builtin is None:
+        return None
+    if builtin.base is flat.Base.BOOLEAN:
+        items = [flat.Literal(flat.BOOLEAN, ref.span, v) for v in (False, True)]
+        return array(list(items), flat.BOOLEAN, ref.span)
+    numbers = range(1, len(builtin.literals) + 1)
+    return array([flat.Literal(builtin, ref.span, n) for n in numbers], builtin, ref.span)
+
+
+def _deduced_range(
+    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...]
+) -> flat.Expression:
+    """`for i loop x[i] ...`: 1 to the size of the array that `i` indexes (11.2.2.1)."""
+    found = _find_use(iterator.name, uses)
+    if found is None:
+        raise error(
+            "F275",
+            f"the iterator `{iterator.name}` has no range and is not used as a plain index",
+            iterator.span,
+        )
+    prefix, dimension = found
+    base = syntax.Ref(
+        prefix.span,
+        (*prefix.parts[:-1], syntax.RefPart(prefix.span, prefix.parts[-1].name)),
+        prefix.absolute,
+    )
+    size = _size_of(base, dimension, env)
+    span = iterator.span
+    type_ = flat.INTEGER.with_dims((size,))
+    if size is None:
+        value = expressions.type_expression(base, env)
+        stop: flat.Expression = flat.Builtin(
+            flat.INTEGER, span, "size", (value, integer(dimension + 1, span))
+        )
+    else:
+        stop = integer(size, span)
+    return flat.Range(type_, span, integer(1, span), None, stop)
+
+
+def _size_of(base: syntax.Ref, dimension: int, env: Env) -> int | None:
+    if base.parts[0].name not in env.locals:
+        view = references.resolve(base, env)
+        if isinstance(view, Family):
+            return view.dims[dimension]
+    return expressions.type_expression(base, env).type.dims[dimension]
+
+
+def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | None:
+    stack: list[object] = list(reversed(uses))
+    while stack:
+        node = stack.pop()
+        if isinstance(node, syntax.Ref):
+            for count, part in enumerate(node.parts, 1):
+                for k, subscript in enumerate(part.subscripts):
+                    if isinstance(subscript, syntax.Ref) and subscript.names == (name,):
+                        return syntax.Ref(node.span, node.parts[:count], node.absolute), k
+            stack.extend(s for p in reversed(node.parts) for s in reversed(p.subscripts))
+        elif isinstance(node, tuple):
+            stack.extend(reversed(node))
+        elif isinstance(node, syntax.Node):
+            fields = [getattr(node, f) for f in node.__struct_fields__ if f != "span"]
+            stack.extend(f for f in reversed(fields) if isinstance(f, tuple | syntax.Node))
+    return None
+
+
+def _open_array(
+    node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
+) -> flat.Expression | None:
+    """`{e for i, j}` is `{{e for i} for j}`: the last iterator is the outermost (10.4.1.2)."""
+    if not iterators:
+        return expressions.type_expression(node.body, env)
+    values = iteration_values(iterators[0], env, (node.body,))
+    if values is None:
+        return None
+    items = []
+    for value in values:
+        item = _open_array(node, iterators[1:], env.with_local(iterators[0].name, value))
+        if item is None:
+            return None
+        items.append(item)
+        _bound(math.prod(d or 0 for d in item.type.dims) * len(values), node.span)
+    return array(items, _common_type(items), node.span)
+
+
+def _common_type(items: list[flat.Expression]) -> flat.Type:
+    if not items:
+        return flat.REAL
+    type_ = items[0].type
+    for item in items[1:]:
+        common = unify(type_, item.type)
+        if common is None:
+            raise error("F272", "the entries of an array have different types", item.span)
+        type_ = common
+    return type_
+
+
+def _open_items(
+    node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
+) -> list[flat.Expression] | None:
+    if not iterators:
+        return [expressions.type_expression(node.body, env)]
+    values = iteration_values(iterators[0], env, (node.body,))
+    if values is None:
+        return None
+    items: list[flat.Expression] = []
+    for value in values:
+        inner = _open_items(node, iterators[1:], env.with_local(iterators[0].name, value))
+        if inner is None:
+            return None
+        items += inner
+        _bound(len(inner) * len(values), node.span)
+    return items
+
+
+def _bound(count: int, span: Span) -> None:
+    if count > MAX_OPENED:
+        raise error("F252", f"a loop over {count:,} values is too long", span)
+
+
+def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expression:
+    type_ = _common_type(items)
+    if not items:
+        neutral = {"sum": 0.0, "product": 1.0, "min": float("inf"), "max": float("-inf")}
+        return flat.Literal(flat.REAL, span, neutral[reduce])
+    if type_.dims and reduce == "sum":
+        total = items[0]
+        for item in items[1:]:
+            total = flat.Binary(type_, span, "+", total, item)
+        return total
+    return flat.Builtin(type_, span, reduce, (array(items, type_, span),))
+
+
+def _kept(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
+    """Sizes are unknown: the iterators stay."""
+    if env.function is None and not env.in_algorithm:
+        raise error("F281", "the range of this loop must be known when compiling", node.span)
+    ranges = []
+    for iterator in node.iterators[::-1] if reduce == "array" else node.iterators:
+        typed = iteration_range(iterator, env, (node.body,))
+        local = flat.Reference(typed.type.element(), iterator.span, iterator.name)
+        env = env.with_local(iterator.name, local)
+        ranges.append((iterator.name, typed))
+    body = expressions.type_expression(node.body, env)
+    type_ = body.type
+    if reduce == "array":
+        sizes = tuple(r.type.dims[0] for _, r in ranges)
+        type_ = type_.with_dims((*sizes, *type_.dims))
+    return flat.Comprehension(type_, node.span, body, tuple(ranges), reduce)

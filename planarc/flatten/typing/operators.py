@@ -1,0 +1,257 @@
+"""Operators: the type of `a op b` and what it does with arrays.
+
+In:   an operator, typed operands
+Out:  a typed node
+
+Reference: Modelica Language Specification 3.6, sections 3.4, 3.5, 10.4 and 10.6.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.source import Span
+from planarc.flatten.typing.conform import (
+    NUMERIC,
+    dims_conform,
+    type_text,
+    unify,
+    unify_dims,
+)
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.select import array, element_at, opened
+from planarc.flatten.values import evaluate
+from planarc.ir import flat
+
+_RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
+_DOTTED = {".+": "+", ".-": "-", ".*": "*", "./": "/", ".^": "^"}
+
+
+def unary(op: str, operand: flat.Expression, span: Span) -> flat.Expression:
+    base = operand.type.base
+    if op == "not":
+        if base is not flat.Base.BOOLEAN:
+            raise _wrong("not", operand, span)
+        return flat.Unary(operand.type, span, "not", operand)
+    if base not in NUMERIC:
+        raise _wrong(op, operand, span)
+    if op in ("+", ".+"):
+        return operand
+    if isinstance(operand, flat.Literal):
+        assert not isinstance(operand.value, str)
+        return flat.Literal(operand.type, span, -operand.value)
+    return flat.Unary(operand.type, span, "-", operand)
+
+
+def _wrong(op: str, operand: flat.Expression, span: Span) -> PlanarcError:
+    return error("F274", f"`{op}` cannot be applied to {type_text(operand.type)}", span)
+
+
+def binary(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> flat.Expression:
+    if op in _RELATIONS:
+        return _relation(op, left, right, span)
+    if op in ("and", "or"):
+        return _logical(op, left, right, span)
+    return _arithmetic(op, left, right, span)
+
+
+def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> PlanarcError:
+    hint = None
+    plain = not left.type.dims or not right.type.dims
+    if op in ("+", "-") and plain and left.type.dims != right.type.dims:
+        hint = f"write `.{op}` to add a scalar to each element"
+    return error(
+        "F274",
+        f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}",
+        span,
+        hint=hint,
+    )
+
+
+def _relation(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> flat.Binary:
+    common = unify(left.type, right.type)
+    if common is None or common.dims or common.base is flat.Base.RECORD:
+        raise _mismatch(op, left, right, span)
+    return flat.Binary(flat.BOOLEAN, span, op, left, right)
+
+
+def _logical(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> flat.Binary:
+    common = unify(left.type, right.type)
+    if common is None or common.base is not flat.Base.BOOLEAN:
+        raise _mismatch(op, left, right, span)
+    return flat.Binary(common, span, op, left, right)
+
+
+def _arithmetic(
+    op: str, left: flat.Expression, right: flat.Expression, span: Span
+) -> flat.Expression:
+    a, b = left.type, right.type
+    if op == "+" and a.base is flat.Base.STRING and b.base is flat.Base.STRING:
+        if not dims_conform(a.dims, b.dims):
+            raise _mismatch(op, left, right, span)
+        return flat.Binary(a, span, op, left, right)
+    if a.base not in NUMERIC or b.base not in NUMERIC:
+        raise _mismatch(op, left, right, span)
+    dims = _result_dims(op, a.dims, b.dims)
+    if dims is None:
+        raise _mismatch(op, left, right, span)
+    base = flat.INTEGER if a.base is b.base is flat.Base.INTEGER else flat.REAL
+    if _DOTTED.get(op, op) in ("/", "^"):
+        base = flat.REAL
+    if op in _DOTTED and not a.dims and not b.dims:
+        op = _DOTTED[op]
+    return flat.Binary(base.with_dims(dims), span, op, left, right)
+
+
+def _result_dims(
+    op: str, a: tuple[int | None, ...], b: tuple[int | None, ...]
+) -> tuple[int | None, ...] | None:
+    if op in ("+", "-"):
+        return unify_dims(a, b) if dims_conform(a, b) else None
+    if op in _DOTTED:
+        if not a or not b:
+            return a or b
+        return unify_dims(a, b) if dims_conform(a, b) else None
+    if op == "*":
+        return _product_dims(a, b)
+    if op == "/":
+        return None if b else a
+    if op == "^":
+        square = len(a) == 2 and dims_conform(a[:1], a[1:])
+        return a if not b and (not a or square) else None
+    return None
+
+
+def _product_dims(
+    a: tuple[int | None, ...], b: tuple[int | None, ...]
+) -> tuple[int | None, ...] | None:
+    """Scalar, inner, matrix-vector, vector-matrix and matrix products (10.6.4)."""
+    if not a or not b:
+        return a or b
+    if len(a) > 2 or len(b) > 2 or not dims_conform(a[-1:], b[:1]):
+        return None
+    return (*a[:-1], *b[1:])
+
+
+def range_(
+    start: flat.Expression,
+    step: flat.Expression | None,
+    stop: flat.Expression,
+    span: Span,
+    env: Env,
+) -> flat.Expression:
+    """`start:step:stop`; its size is known when its ends can be computed now."""
+    parts = [start, stop] if step is None else [start, step, stop]
+    for part in parts:
+        if part.type.dims:
+            raise error("F275", f"a range needs scalars, not {type_text(part.type)}", part.span)
+    type_ = start.type
+    for part in parts[1:]:
+        common = unify(type_, part.type)
+        if common is None or common.base in (flat.Base.STRING, flat.Base.RECORD):
+            raise error(
+                "F275",
+                f"a range cannot go from {type_text(start.type)} to {type_text(stop.type)}",
+                span,
+            )
+        type_ = common
+    size = evaluate.range_size(start, step, stop, env)
+    return flat.Range(type_.with_dims((size,)), span, start, step, stop)
+
+
+# Matrices ----------------------------------------------------------------------------------
+
+
+def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
+    """`[a, b; c, d]`: blocks side by side, then one below the other (10.4.2)."""
+    depth = max(2, *(len(e.type.dims) for row in rows for e in row))
+    if depth > 2:
+        return _joined_blocks(rows, depth, span)
+    if any(None in e.type.dims for row in rows for e in row):
+        return _joined_matrix(rows, span)
+    lines: list[list[flat.Expression]] = []
+    for row in rows:
+        lines += _beside([_as_block(e) for e in row], span)
+    widths = {len(line) for line in lines}
+    if len(widths) > 1:
+        raise error("F276", "the rows of the matrix have different lengths", span)
+    type_ = rows[0][0].type.with_dims(())
+    for line in lines:
+        for entry in line:
+            common = unify(type_, entry.type)
+            if common is None:
+                raise error(
+                    "F276",
+                    f"the entries of the matrix have different types: {type_text(type_)} "
+                    f"and {type_text(entry.type)}",
+                    entry.span,
+                )
+            type_ = common
+    width = len(lines[0]) if lines else 0
+    return array([array(line, type_, span) for line in lines], type_.with_dims((width,)), span)
+
+
+def _joined_blocks(rows: list[list[flat.Expression]], depth: int, span: Span) -> flat.Expression:
+    """Blocks of more than two dimensions: joined along the second, then along the first."""
+    from planarc.flatten.typing import arrays
+
+    if any(None in e.type.dims for row in rows for e in row):
+        raise error("F276", "blocks of three and more dimensions need known sizes", span)
+    lines = [arrays.join(2, [_promoted(e, depth) for e in row], span) for row in rows]
+    return arrays.join(1, lines, span)
+
+
+def _promoted(e: flat.Expression, depth: int) -> flat.Expression:
+    """With dimensions of size 1 added behind those that there are."""
+    if e.type.dims:
+        items = [_promoted(x, depth - 1) for x in opened(e)]
+        element = items[0].type if items else e.type.element().with_dims((1,) * (depth - 1))
+        return array(items, element, e.span)
+    for _ in range(depth):
+        e = array([e], e.type, e.span)
+    return e
+
+
+def _joined_matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
+    """Blocks of sizes that are known only when run: calls of `cat`."""
+    element = rows[0][0].type.with_dims(())
+    for row in rows:
+        for entry in row:
+            common = unify(element, entry.type, dims=False)
+            if common is None:
+                raise error("F276", "the entries of the matrix have different types", entry.span)
+            element = common.with_dims(())
+    whole = element.with_dims((None, None))
+
+    def cat(along: int, parts: list[flat.Expression]) -> flat.Expression:
+        if len(parts) == 1:
+            return parts[0]
+        dimension = flat.Literal(flat.INTEGER, span, along)
+        return flat.Builtin(whole, span, "cat", (dimension, *parts))
+
+    def block(value: flat.Expression) -> flat.Expression:
+        if len(value.type.dims) == 2:
+            return value
+        dims = (*value.type.dims, 1, 1)[:2]
+        return flat.Builtin(element.with_dims(dims), span, "matrix", (value,))
+
+    return cat(1, [cat(2, [block(e) for e in row]) for row in rows])
+
+
+def _as_block(value: flat.Expression) -> list[list[flat.Expression]]:
+    """A scalar is 1 x 1, a vector a column."""
+    dims = value.type.dims
+    if any(d is None for d in dims):
+        raise error("F276", "the size of this block of a matrix is not known", value.span)
+    if not dims:
+        return [[value]]
+    rows = [element_at(value, i) for i in range(1, (dims[0] or 0) + 1)]
+    if len(dims) == 1:
+        return [[row] for row in rows]
+    return [[element_at(row, j) for j in range(1, (dims[1] or 0) + 1)] for row in rows]
+
+
+def _beside(blocks: list[list[list[flat.Expression]]], span: Span) -> list[list[flat.Expression]]:
+    heights = {len(b) for b in blocks}
+    if len(heights) > 1:
+        raise error("F276", "the blocks of a row of the matrix have different heights", span)
+    return [[e for block in blocks for e in block[i]] for i in range(heights.pop())]

@@ -1,0 +1,355 @@
+"""References: from `a.b[1].c` to the node or the typed expression that it means.
+
+In:   syntax.Ref, Env
+Out:  View (nodes of the instance tree, as nested lists for slices), or a typed value
+
+Example: with `Link link[2]`, `link[i].body.m` inside `for i in 1:2` becomes the
+Reference `link[1].body.m`; `link.body.m` becomes `{link[1].body.m, link[2].body.m}`.
+
+Promises:  constants of packages are replaced by their values; protected elements are
+           not reached through a dot; a component that is not there is reported.
+Reference: Modelica Language Specification 3.6, sections 5.3.2 and 10.5.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import Span
+from planarc.flatten.refusal import unsupported
+from planarc.flatten.tree import bindings, instantiate, lookup, naming, redeclare
+from planarc.flatten.tree.nodes import Absent, Class, Element, Family, Instance, Leaf, Node
+from planarc.flatten.typing import expressions
+from planarc.flatten.typing.conform import counted, type_text
+from planarc.flatten.typing.environment import Env
+from planarc.flatten.typing.select import array, integer, subscripted
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
+
+View: TypeAlias = "Node | Class | flat.Expression | list[View]"
+
+
+def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
+    """The value that a reference stands for."""
+    first = ref.parts[0]
+    if not ref.absolute and first.name in env.locals:
+        return _local(ref, env)
+    if first.name == "time" and len(ref.parts) == 1 and lookup.find(env.scope, "time") is None:
+        return flat.Builtin(flat.REAL, ref.span, "time")
+    return value_of(resolve(ref, env), ref, env)
+
+
+def _local(ref: syntax.Ref, env: Env) -> flat.Expression:
+    first = ref.parts[0]
+    value = env.locals[first.name]
+    if isinstance(value, flat.Reference):
+        value = replace(value, span=ref.span)  # where it is used, not where it is declared
+    value = with_subscripts(value, first.subscripts, env, ref.span)
+    for part in ref.parts[1:]:
+        value = with_subscripts(
+            field_of(value, part.name, ref.span), part.subscripts, env, ref.span
+        )
+    return value
+
+
+def field_of(value: flat.Expression, name: str, span: Span) -> flat.Expression:
+    """A field of a record value; of an array of records, that of each."""
+    for index, (field, type_) in enumerate(value.type.fields):
+        if field == name:
+            if isinstance(value, flat.Record):
+                return value.items[index]
+            if isinstance(value, flat.Array) and value.items:
+                return array([field_of(i, name, span) for i in value.items], type_, span)
+            whole = type_.with_dims((*value.type.dims, *type_.dims))
+            return flat.Field(whole, span, value, name)
+    raise error("F213", f"a value of type {type_text(value.type)} has no field `{name}`", span)
+
+
+# Resolving ------------------------------------------------------------------------------------
+
+
+def resolve(ref: syntax.Ref, env: Env) -> View:
+    """The nodes that a reference means, its subscripts applied to arrays of components."""
+    first = ref.parts[0]
+    view: View
+    if ref.absolute:
+        root = env.session.root_scope
+        assert root is not None
+        element = lookup.member(root.instance, first.name)
+        own = False
+    else:
+        found = lookup.find(env.scope, first.name)
+        element, own = found if found is not None else (None, False)
+    if element is None:
+        raise naming.unknown(env.scope, first.name, ref.span)
+    view = _open(element, own, first, ref, env)
+    for part in ref.parts[1:]:
+        view = step(view, part, ref, env)
+    return view
+
+
+def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    if element.is_class:
+        return redeclare.class_of(element, ref.span)
+    instance = element.scope.instance
+    if not own and instance.prefix is not None:
+        definition = element.definition
+        assert isinstance(definition, syntax.Component)
+        if definition.variability is not syntax.Variability.CONSTANT:
+            raise error(
+                "F217",
+                f"`{part.name}` belongs to the enclosing class `{instance.cls.name}` "
+                "and is no constant",
+                ref.span,
+                related=[Related("declared here", definition.span)],
+                hint="hand it in as a parameter, or bind it to an input of the function",
+            )
+    return select(instantiate.node_of(element), part.subscripts, env, ref)
+
+
+def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    """One more identifier of a reference."""
+    if isinstance(view, list):
+        return [step(v, part, ref, env) for v in view]
+    if isinstance(view, Family):
+        if not view.items:
+            return _step_empty(view, part, ref, env)
+        return [step(v, part, ref, env) for v in _nested(view)]
+    if isinstance(view, Class):
+        return _step_class(view, part, ref, env)
+    if isinstance(view, Absent):
+        raise absent_error(view, ref.span)
+    if isinstance(view, Instance):
+        element = lookup.member(view, part.name)
+        if element is None:
+            raise naming.missing_member(view.cls, part.name, ref.span)
+        if element.protected:
+            raise naming.protected_error(part.name, view.cls.name, ref.span)
+        if element.is_class:
+            return redeclare.class_of(element, ref.span)
+        return select(instantiate.node_of(element), part.subscripts, env, ref)
+    if isinstance(view, Leaf):
+        raise error(
+            "F213", f"`{view.name}` is a variable and has no element `{part.name}`", ref.span
+        )
+    return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
+
+
+def _step_empty(view: Family, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    """A member of an array without components: an empty array of the type that it would have."""
+    one = step(lookup.static_instance(view.cls), part, ref, env)
+    if isinstance(one, Instance) and one.element is not None:
+        return Family(one.name, view.dims, [], one.cls, one.element)
+    if not isinstance(one, Leaf):
+        return []
+    return _without_entries(view.dims, one.type, ref.span)
+
+
+def _without_entries(dims: tuple[int, ...], type_: flat.Type, span: Span) -> flat.Array:
+    items = tuple(_without_entries(dims[1:], type_, span) for _ in range(dims[0]))
+    return flat.Array(type_.with_dims((*dims, *type_.dims)), span, items)
+
+
+def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    instance = lookup.static_instance(cls)
+    builtin = instance.layout.builtin
+    if builtin is not None and part.name in builtin.literals:
+        return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
+    element = lookup.member(instance, part.name)
+    if element is None:
+        raise naming.missing_member(cls, part.name, ref.span)
+    if element.protected:
+        raise naming.protected_error(part.name, cls.name, ref.span)
+    if element.is_class:
+        return redeclare.class_of(element, ref.span)
+    return select(instantiate.node_of(element), part.subscripts, env, ref)
+
+
+def absent_error(view: Absent, span: Span) -> PlanarcError:
+    return error(
+        "F215",
+        f"`{view.name}` does not exist: its condition is false",
+        span,
+        related=[Related("declared here", view.element.definition.span)],
+    )
+
+
+# Subscripts --------------------------------------------------------------------------------------
+
+
+def select(
+    node: Node, subscripts: tuple[syntax.Expression, ...], env: Env, ref: syntax.Ref
+) -> View:
+    """Subscripts on a component."""
+    if not subscripts:
+        return node
+    if isinstance(node, Leaf):
+        return with_subscripts(leaf_value(node, ref.span, env), subscripts, env, ref.span)
+    if isinstance(node, Absent):
+        raise absent_error(node, ref.span)
+    if isinstance(node, Instance):
+        raise error("F218", f"`{node.name}` is no array", ref.span)
+    if len(subscripts) > len(node.dims):
+        raise error(
+            "F218",
+            f"`{node.name}` has {counted(len(node.dims), 'dimension')}, not {len(subscripts)}",
+            ref.span,
+        )
+    chosen = [_chosen(node, k, s, env) for k, s in enumerate(subscripts)]
+    chosen += [list(range(1, d + 1)) for d in node.dims[len(subscripts) :]]
+    return _select(node, chosen, 0, 0)
+
+
+def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int | list[int]:
+    if isinstance(subscript, syntax.Colon):
+        return list(range(1, node.dims[k] + 1))
+    size = flat.Type(flat.Base.INTEGER, node.dims)
+    typed = type_subscript(
+        subscript, env.with_end(flat.Reference(size, subscript.span, node.name), k)
+    )
+    value = evaluate.structural_value(
+        typed, env, f"the index of the array of components `{node.name}`"
+    )
+    indices = value if isinstance(value, list) else [value]
+    for index in indices:
+        if not isinstance(index, int) or not 1 <= index <= node.dims[k]:
+            raise out_of_range(node.name, index, node.dims[k], subscript.span)
+    chosen = [i for i in indices if isinstance(i, int)]
+    return chosen if isinstance(value, list) else chosen[0]
+
+
+def out_of_range(name: str, index: object, size: int, span: Span) -> PlanarcError:
+    return error("F219", f"the index {index} of `{name}` is outside of 1 to {size}", span)
+
+
+def _select(node: Family, chosen: list[int | list[int]], k: int, offset: int) -> View:
+    if k == len(chosen):
+        return node.items[offset]
+    here = chosen[k]
+    base = offset * node.dims[k]
+    if isinstance(here, int):
+        return _select(node, chosen, k + 1, base + here - 1)
+    return [_select(node, chosen, k + 1, base + i - 1) for i in here]
+
+
+def _nested(node: Family) -> list[View]:
+    whole = _select(node, [list(range(1, d + 1)) for d in node.dims], 0, 0)
+    assert isinstance(whole, list)
+    return whole
+
+
+def with_subscripts(
+    value: flat.Expression, subscripts: tuple[syntax.Expression, ...], env: Env, span: Span
+) -> flat.Expression:
+    """Subscripts on a value."""
+    if not subscripts:
+        return value
+    dims = value.type.dims
+    name = f"`{value.name}`" if isinstance(value, flat.Reference) else "this value"
+    if len(subscripts) > len(dims):
+        raise error(
+            "F218", f"{name} has {counted(len(dims), 'dimension')}, not {len(subscripts)}", span
+        )
+    typed: list[flat.Expression] = []
+    for k, subscript in enumerate(subscripts):
+        if isinstance(subscript, syntax.Colon):
+            typed.append(flat.Slice(flat.INTEGER.with_dims((dims[k],)), subscript.span))
+            continue
+        index = type_subscript(subscript, env.with_end(value, k))
+        _check_range(index, dims[k], name.strip("`"))
+        typed.append(index)
+    return subscripted(value, tuple(typed), span)
+
+
+def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
+    index = expressions.type_expression(subscript, env)
+    base = index.type.base
+    if len(index.type.dims) > 1 or base not in (
+        flat.Base.INTEGER,
+        flat.Base.BOOLEAN,
+        flat.Base.ENUMERATION,
+    ):
+        raise error(
+            "F218", f"an index must be an Integer, but is {type_text(index.type)}", subscript.span
+        )
+    folded = evaluate.fold_index(index, env)
+    if base is flat.Base.BOOLEAN and isinstance(folded, flat.Literal):
+        return integer(int(folded.value) + 1, index.span)
+    if base is flat.Base.ENUMERATION and isinstance(folded, flat.Literal):
+        return integer(int(folded.value), index.span)
+    return folded
+
+
+def _check_range(index: flat.Expression, size: int | None, name: str) -> None:
+    if size is None:
+        return
+    values = index.items if isinstance(index, flat.Array) else (index,)
+    for value in values:
+        if isinstance(value, flat.Literal) and not 1 <= int(value.value) <= size:
+            raise out_of_range(name, value.value, size, index.span)
+
+
+# Values ------------------------------------------------------------------------------------------
+
+
+def value_of(view: View, ref: syntax.Ref, env: Env) -> flat.Expression:
+    """The typed expression of what a reference resolved to."""
+    if isinstance(view, Leaf):
+        return leaf_value(view, ref.span, env)
+    if isinstance(view, list):
+        return _list_value([value_of(v, ref, env) for v in view], ref)
+    if isinstance(view, Instance):
+        return instance_value(view, ref.span, env)
+    if isinstance(view, Family):
+        return _list_value([value_of(v, ref, env) for v in _nested(view)], ref)
+    if isinstance(view, Class):
+        raise error("F216", f"`{ref}` is a class, not a value", ref.span)
+    if isinstance(view, Absent):
+        raise absent_error(view, ref.span)
+    return view
+
+
+def _list_value(items: list[flat.Expression], ref: syntax.Ref) -> flat.Expression:
+    element = items[0].type if items else flat.REAL
+    return array(items, element, ref.span)
+
+
+def leaf_value(leaf: Leaf, span: Span, env: Env) -> flat.Expression:
+    """A variable as an expression; a package constant as its value."""
+    if leaf.parent.prefix is None:
+        return evaluate.package_constant(leaf, span)
+    if leaf.parent.drawn:
+        binding = bindings.leaf_binding(leaf)
+        if binding is not None:
+            return binding
+    if env.function is not None:
+        return env.function.capture(leaf, span)
+    return flat.Reference(leaf.type, span, leaf.name)
+
+
+def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
+    """A record component as a value of its fields."""
+    if any(p.definition.kind is syntax.ClassKind.OPERATOR_RECORD for p in instance.layout.parts):
+        raise unsupported("operator records", "14", span)
+    if not instance.is_record:
+        raise error("F216", f"`{instance.name}` is a component, not a value", span)
+    items: list[tuple[str, flat.Expression]] = []
+    for name, (_, definition) in instance.layout.members.items():
+        if isinstance(definition, syntax.ClassDef):
+            continue
+        element = lookup.member(instance, name)
+        assert element is not None
+        node = instantiate.node_of(element)
+        items.append((name, node_value(node, span, env)))
+    type_ = flat.Type(
+        flat.Base.RECORD, (), instance.cls.name, (), tuple((n, e.type) for n, e in items)
+    )
+    return flat.Record(type_, span, tuple(e for _, e in items))
+
+
+def node_value(node: Node, span: Span, env: Env) -> flat.Expression:
+    ref = syntax.Ref(span, (syntax.RefPart(span, node.name),))
+    return value_of(node, ref, env)

@@ -1,0 +1,78 @@
+"""Variability of expressions: how often a value may change.
+
+Reference: Modelica Language Specification 3.6, section 3.8.
+"""
+
+from __future__ import annotations
+
+from planarc.flatten.tree.nodes import Session
+from planarc.ir import flat
+from planarc.ir.flatwalk import children
+
+_CONSTANT = flat.Variability.CONSTANT
+_DISCRETE = flat.Variability.DISCRETE
+_CONTINUOUS = flat.Variability.CONTINUOUS
+
+#: results that change at events only, whatever their arguments
+_EVENTS = frozenset(
+    [
+        "pre",
+        "edge",
+        "change",
+        "initial",
+        "terminal",
+        "sample",
+        "sign",
+        "integer",
+        "ceil",
+        "floor",
+        "div",
+        "hold",
+    ]
+)
+_STATIC = frozenset({"size", "ndims"})
+
+
+def variability_of(
+    expression: flat.Expression, session: Session, hidden: frozenset[str] = frozenset()
+) -> flat.Variability:
+    """The variability of an expression: the highest of what it depends on. `hidden` are
+    local names, whose values are known only when run."""
+    match expression:
+        case flat.Literal() | flat.Slice():
+            return _CONSTANT
+        case flat.Reference(name=name, subscripts=subscripts):
+            leaf = None if name in hidden else session.leaves.get(name)
+            own = _CONTINUOUS if leaf is None else leaf.variability
+            return max(own, _highest(subscripts, session, hidden))
+        case flat.Builtin(function=function, arguments=arguments):
+            if function in _STATIC:
+                return _CONSTANT
+            if function == "time":
+                return _CONTINUOUS
+            own = _highest(arguments, session, hidden)
+            if function in _EVENTS:
+                return min(max(own, _flag(function)), _DISCRETE)
+            return own
+        case flat.Binary(op=op, left=left, right=right):
+            own = _highest((left, right), session, hidden)
+            return min(own, _DISCRETE) if op in _RELATIONS else own
+    return _highest(children(expression), session, hidden)
+
+
+_RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
+
+
+def _flag(function: str) -> flat.Variability:
+    return _DISCRETE if function in ("initial", "terminal", "sample") else _CONSTANT
+
+
+def _highest(
+    expressions: tuple[flat.Expression, ...], session: Session, hidden: frozenset[str]
+) -> flat.Variability:
+    highest = _CONSTANT
+    for expression in expressions:
+        highest = max(highest, variability_of(expression, session, hidden))
+        if highest is _CONTINUOUS:
+            break
+    return highest

@@ -1,0 +1,241 @@
+"""The evaluator: values of expressions of constants, parameters and function calls.
+
+Parameters are asked for their bindings, functions are run (`interpret`). With `mark`
+every parameter that is used becomes structural.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TypeAlias
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten.tree import bindings
+from planarc.flatten.tree.nodes import Leaf, Session
+from planarc.flatten.values import compute, interpret
+from planarc.flatten.values.constant import NotConstant, Value
+from planarc.ir import flat
+
+Frame: TypeAlias = "dict[str, Value]"
+
+
+def range_count(first: float, step: float, last: float, span: Span) -> int:
+    if step == 0:
+        raise error("F275", "the step of a range is zero", span)
+    steps = (last - first) / step
+    if not steps < sys.maxsize:  # not a number either
+        raise error("F252", f"a range of {steps:g} values is too long", span)
+    return max(0, int(steps + 1e-12) + 1) if steps >= 0 else 0
+
+
+class Evaluator:
+    """Values of expressions; `frame` holds the variables of a function being run."""
+
+    def __init__(
+        self,
+        session: Session | None,
+        mark: bool = False,
+        frame: Frame | None = None,
+        hidden: frozenset[str] = frozenset(),
+    ) -> None:
+        self.hidden = hidden  # local names, which are no variables of the model
+        self.closed = False  # inside a function: only its own variables exist
+        self.session = session
+        self.mark = mark
+        self.frame = frame
+        self.depth = 0  # of calls
+
+    def value(self, e: flat.Expression) -> Value:
+        match e:
+            case flat.Literal():
+                return e.value
+            case flat.Reference():
+                return self._reference(e)
+            case flat.Unary():
+                return compute.unary(e.op, self.value(e.operand))
+            case flat.Binary():
+                return self._binary(e)
+            case flat.If():
+                for condition, value in e.branches:
+                    if self.value(condition):
+                        return self.value(value)
+                return self.value(e.otherwise)
+            case flat.Array():
+                return [self.value(i) for i in e.items]
+            case flat.Range():
+                return self._range(e)
+            case flat.Index():
+                return compute.index(self.value(e.base), self._subscripts(e.subscripts), e.span)
+            case flat.Field():
+                record = self.value(e.base)
+                return _field(record, e.name)
+            case flat.Record():
+                names = [n for n, _ in e.type.fields]
+                return dict(zip(names, [self.value(i) for i in e.items], strict=True))
+            case flat.Builtin():
+                return self._builtin(e)
+            case flat.Call():
+                return self._call(e)
+            case flat.Comprehension():
+                return self._comprehension(e)
+        raise NotConstant("this expression has no value before the run", e.span)
+
+    def _binary(self, e: flat.Binary) -> Value:
+        left = self.value(e.left)
+        if e.op == "and" and left is False:
+            return False
+        if e.op == "or" and left is True:
+            return True
+        result = compute.binary(e.op, left, self.value(e.right), e.span)
+        if e.type.base is flat.Base.REAL and not e.type.dims and isinstance(result, int):
+            return float(result)
+        return result
+
+    def _reference(self, e: flat.Reference) -> Value:
+        if self.frame is not None and e.name in self.frame:
+            value = self.frame[e.name]
+            if value is None:
+                raise NotConstant(f"`{e.name}` is used before it has a value", e.span)
+        else:
+            leaf = self._leaf(e.name)
+            if leaf is None:
+                raise NotConstant(f"`{e.name}` has no value before the run", e.span)
+            if leaf.variability > flat.Variability.PARAMETER:
+                raise NotConstant(f"`{e.name}` is a variable, not a parameter", e.span)
+            value = self.leaf_value(leaf)
+        if not e.subscripts:
+            return value
+        return compute.index(value, self._subscripts(e.subscripts), e.span)
+
+    def _leaf(self, name: str) -> Leaf | None:
+        if self.session is None or self.closed or name in self.hidden:
+            return None
+        return self.session.leaves.get(name)
+
+    def _subscripts(self, subscripts: tuple[flat.Expression, ...]) -> list[Value | None]:
+        return [None if isinstance(s, flat.Slice) else self.value(s) for s in subscripts]
+
+    def leaf_value(self, leaf: Leaf) -> Value:
+        """The value of a constant or parameter from its binding."""
+        if leaf.evaluated is not None and (leaf.shapes or not self.mark):
+            return leaf.evaluated
+        if self.mark:
+            leaf.structural = leaf.shapes = True
+        binding = bindings.leaf_binding(leaf)
+        if binding is None:
+            binding = self._from_start(leaf)
+        if leaf.evaluating:
+            raise error("F282", f"the value of `{leaf.name}` depends on itself", leaf.span)
+        leaf.evaluating = True
+        try:
+            value = Evaluator(self.session, self.mark).value(binding)
+        finally:
+            leaf.evaluating = False
+        leaf.evaluated = _cast(value, leaf.type, binding.type)
+        return leaf.evaluated
+
+    def _from_start(self, leaf: Leaf) -> flat.Expression:
+        attributes = bindings.attributes_of(leaf)
+        if _is_false(attributes.fixed):
+            raise NotConstant(f"`{leaf.name}` gets its value at the start of the run", leaf.span)
+        start = attributes.start
+        if start is None or leaf.variability is flat.Variability.CONSTANT:
+            kind = leaf.variability.name.lower()
+            raise NotConstant(f"the {kind} `{leaf.name}` has no value", leaf.span)
+        return start
+
+    def with_frame(self, frame: Frame | None) -> Evaluator:
+        inner = Evaluator(self.session, self.mark, frame, self.hidden)
+        inner.closed = self.closed
+        inner.depth = self.depth
+        return inner
+
+    def _range(self, e: flat.Range) -> Value:
+        first, last = self.value(e.start), self.value(e.stop)
+        step = 1 if e.step is None else self.value(e.step)
+        numbers = all(isinstance(v, int | float) for v in (first, last, step))
+        if not numbers:
+            raise NotConstant("a range needs numbers", e.span)
+        count = range_count(float(first), float(step), float(last), e.span)  # type: ignore[arg-type]
+        if count > 10_000_000:
+            raise error("F252", f"a range of {count:,} values is too long", e.span)
+        return [first + k * step for k in range(count)]  # type: ignore[operator]
+
+    def _builtin(self, e: flat.Builtin) -> Value:
+        if e.function in compute.IDENTITIES:
+            return self.value(e.arguments[-1 if e.function == "smooth" else 0])
+        if e.function == "size":
+            return self._size(e)
+        function = compute.FUNCTIONS.get(e.function)
+        if function is None:
+            what = "`time`" if e.function == "time" else f"`{e.function}(...)`"
+            raise NotConstant(f"{what} has no value before the run", e.span)
+        values = [self.value(a) for a in e.arguments]
+        return compute.apply(function, values, e)
+
+    def _size(self, e: flat.Builtin) -> Value:
+        """`size` needs the type only, where that is known."""
+        array, *dimension = e.arguments
+        dims: list[int | None] = list(array.type.dims)
+        if any(d is None for d in dims):
+            dims = list(compute.shape(self.value(array)))
+        if not dimension:
+            return [int(d or 0) for d in dims]
+        k = self.value(dimension[0])
+        if not isinstance(k, int) or not 1 <= k <= len(dims):
+            raise error("F218", f"there is no dimension {k}", e.span)
+        return dims[k - 1] or 0
+
+    def _call(self, e: flat.Call) -> Value:
+
+        assert self.session is not None
+        function = self.session.functions.get(e.function)
+        if function is None:
+            raise NotConstant(f"`{e.function}` calls itself", e.span)
+        arguments = [self.value(a) for a in e.arguments]
+        results = interpret.run_function(function, arguments, self, e.span)
+        return results[e.output or 0]
+
+    def _comprehension(self, e: flat.Comprehension) -> Value:
+        return compute.reduce(e.reduce, self._iterate(e, 0, dict(self.frame or {})))
+
+    def _iterate(self, e: flat.Comprehension, k: int, frame: Frame) -> list[Value]:
+        if k == len(e.iterators):
+            return [self.with_frame(frame).value(e.body)]
+        name, range_ = e.iterators[k]
+        values = self.with_frame(frame).value(range_)
+        assert isinstance(values, list)
+        found: list[Value] = []
+        for value in values:
+            inner = self._iterate(e, k + 1, {**frame, name: value})
+            nested = e.reduce == "array" and k + 1 < len(e.iterators)
+            found += [inner] if nested else inner
+        return found
+
+
+def _field(record: Value, name: str) -> Value:
+    if isinstance(record, list):
+        return [_field(r, name) for r in record]
+    assert isinstance(record, dict)
+    return record[name]
+
+
+def _cast(value: Value, type_: flat.Type, actual: flat.Type) -> Value:
+    """An Integer value of a Real variable is a Real."""
+    if type_.base is flat.Base.REAL and actual.base is flat.Base.INTEGER:
+        return _to_float(value)
+    return value
+
+
+def _to_float(value: Value) -> Value:
+    if isinstance(value, list):
+        return [_to_float(v) for v in value]
+    return float(value) if isinstance(value, int) else value
+
+
+def _is_false(fixed: flat.Expression | None) -> bool:
+    """`fixed = false`, for all entries of an array."""
+    if isinstance(fixed, flat.Array):
+        return bool(fixed.items) and all(_is_false(item) for item in fixed.items)
+    return isinstance(fixed, flat.Literal) and fixed.value is False

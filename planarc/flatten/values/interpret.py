@@ -1,0 +1,230 @@
+"""Running a function while compiling, when all its arguments are constants.
+
+In:   flat.Function, argument values
+Out:  the values of its results
+
+Reference: Modelica Language Specification 3.6, sections 11.2 and 12.4.4.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from planarc.core.diagnostic import error
+from planarc.core.source import Span
+from planarc.flatten.typing.conform import counted
+from planarc.flatten.values import compute, evaluator
+from planarc.flatten.values.constant import NotConstant, Value
+from planarc.flatten.values.foreign import external_values
+from planarc.ir import flat
+
+MAX_STEPS = 2_000_000
+MAX_CALLS = 200  # functions inside functions
+
+
+class _Leave(Exception):
+    """`break` or `return`."""
+
+    def __init__(self, whole: bool) -> None:
+        self.whole = whole
+
+
+class _Run:
+    """One call: the variables and a share of the steps."""
+
+    def __init__(self, function: flat.Function, evaluator: evaluator.Evaluator, depth: int) -> None:
+        self.function = function
+        self.frame: dict[str, Value] = {}
+        self.evaluator = evaluator.with_frame(self.frame)
+        self.evaluator.depth = depth
+        self.evaluator.closed = True
+        self.steps = 0
+
+    def value(self, expression: flat.Expression) -> Value:
+        return self.evaluator.value(expression)
+
+    def declare(self, variable: flat.Variable) -> None:
+        if variable.binding is not None:
+            self.frame[variable.name] = self.value(variable.binding)
+        else:
+            self.frame[variable.name] = self._empty(variable)
+
+    def _empty(self, variable: flat.Variable) -> Value:
+        dims = []
+        for k, size in enumerate(variable.type.dims):
+            expression = variable.sizes[k] if k < len(variable.sizes) else None
+            known = self.value(expression) if expression is not None else size
+            dims.append(int(known) if isinstance(known, int) else 0)
+        return compute.fill(_default(variable.type), *dims) if dims else _default(variable.type)
+
+    def external(self, span: Span) -> list[Value]:
+        """The outputs of an external function."""
+        session = self.evaluator.session
+        assert session is not None
+        given = [self.value(e) for e in self.function.given]
+        empty = {v.name: self._empty(v) for v in self.function.outputs}
+        found = external_values(self.function, given, empty, session, span)
+        return [found[v.name] for v in self.function.outputs]
+
+    def run(self, statements: tuple[flat.Statement, ...]) -> None:
+        for statement in statements:
+            self.steps += 1
+            if self.steps > MAX_STEPS:
+                raise NotConstant(f"`{self.function.name}` takes too many steps", statement.span)
+            self.step(statement)
+
+    def step(self, statement: flat.Statement) -> None:
+        match statement:
+            case flat.Assignment(target=target, value=value):
+                self.assign(target, self.value(value))
+            case flat.TupleAssignment(targets=targets, value=call):
+                self._assign_results(targets, call)
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                bodies = (body for condition, body in branches if self.value(condition))
+                self.run(next(bodies, otherwise))
+            case flat.ForStatement():
+                self._loop(statement)
+            case flat.WhileStatement(condition=condition, body=body):
+                while self.value(condition):
+                    if self._turn(body):
+                        break
+            case flat.Break():
+                raise _Leave(whole=False)
+            case flat.Return():
+                raise _Leave(whole=True)
+            case flat.Assert(condition=condition, message=message, warning=warning):
+                if not self.value(condition) and not warning:
+                    raise error("F288", f"assertion failed: {self.value(message)}", statement.span)
+            case _:
+                raise NotConstant("this statement cannot be run before the run", statement.span)
+
+    def _loop(self, statement: flat.ForStatement) -> None:
+        values = self.value(statement.range)
+        assert isinstance(values, list)
+        hidden = self.frame.get(statement.iterator)
+        for value in values:
+            self.frame[statement.iterator] = value
+            if self._turn(statement.body):
+                break
+        self.frame.pop(statement.iterator, None)
+        if hidden is not None:
+            self.frame[statement.iterator] = hidden
+
+    def _turn(self, body: tuple[flat.Statement, ...]) -> bool:
+        """One turn of a loop; True when it was left."""
+        self.steps += 1
+        try:
+            self.run(body)
+        except _Leave as leave:
+            if leave.whole:
+                raise
+            return True
+        return False
+
+    def _assign_results(self, targets: tuple[flat.Target | None, ...], call: flat.Call) -> None:
+        session = self.evaluator.session
+        assert session is not None
+        inner = session.functions.get(call.function)
+        if inner is None:
+            raise NotConstant(f"`{call.function}` is not known", call.span)
+        arguments = [self.value(a) for a in call.arguments]
+        results = run_function(inner, arguments, self.evaluator, call.span)
+        for target, value in zip(targets, results, strict=False):
+            if target is not None:
+                self.assign(target, value)
+
+    def assign(self, target: flat.Target, value: Value) -> None:
+        if not isinstance(target, flat.Reference):
+            raise NotConstant("variables of a model have no value before the run", target.span)
+        name, *fields = target.name.split(".") if target.name not in self.frame else [target.name]
+        indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
+        old = self.frame.get(name, 0.0)
+        self.frame[name] = _stored_field(old, fields, indices, value, target.span)
+
+
+def _default(type_: flat.Type) -> Value:
+    match type_.base:
+        case flat.Base.REAL:
+            return 0.0
+        case flat.Base.BOOLEAN:
+            return False
+        case flat.Base.STRING:
+            return ""
+        case flat.Base.RECORD:
+            return {
+                n: compute.fill(_default(t), *[d or 0 for d in t.dims]) for n, t in type_.fields
+            }
+    return 0 if type_.base is flat.Base.INTEGER else 1
+
+
+def _stored_field(
+    old: Value, fields: list[str], indices: list[Value | None], value: Value, span: Span
+) -> Value:
+    """`old` with the field (of the entry at the first indices) replaced."""
+    if not fields:
+        return _stored(old, indices, value, span)
+    if isinstance(old, dict):
+        inner = _stored_field(old.get(fields[0], 0.0), fields[1:], indices, value, span)
+        return {**old, fields[0]: inner}
+    first = indices[0] if indices else None
+    if not isinstance(old, list) or not isinstance(first, int):
+        raise NotConstant("fields of several records are assigned at once", span)
+    if not 1 <= first <= len(old):
+        raise error("F219", f"the index {first} is outside of 1 to {len(old)}", span)
+    entry = _stored_field(old[first - 1], fields, indices[1:], value, span)
+    return [*old[: first - 1], entry, *old[first:]]
+
+
+def _place(index: Value, old: list[Value], span: Span) -> int:
+    place = int(index)  # type: ignore[arg-type]
+    if not 1 <= place <= len(old):
+        raise error("F219", f"the index {place} is outside of 1 to {len(old)}", span)
+    return place
+
+
+def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -> Value:
+    """`old` with the entry at the indices replaced."""
+    if not indices:
+        return value
+    if not isinstance(old, list):
+        raise error("F218", "too many subscripts", span)
+    new = list(old)
+    first, rest = indices[0], indices[1:]
+    if first is None or isinstance(first, list):
+        places = range(1, len(old) + 1) if first is None else first
+        if isinstance(value, list) and len(value) != len(places):
+            message = f"{counted(len(value), 'value')} cannot be assigned to {len(places)} places"
+            raise error("F270", message, span)
+        for k, place in enumerate(places):
+            at = _place(place, old, span)
+            entry = value[k] if isinstance(value, list) else value
+            new[at - 1] = _stored(old[at - 1], rest, entry, span)
+        return new
+    place = _place(first, old, span)
+    new[place - 1] = _stored(old[place - 1], rest, value, span)
+    return new
+
+
+def run_function(
+    function: flat.Function, arguments: list[Value], evaluator: evaluator.Evaluator, span: Span
+) -> list[Value]:
+    """The results of a call with known arguments."""
+    depth = evaluator.depth + 1
+    if depth > MAX_CALLS:
+        raise NotConstant(f"`{function.name}` calls itself too often", span)
+    if function.derivative_of is not None:
+        raise NotConstant(f"`{function.name}` is a derivative", span)
+    run = _Run(function, evaluator, depth)
+    for variable, value in zip(function.inputs, arguments, strict=True):
+        run.frame[variable.name] = value
+    if function.external in compute.FUNCTIONS:
+        builtin = compute.FUNCTIONS[function.external]
+        call = flat.Builtin(function.outputs[0].type, span, function.external)
+        return [compute.apply(builtin, arguments, call)]
+    if function.external is not None:
+        return run.external(span)
+    for variable in (*function.locals, *function.outputs):
+        run.declare(variable)
+    with suppress(_Leave):
+        run.run(function.body)
+    return [run.frame[v.name] for v in function.outputs]

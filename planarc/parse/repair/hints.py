@@ -1,0 +1,320 @@
+"""Syntax errors in words: what was expected, what stands there, what to do.
+
+In:   Trouble, Repair   where the automaton stopped, and what would mend it
+Out:  Diagnostic        the message for the one who wrote the text
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.parse.repair.expected import expected
+from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
+
+_OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
+_BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}
+
+#: What a rule is called when it has ended.
+_ENDED = {
+    "equality": "the equation",
+    "call_equation": "the equation",
+    "connect_equation": "`connect(...)`",
+    "if_equation": "`end if`",
+    "if_statement": "`end if`",
+    "for_equation": "`end for`",
+    "for_statement": "`end for`",
+    "when_equation": "`end when`",
+    "when_statement": "`end when`",
+    "while_statement": "`end while`",
+    "assignment": "the statement",
+    "tuple_assignment": "the statement",
+    "call_statement": "the statement",
+    "break_statement": "`break`",
+    "return_statement": "`return`",
+    "component_element": "the declaration",
+    "class_element": "the class",
+    "class_definition": "the class",
+    "extends_clause": "the `extends` clause",
+    "import_as": "the import",
+    "import_all": "the import",
+    "import_some": "the import",
+    "import_class": "the import",
+    "external": "the `external` clause",
+}
+
+
+def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
+    """One diagnostic; the first explanation that knows the case gives it."""
+    for explanation in _EXPLANATIONS:
+        diagnostic = explanation(trouble, repair)
+        if diagnostic is not None:
+            break
+    else:
+        diagnostic = expected(trouble)
+    hint = diagnostic.hint or _misspelt_hint(trouble)
+    return replace(diagnostic, hint=hint)
+
+
+# Cases that have a name ----------------------------------------------------------------
+
+
+def _operators_in_a_row(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if token.type not in ("PLUS", "SIGN") or not previous or previous.type not in _OPERATORS:
+        return None
+    hint = f"put the sign and its operand in parentheses: `{previous.text} ({token.text}...)`"
+    message = f"`{token.text}` cannot follow `{previous.text}`"
+    return Diagnostic("P101", message, token.span, hint=hint)
+
+
+def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Relations and powers have no associativity (3.2)."""
+    token = trouble.token
+    if token.type == "POWER" and "POWER" in trouble.open_symbols:
+        hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
+        return Diagnostic("P101", f"`{token.text}` cannot be chained", token.span, hint=hint)
+    if token.type == "RELATION" and "RELATION" in trouble.open_symbols:
+        hint = "compare two at a time: `a < b and b < c`"
+        return Diagnostic("P101", "comparisons cannot be chained", token.span, hint=hint)
+    return None
+
+
+def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if token.text == "*" and previous and previous.text == "*":
+        hint = "write `^` for a power"
+        return Diagnostic("P101", "`**` is no operator", previous.span.to(token.span), hint=hint)
+    return None
+
+
+def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """`.5` is a point and an integer: one of the two does not fit."""
+    for at in (trouble.at, trouble.at - 1):
+        point, *digits = trouble.tokens[at : at + 2] if at >= 0 else (trouble.token,)
+        if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
+            continue
+        before = trouble.tokens[at - 1] if at else None
+        touching = before is not None and before.span.end == point.span.start
+        if touching and before and before.type in ("IDENT", "RPAR", "RSQB"):
+            continue
+        number = f".{digits[0].text}"
+        message = f"`{number}` is no number: a digit stands before the point"
+        span = point.span.to(digits[0].span)
+        return Diagnostic("P101", message, span, hint=f"write `0{number}`")
+    return None
+
+
+def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.inserted not in _SECTIONS:
+        return None
+    message, hint = _SECTIONS[repair.inserted]
+    span = trouble.tokens[trouble.begin].span.to(trouble.token.span)
+    return Diagnostic("P113", message, span, hint=hint)
+
+
+_SECTIONS = {
+    ("EQUATION",): ("an equation cannot stand among declarations", "write `equation` above it"),
+    ("ALGORITHM",): ("a statement cannot stand among declarations", "write `algorithm` above it"),
+    ("PUBLIC",): (
+        "a declaration cannot stand here",
+        "move it above `equation` or `algorithm`, or write `public` or `protected` above it",
+    ),
+}
+
+
+def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.dropped != 1:
+        return None
+    token = trouble.token
+    pair = (token.type, *repair.inserted)
+    if pair == ("ASSIGN", "EQUAL"):
+        in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
+        what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
+        message = f"{what} is written with `=`; `:=` assigns, in algorithms only"
+        return Diagnostic("P111", message, token.span, hint="write `=`")
+    if pair == ("EQUAL", "ASSIGN"):
+        message = "a statement assigns with `:=`; `=` is for equations"
+        return Diagnostic("P111", message, token.span, hint="write `:=`")
+    if pair == ("EQUAL", "IN"):
+        message = "an iterator takes its values with `in`"
+        return Diagnostic("P111", message, token.span, hint="write `in`")
+    if pair == ("EQUAL", "RELATION"):
+        message = "`=` does not compare"
+        return Diagnostic("P111", message, token.span, hint="write `==`")
+    return None
+
+
+def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token = trouble.token
+    if not repair or repair.inserted != ("IDENT",) or repair.dropped != 1:
+        return None
+    if token.text not in trouble.terminals.keywords:
+        return None
+    if trouble.previous and trouble.previous.type == "END":
+        return None
+    message = f"`{token.text}` is a reserved word and cannot be a name"
+    hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
+    return Diagnostic("P105", message, token.span, hint=hint)
+
+
+def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """`end for` for `end if`, or no `end if` at all."""
+    token, previous = trouble.token, trouble.previous
+    if not repair:
+        return None
+    opened = trouble.opened
+    related = (Related(f"`{opened.text}` begins here", opened.span),) if opened else ()
+    if previous and previous.type == "END" and repair.dropped == 1 and repair.inserted:
+        word = BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
+        message = f"expected `end {word}`, not `end {token.text}`"
+        return Diagnostic("P102", message, token.span, related=related)
+    blocks = [kind for kind in repair.inserted if kind in BLOCKS]
+    if "END" in repair.inserted and blocks:
+        found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
+        message = f"missing `end {BLOCKS[blocks[0]]};` before `{found}`"
+        return Diagnostic("P112", message, token.span, hint=_else_if_hint(trouble), related=related)
+    return None
+
+
+def _else_if_hint(trouble: Trouble) -> str | None:
+    opened = trouble.opened_index
+    since = trouble.tokens[opened : trouble.at] if opened is not None else ()
+    if any(a.type == "ELSE" and b.type == "IF" for a, b in pairwise(since)):
+        return "write `elseif` for `else if`, or end both"
+    return None
+
+
+def _first_word(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.at != trouble.begin or len(repair.inserted) != 1:
+        return None
+    word, first = repair.inserted[0].lower(), trouble.tokens[trouble.begin]
+    return Diagnostic("P101", f"expected `{word}` before {shown(first)}", first.span)
+
+
+def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if not repair or repair.inserted or not previous or previous.type != "END":
+        return None
+    if token.type not in BLOCKS:
+        return None
+    span = previous.span.to(token.span)
+    return Diagnostic("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
+
+
+def _misspelt_hint(trouble: Trouble) -> str | None:
+    """A name near the error that is almost a keyword."""
+    from difflib import get_close_matches
+
+    words = [t for t in sorted(trouble.terminals.keywords) if len(t) > 2]
+    near = range(trouble.at, max(trouble.at - 4, -1), -1)
+    for index in dict.fromkeys((*near, trouble.begin)):
+        token = trouble.tokens[index]
+        if token.type != "IDENT":
+            continue
+        close = get_close_matches(token.text.lower(), words, 1, 0.8)
+        if close:
+            return f"write `{close[0]}`, if that is what `{token.text}` means"
+    return None
+
+
+def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if repair and repair.inserted == ("ELSEIF",):
+        word = trouble.tokens[trouble.begin]
+        return Diagnostic("P101", f"expected `elseif`, not `{word.text}`", word.span)
+    return None
+
+
+def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if trouble.token.type != "$END":
+        return None
+    after = trouble.after
+    bracket = trouble.open_bracket
+    if bracket is not None:
+        message = f"this `{bracket.text}` is never closed"
+        return Diagnostic("P103", message, bracket.span)
+    if repair and repair.inserted == ("SEMICOLON",):
+        return None
+    opened = trouble.opened
+    if opened is None:
+        return None
+    related = (Related(f"`{opened.text}` begins here", opened.span),)
+    message = f"the text ends, `end {opened.text};` is missing"
+    return Diagnostic("P112", message, after, related=related)
+
+
+def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """One token, or an expression, left out."""
+    if not repair or repair.dropped or not repair.inserted:
+        return None
+    kind, token, previous = repair.inserted[0], trouble.token, trouble.previous
+    if kind == "SEMICOLON":
+        finished = trouble.automaton.finished(trouble.stack, "SEMICOLON")
+        ended = next((_ENDED[name] for name in reversed(finished) if name in _ENDED), None)
+        where = ended or (f"`{previous.text}`" if previous else "this")
+        return Diagnostic("P101", f"expected `;` after {where}", trouble.after)
+    if kind in _BRACKETS:
+        opened = trouble.open_bracket
+        related = (Related(f"`{opened.text}` opens here", opened.span),) if opened else ()
+        message = f"expected `{_BRACKETS[kind][1]}` before {shown(token)}"
+        return Diagnostic("P103", message, trouble.after, related=related)
+    if kind == "IDENT":
+        return None
+    if kind == "TIMES" and previous:
+        message = f"expected an operator between `{previous.text}` and {shown(token)}"
+        return Diagnostic("P101", message, token.span, hint="write `*` for a product")
+    if kind == "ELSE":
+        message = "an `if` expression needs an `else` part"
+        return Diagnostic("P101", message, trouble.after)
+    message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
+    return Diagnostic("P101", message, trouble.after)
+
+
+def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """One word for another."""
+    if not repair or repair.dropped != 1 or repair.inserted not in (("THEN",), ("LOOP",)):
+        return None
+    token, word = trouble.token, repair.inserted[0].lower()
+    return Diagnostic("P101", f"expected `{word}`, not {shown(token)}", token.span)
+
+
+def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    opened, previous = trouble.opened, trouble.previous
+    if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
+        return None
+    message = f"expected `{opened.text}` after `end`"
+    related = (Related(f"`{opened.text}` begins here", opened.span),)
+    return Diagnostic("P102", message, trouble.after, related=related)
+
+
+def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.inserted or repair.dropped != 1:
+        return None
+    token = trouble.token
+    for opening, closing in _BRACKETS.values():
+        if token.text == closing:
+            return Diagnostic("P103", f"no `{opening}` is open for this `{closing}`", token.span)
+    return None
+
+
+_EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _operators_in_a_row,
+    _chained,
+    _power_sign,
+    _bare_fraction,
+    _end_of_text,
+    _wrong_section,
+    _first_word,
+    _equal_signs,
+    _reserved,
+    _wrong_end,
+    _stray_end,
+    _else_if,
+    _nameless_end,
+    _missing,
+    _instead,
+    _superfluous,
+)

@@ -1,0 +1,201 @@
+"""Looks for the small change after which a text can be read on.
+
+In:   Trouble, Place     a token that does not fit, and where its statement begins
+Out:  Repair             tokens put in, left out or replaced, or text skipped
+
+Tried are, in this order: errors with a form of their own (a section forgotten, a
+stray `end if`); one token put in, left out or replaced, of which the one after
+which most tokens fit is taken; and skipping to the next `;` or section.
+
+Example: in `x = f(a; y = 2;` the token `;` does not fit; with `)` put in before
+it, the eight tokens that follow do.
+
+Promises:  the token that did not fit is behind the place where reading goes on,
+           or fits there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from planarc.parse.grammar.automaton import Stack
+from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
+
+#: Tokens after a repair that are looked at, and how many of them have to fit.
+_AHEAD = 8
+_ENOUGH = 3
+_FAR_AHEAD = 60
+#: Places tried when text is skipped.
+_MAX_SKIPS = 300
+
+_RESTARTS = frozenset({"EQUATION", "ALGORITHM", "INITIAL_SECTION", "PUBLIC", "PROTECTED", "END"})
+_CLOSERS = frozenset({"SEMICOLON", "COMMA", "RPAR", "RSQB", "RBRACE"})
+#: `2 x`, `2(a + b)`, `(a + b)(c + d)`
+_PRODUCTS = frozenset(
+    {(number, after) for number in ("INTEGER", "REAL") for after in ("IDENT", "LPAR")}
+    | {("RPAR", "LPAR")}
+)
+
+#: The words that begin what this one goes on with.
+_BEGINS = {"THEN": ("IF", "ELSEIF", "WHEN"), "LOOP": ("WHILE", "FOR"), "IN": ("FOR",)}
+
+#: What is put in, most likely first.
+_INSERTED: tuple[tuple[str, ...], ...] = (
+    *(("SEMICOLON",), ("COMMA",), ("RPAR",), ("RSQB",), ("RBRACE",), ("THEN",), ("LOOP",)),
+    *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
+)
+#: What is put in the place of a token.
+_REPLACED = {
+    "ASSIGN": ("EQUAL",),
+    "EQUAL": ("ASSIGN", "RELATION", "IN"),
+    "IDENT": ("THEN", "LOOP"),
+}
+_INSERTED_LAST: tuple[tuple[str, ...], ...] = (
+    ("IDENT",),
+    ("LPAR",),
+    *((block, "SEMICOLON", "END") for block in BLOCKS),
+)
+_INSERTED_LAST += tuple(("END", block, "SEMICOLON") for block in BLOCKS)
+
+
+class Place(NamedTuple):
+    """Where a statement, equation or declaration begins."""
+
+    stack: Stack
+    at: int
+
+
+def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
+    """None where nothing helps: the rest of the text is not read."""
+    kinds = [token.type for token in trouble.tokens]
+    tries = (_misspelt_elseif, _stray_end, _first_word, _other_section, _small_change, _skip)
+    return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
+
+
+def _small_change(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """One token put in, left out or replaced, so that most of the following ones fit."""
+    automaton, at = trouble.automaton, trouble.at
+    best: Repair | None = None
+    best_score = 0
+    for inserted, dropped in _candidates(trouble):
+        stack: Stack | None = trouble.stack
+        for kind in inserted:
+            stack = automaton.shift(stack, kind, at) if stack else None
+        if stack is None:
+            continue
+        ahead = kinds[at + dropped : at + dropped + _AHEAD]
+        score = automaton.advance(stack, ahead)
+        enough = 1 if inserted == ("SEMICOLON",) and trouble.on_new_line else _ENOUGH
+        mended = inserted and "SEMICOLON" in ahead[:score]
+        if score < min(enough, len(ahead)) and not mended and kinds[at] != "$END":
+            continue
+        if score > best_score:
+            best, best_score = Repair(inserted, dropped, stack, at + dropped), score
+    return best
+
+
+def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
+    """What to put in, and how many tokens to leave out."""
+    token, previous = trouble.token, trouble.previous
+    if previous and (previous.type, token.type) in _PRODUCTS:
+        yield ("TIMES",), 0
+    for inserted in _INSERTED:
+        yield inserted, 0
+    if token.type == "$END":
+        return
+    for right in _REPLACED.get(token.type, ()):
+        yield (right,), 1
+    if token.text in trouble.terminals.keywords:
+        yield ("IDENT",), 1
+    if previous and previous.type == "END":
+        for block in BLOCKS:
+            yield (block,), 1
+        for name in (*BLOCKS, "IDENT"):
+            yield (name,), 0
+    yield ("TIMES",), 0
+    if token.type in _CLOSERS:  # rather an expression missing than one token too many
+        yield ("IDENT",), 0
+    yield (), 1
+    for inserted in _INSERTED_LAST:
+        yield inserted, 0
+
+
+def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    word = trouble.tokens[begin.at]
+    if begin.at != trouble.at - 1 or word.type != "IDENT":
+        return None
+    if word.text.lower() not in ("elif", "elsif", "elseif"):
+        return None
+    stack = trouble.automaton.shift(begin.stack, "ELSEIF", begin.at)
+    return Repair(("ELSEIF",), 0, stack, trouble.at, begin.at) if stack else None
+
+
+def _stray_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """`end if` where no block is open."""
+    at = trouble.at
+    if begin.at != at - 1 or kinds[begin.at] != "END" or kinds[at] not in BLOCKS:
+        return None
+    if trouble.automaton.shift(trouble.stack, "IDENT", at) is None:
+        return None
+    return Repair((), 1, begin.stack, at + 1 + (kinds[at + 1] == "SEMICOLON"), begin.at)
+
+
+def _first_word(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """`a > 1 then` without its `if`; `if;` without its `end`."""
+    at, automaton = trouble.at, trouble.automaton
+    if kinds[at] == "SEMICOLON" and kinds[at - 1] in BLOCKS and begin.at == at - 1:
+        tried = [("END",)]
+    else:
+        tried = [(block,) for block in _BEGINS.get(kinds[at], ())]
+    best: Repair | None = None
+    best_score = at - begin.at
+    for inserted in tried:
+        stack = automaton.shift(begin.stack, inserted[0], begin.at)
+        if stack is None:
+            continue
+        score = automaton.advance(stack, kinds[begin.at : at + _FAR_AHEAD])
+        if score > best_score:
+            best, best_score = Repair(inserted, 0, stack, begin.at, begin.at), score
+    return best
+
+
+def _other_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """An equation among the declarations, or a declaration among the equations."""
+    automaton = trouble.automaton
+    read = trouble.at - begin.at
+    following = kinds[begin.at : begin.at + read + _ENOUGH]
+    among_declarations = automaton.shift(begin.stack, "PARAMETER", begin.at) is not None
+    for section in ("EQUATION", "ALGORITHM") if among_declarations else ("PUBLIC",):
+        stack = automaton.shift(begin.stack, section, begin.at)
+        if not stack or automaton.advance(stack, following) < len(following):
+            continue
+        if among_declarations:
+            return Repair((section,), 0, stack, begin.at, begin.at)
+        ended = kinds.index("SEMICOLON", trouble.at) if "SEMICOLON" in kinds[trouble.at :] else 0
+        if ended:  # the declaration is left out
+            return Repair((section,), 0, begin.stack, ended + 1, begin.at)
+    return None
+
+
+def _skip(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Go on after the next `;` or at the next section, in the innermost place that fits."""
+    automaton = trouble.automaton
+    outer = [trouble.stack[:size] for size in range(len(trouble.stack), 0, -1)]
+    tried = 0
+    for at in range(trouble.at + 1, len(kinds)):
+        after_semicolon = kinds[at - 1] == "SEMICOLON"
+        if not after_semicolon and kinds[at] not in _RESTARTS:
+            continue
+        ahead = kinds[at : at + _AHEAD]
+        if after_semicolon and automaton.advance(begin.stack, ahead):
+            return Repair((), at - trouble.at, begin.stack, at, begin.at)
+        for stack in outer:
+            if automaton.advance(stack, ahead) == len(ahead):
+                left_out = trouble.stack[len(stack) :]
+                back_to = left_out[0].first if left_out else None
+                return Repair((), at - trouble.at, stack, at, back_to)
+        tried += 1
+        if tried > _MAX_SKIPS:
+            break
+    return None

@@ -1,0 +1,328 @@
+"""Redundant joints accepted: a program in which they are held once, and share their forces.
+
+In:   Dae, Mechanism
+Out:  Program; its `sharing` tells what was left out, None where nothing is redundant
+
+    surplus     equations that find no unknown are left out, by structure
+    share       the forces that are open then get equations (`structure.sharing`)
+    assemble    at the start, with all conditions met, those left out among them
+    depend      rows that follow from others wherever it can be (`solve.start.dependence`)
+
+Where other rows are dependent than those left out, these are left out instead, and the program is
+made once more. By how much each of them is missed stays a variable: a joint that does not fit is
+told, and a loop closes on the side on which the redundant joint fits, too.
+
+The forces that share are those at the frames of joints. Rigid parts that close a loop without a
+joint leave forces open that no joint knows of: then those at all frames of the model share.
+
+Example: of a parallelogram with a third bar one condition of four is left out; one force is open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
+from planarc.core.options import Backend, RunOptions
+from planarc.core.source import NOWHERE
+from planarc.ir.dae import MISFIT, Variable
+from planarc.ir.flat import StateSelect
+from planarc.ir.program import Condition, Sharing
+from planarc.ir.sorted import Fixed
+
+if TYPE_CHECKING:
+    from planarc.compiler import Clock
+    from planarc.ir.dae import Dae, Equation
+    from planarc.ir.mechanism import Mechanism
+    from planarc.ir.program import EquationInfo, Program
+    from planarc.ir.sorted import SortedDae
+    from planarc.solve.kernels.numpy.kernel import NumpyKernel
+    from planarc.solve.start.newton import Vector
+    from planarc.solve.start.system import System
+
+#: What is left out is looked for again so often.
+_ROUNDS = 3
+#: Messages of equations that do not fit unknowns, and of a start that does not assemble.
+_STRUCTURE, _ASSEMBLY = ("S301", "S302", "S303"), ("R411", "R412")
+
+
+def accept_redundancy(
+    dae: Dae, mechanism: Mechanism, clock: Clock
+) -> tuple[Program, tuple[Diagnostic, ...]]:
+    """The program, and a note where nothing is redundant.
+
+    Raises PlanarcError: what `structure` tells where equations are missing that no joint explains,
+    R417 where redundant joints do not fit, S316 where forces are open that cannot be shared.
+    """
+    with clock.phase("redundancy"):
+        made = _find(dae, mechanism, clock)
+    if made.program.sharing is not None:
+        return made.program, ()
+    return made.program, (_nothing(made),)
+
+
+class _Made(Data):
+    """A program, and where its equations come from."""
+
+    program: Program
+    model: SortedDae
+    kept: tuple[int, ...]  # numbers of its equations in the model as it is
+    left_out: tuple[int, ...]
+
+
+def _find(dae: Dae, mechanism: Mechanism, clock: Clock) -> _Made:
+    from planarc.structure.sharing import surplus_equations
+
+    frames = {frame for link in mechanism.links for frame in link.frames}
+    left_out = surplus_equations(dae, {frame.rpartition(".")[0] for frame in frames})
+    made = _make(dae, mechanism, left_out, clock)
+    for _ in range(_ROUNDS):
+        found = _dependent(made)
+        if found == left_out:
+            break
+        left_out = found
+        made = _make(dae, mechanism, left_out, clock)
+    if made.program.sharing is not None and not _can_be_solved(made.program):
+        made = _make(dae, mechanism, left_out, clock, everywhere=True)
+    return made
+
+
+def _make(
+    dae: Dae,
+    mechanism: Mechanism,
+    left_out: Sequence[int],
+    clock: Clock,
+    everywhere: bool = False,
+) -> _Made:
+    from planarc.codegen.pipeline import equation_info
+    from planarc.compiler import to_program, to_sorted
+    from planarc.structure.pipeline import structure
+    from planarc.structure.sharing import share_forces
+
+    kept = tuple(i for i in range(len(dae.equations)) if i not in left_out)
+    misfits = [_misfit_of(dae, k, i) for k, i in enumerate(left_out, 1)]
+    without = replace(
+        dae,
+        variables=(*dae.variables, *(v for v, _ in misfits)),
+        equations=(*(dae.equations[i] for i in kept), *(e for _, e in misfits)),
+    )
+    shared = share_forces(without, _cut_forces(dae, mechanism, everywhere))
+    try:
+        model = to_sorted(shared.dae, clock)
+    except PlanarcError as problem:
+        code = problem.diagnostics[0].code
+        if code not in _STRUCTURE:
+            raise
+        if not everywhere:
+            return _make(dae, mechanism, left_out, clock, everywhere=True)
+        structure(dae)  # what it tells of the model as it is
+        raise
+    model, names = _held_misfits(model, [v.name for v, _ in misfits])
+    program = replace(
+        to_program(model, clock), mechanism=mechanism, equations_before=len(dae.equations)
+    )
+    if shared.open:
+        held = dict(zip(names, program.fixed[len(program.fixed) - len(names) :], strict=True))
+        conditions = tuple(
+            Condition(v.name, held.get(v.name), equation_info(dae.equations[i]))
+            for (v, _), i in zip(misfits, left_out, strict=True)
+        )
+        program = replace(
+            program,
+            fixed=program.fixed[: len(program.fixed) - len(names)],
+            sharing=Sharing(shared.open, conditions, everywhere),
+        )
+    return _Made(program, model, kept, tuple(left_out))
+
+
+def _misfit_of(dae: Dae, number: int, equation: int) -> tuple[Variable, Equation]:
+    """The variable that tells by how much an equation is missed that is left out."""
+    source, name = dae.equations[equation], f"{MISFIT}[{number}]"
+    residual = dae.table.sub(source.left, source.right)
+    told = Variable(
+        name,
+        state_select=StateSelect.NEVER,
+        protected=True,
+        component=source.component,
+        span=source.span,
+    )
+    return told, replace(source, left=dae.table.symbol(name), right=residual, generated=False)
+
+
+def _held_misfits(model: SortedDae, names: Sequence[str]) -> tuple[SortedDae, list[str]]:
+    """The model with those misfits among its start conditions that move, and their names."""
+    targets = {a.name: a.target for a in model.aliases}
+    unknowns = {v.name for v in model.dae.variables}
+    # They follow from positions; what there is above them is there for few.
+    height = min(2, max((level.height for level in model.levels), default=0))
+    moving, added = [], []
+    for name in names:
+        symbol = targets.get(name, model.dae.table.symbol(name))
+        if symbol.is_symbol and symbol.name in unknowns:
+            moving.append(name)
+            zero = model.dae.table.zero
+            added.append(Fixed(symbol, zero, name, NOWHERE, False, False, height=height))
+    return replace(model, fixed=(*model.fixed, *added)), moving
+
+
+def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
+    """Those at all frames of joints, or of the model."""
+    from planarc.insight.topology import find_frames
+
+    frames: Iterable[str] = dict.fromkeys(f for joint in mechanism.joints for f in joint.frames)
+    if everywhere:
+        frames = find_frames(v.name for v in dae.variables)
+    return [f"{frame}.{name}" for frame in frames for name in ("f[1]", "f[2]", "t")]
+
+
+# Numbers at the start
+
+
+def _open(program: Program) -> tuple[NumpyKernel, float]:
+    """A kernel with start values, and the start time. NumPy's back end is there at once."""
+    from planarc.codegen.numpy.printer import source
+    from planarc.solve.events.iteration import Events
+    from planarc.solve.kernels.numpy.kernel import NumpyKernel
+    from planarc.solve.settings import resolve
+    from planarc.solve.simulate import set_workspace
+
+    kernel = NumpyKernel(program, source(program))
+    request = resolve(program, RunOptions(backend=Backend.NUMPY))
+    set_workspace(program, kernel, request)
+    Events(program, kernel, request.span).begin(request.start)
+    return kernel, request.start
+
+
+def _dependent(made: _Made) -> tuple[int, ...]:
+    """The equations of the model that are to be left out."""
+    from planarc.solve.kernels.numpy.support import without_lapack
+    from planarc.solve.start.dependence import dependent_rows
+    from planarc.solve.start.sharing import left_out_rows, strict
+    from planarc.solve.start.solve import solve_start
+
+    program = made.program
+    kernel, t = _open(program)
+    kernel.forgive()
+
+    conditions = program.sharing.conditions if program.sharing else ()
+    numbered = list(zip(conditions, made.left_out, strict=True))
+    held = [i for c, i in numbered if c.held is not None]
+    found = [i for c, i in numbered if c.held is None]
+
+    def judge(system: System, values: Vector) -> None:
+        others = dict(zip(left_out_rows(system), held, strict=True))
+        for row in dependent_rows(system, values, tuple(others)):
+            found.append(others[row] if row in others else _equation(made, system, row))
+
+    with without_lapack():
+        try:
+            solve_start(strict(program), kernel, t, judge=judge)
+        except PlanarcError as problem:
+            if problem.diagnostics[0].code not in _ASSEMBLY:
+                raise
+            raise _does_not_fit(problem, made) from None
+    return tuple(sorted(found))
+
+
+def _equation(made: _Made, system: System, row: int) -> int:
+    """The number in the model of the equation behind a row of a block."""
+    equations = made.model.equations
+    for i, block in system.blocks:
+        if row in system.block_rows[i]:
+            number = block.equations[row - system.block_rows[i].start]
+            while (before := equations[number].derived_from) is not None:
+                number = before
+            return made.kept[number]
+    raise AssertionError(f"row {row} belongs to no equation")
+
+
+def _can_be_solved(program: Program) -> bool:
+    from planarc.solve.kernels.numpy.support import without_lapack
+    from planarc.solve.start.solve import solve_start
+
+    kernel, t = _open(program)
+    with without_lapack():
+        try:
+            solve_start(program, kernel, t, judge=lambda system, values: None)
+        except PlanarcError as problem:
+            return problem.diagnostics[0].code != "R413"
+    return True
+
+
+# What is told
+
+
+def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
+    """The one condition without which the mechanism can be assembled as its start values say:
+    who does not fit, and by how much."""
+    import numpy as np
+
+    from planarc.solve.messages import trouble
+    from planarc.solve.start.dependence import least_misfit
+    from planarc.solve.start.failure import row_info
+    from planarc.solve.start.sharing import left_out_rows, strict
+    from planarc.solve.start.system import System
+
+    kernel, t = _open(made.program)
+    kernel.forgive()
+    system = System(strict(made.program), kernel, t)
+    guess = np.array([kernel.w[c.start] for c in made.program.candidates])
+    found = least_misfit(system, guess, left_out_rows(system))
+    info = None if found is None else row_info(system, found.row)
+    if found is None or info is None:
+        return None
+    names = _joints_at(made.program.mechanism, info.component)
+    return (
+        f"{trouble.names(names)} {'does' if len(names) == 1 else 'do'} not fit: with all other "
+        f"conditions met near the start values, `{info.text}` is off by {found.off:.3g}",
+        info,
+    )
+
+
+def _joints_at(mechanism: Mechanism | None, component: str) -> list[str]:
+    """The joints of the link that a component belongs to; itself where it is a joint."""
+    if mechanism is None or any(joint.name == component for joint in mechanism.joints):
+        return [component]
+    links = {
+        i
+        for i, link in enumerate(mechanism.links)
+        if any(frame.rpartition(".")[0] == component for frame in link.frames)
+    }
+    found = [joint.name for joint in mechanism.joints if not links.isdisjoint(joint.links)]
+    return found or [component]
+
+
+def _does_not_fit(problem: PlanarcError, made: _Made) -> PlanarcError:
+    """Conditions are left out by structure, but do not hold at the start."""
+    misfit = _misfit(made)
+    if misfit is None:
+        return problem
+    first, (message, info) = problem.diagnostics[0], misfit
+    return PlanarcError(
+        Diagnostic(
+            "R417",
+            message,
+            info.span,
+            hint="give the parts lengths with which they fit, or leave one out",
+            related=(Related(first.message, first.span),),
+        )
+    )
+
+
+def _nothing(made: _Made) -> Diagnostic:
+    """No joint is redundant. One that was meant to be so may not fit, where nothing moves."""
+    message = "no joint is redundant: each holds something that no other one holds"
+    misfit = None if made.program.state_count else _misfit(made)
+    if misfit is None:
+        return Diagnostic("R419", message, severity=Severity.NOTE)
+    return Diagnostic(
+        "R419",
+        f"{message}, and nothing can move; {misfit[0]}",
+        misfit[1].span,
+        Severity.WARNING,
+        hint="a bar that shall repeat others must have the length with which it fits",
+    )

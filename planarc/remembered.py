@@ -1,0 +1,123 @@
+"""Compiled and checked models, remembered on disk from one process to the next.
+
+An entry is found by the request alone (file name, text, class, roots), and counts
+only while every file that it was made from still has the content it had then.
+"""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planarc.core import cache
+from planarc.core.data import Data
+from planarc.core.options import Backend
+from planarc.request.request import Reader, Request, roots_of
+
+if TYPE_CHECKING:
+    from planarc.core.diagnostic import Diagnostic
+    from planarc.ir.mechanism import Mechanism, Mobility
+    from planarc.ir.program import Program
+
+_MODELS, _CHECKS = "models", "checks"
+
+
+class Remembered(Data):
+    """What a model was compiled to. `code` is that of one back end."""
+
+    program: Program
+    code: str | bytes
+    warnings: tuple[Diagnostic, ...]
+
+
+class Checked(Data):
+    """What a check told of a model that is right."""
+
+    name: str
+    equations_before: int
+    equations_after: int
+    states: int
+    warnings: tuple[Diagnostic, ...]
+    mechanism: Mechanism | None = None
+    mobility: Mobility | None = None  # where it was asked for
+
+
+def recall_check(request: Request) -> Checked | None:
+    """What a check of this request told before, None when that is not known any more."""
+    found = _recall(_CHECKS, _key(request))
+    return found[0] if found else None
+
+
+def remember_check(request: Request, reader: Reader, checked: Checked) -> None:
+    """Keep what was told, with the content of the files that it came from."""
+    _remember(_CHECKS, _key(request), reader, (checked,))
+
+
+def recall(request: Request, backend: Backend) -> Remembered | None:
+    """What this request was compiled to before, None when that is not known any more."""
+    from planarc.ir.store import loads
+
+    found = _recall(_MODELS, _key(request, backend.value, *_machine(backend)))
+    try:
+        return Remembered(loads(found[0]), found[1], found[2]) if found else None
+    except Exception:  # an entry that cannot be read is no entry
+        return None
+
+
+def remember(request: Request, backend: Backend, reader: Reader, made: Remembered) -> None:
+    """Keep what was compiled, with the content of the files that it came from."""
+    from planarc.ir.store import dumps
+
+    entry = (dumps(made.program, made.program.table), made.code, made.warnings)
+    _remember(_MODELS, _key(request, backend.value, *_machine(backend)), reader, entry)
+
+
+def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
+    """An entry whose files are as they were."""
+    stored = cache.load(kind, key)
+    if stored is None:
+        return None
+    try:
+        files, *entry = pickle.loads(stored)
+        return tuple(entry) if all(_unchanged(Path(p), k) for p, k in files) else None
+    except Exception:  # an entry that cannot be read is no entry
+        return None
+
+
+def _remember(kind: str, key: str, reader: Reader, entry: tuple[Any, ...]) -> None:
+    files = [(str(p), k) for p, k in sorted(reader.files.items())]
+    cache.store(kind, key, pickle.dumps((files, *entry), pickle.HIGHEST_PROTOCOL))
+
+
+def _key(request: Request, *more: str) -> str:
+    roots = roots_of(request)
+    listed = (f"{r.absolute()} {sorted(p.name for p in r.iterdir())}" for r in roots if r.is_dir())
+    file = str(request.file.absolute()) if request.file else ""
+    return cache.key(
+        str(request.file or ""),
+        file,
+        request.text or "",
+        request.class_name or "",
+        request.units.value,
+        request.redundant.value,
+        *(str(r) for r in roots),
+        *listed,
+        *more,
+    )
+
+
+def _machine(backend: Backend) -> tuple[str, ...]:
+    """Native code belongs to one kind of processor and one version of its compiler."""
+    if backend is not Backend.NATIVE:
+        return ()
+    from planarc.codegen.native.processor import key
+
+    return (key(),)
+
+
+def _unchanged(path: Path, key: str) -> bool:
+    try:
+        return cache.key(path.read_bytes()) == key
+    except OSError:
+        return False

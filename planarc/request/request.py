@@ -1,0 +1,211 @@
+"""What a user asks to be compiled, and the class that this means.
+
+A file with one model, or with a model named like the file (`four_bar.pmo` holds
+`FourBar`), needs no class name. Libraries are looked for in the roots that the
+user gives, then in those of MODELICAPATH, then in planarc's own.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import Redundant, Units
+from planarc.core.resources import stdlib
+from planarc.core.source import Source, decode
+
+if TYPE_CHECKING:
+    from planarc.flatten.library.library import Library
+    from planarc.ir import syntax
+
+#: Kinds of classes that can be simulated.
+MODELS = ("model", "block", "class")
+
+
+class Request(Data):
+    """A file, a class of a library, or a class of a file.
+
+    `text` takes the place of the file's content (a model that is no file).
+    """
+
+    file: Path | None = None
+    class_name: str | None = None
+    libraries: tuple[Path, ...] = ()
+    text: str | None = None
+    units: Units = Units.WARN
+    redundant: Redundant = Redundant.REFUSE
+
+
+class Reader(Struct):
+    """Parses files, keeps them, and counts the seconds that it takes."""
+
+    seconds: float = 0.0
+    files: dict[Path, str] = field(default_factory=dict)  # path -> content hash
+
+    def __call__(self, path: Path) -> syntax.StoredDefinition:
+        from planarc.core.cache import key
+        from planarc.request.substitutes import substitute
+
+        data = _bytes_of(path)
+        self.files[path.absolute()] = key(data)
+        stored = self.parse(Source(shown_name(path), decode(data), path))
+        return stored if path.is_relative_to(stdlib()) else substitute(stored, self)
+
+    def parse(self, source: Source) -> syntax.StoredDefinition:
+        from planarc.parse.parser import parse_text
+
+        begin = perf_counter()
+        try:
+            return parse_text(source)
+        finally:
+            self.seconds += perf_counter() - begin
+
+
+class Target(Data):
+    """A class to compile, with the libraries around it."""
+
+    library: Library
+    class_name: str
+    reader: Reader
+    warnings: tuple[Diagnostic, ...] = ()  # of the request, such as versions of libraries
+    units: Units = Units.WARN
+
+
+def shown_name(path: Path) -> str:
+    """How messages call a file: planarc's own ones without where it is installed."""
+    root = stdlib()
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
+
+
+def roots_of(request: Request) -> tuple[Path, ...]:
+    """Where libraries are looked for, in order."""
+    named = request.libraries
+    path = [Path(p) for p in os.environ.get("MODELICAPATH", "").split(os.pathsep) if p]
+    for root in named:
+        if not root.exists():
+            raise _usage(
+                "C104", f"there is no library `{root}`", "check the path after `--library`"
+            )
+    return (*named, *(p for p in path if p.exists()), stdlib())
+
+
+def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
+    """The libraries with the user's file in them, and the names that the file declares."""
+    from planarc.flatten.library.library import Library
+    from planarc.parse.parser import parse_annotation
+
+    reader = Reader()
+    library = Library(roots_of(request), reader, parse_annotation)
+    names: tuple[str, ...] = ()
+    if request.text is not None:
+        name = str(request.file or "<text>")
+        names = library.add_file(reader.parse(Source(name, request.text)))
+    elif request.file is not None:
+        stored = reader(request.file)
+        if not stored.classes:
+            raise _usage(
+                "C105",
+                f"`{request.file}` holds no class",
+                "write a model: `model Name ... end Name;`",
+            )
+        names = library.add_file(stored)
+    return library, reader, names
+
+
+def open_target(request: Request) -> Target:
+    """The class that a request means. Raises UsageError when it is not one."""
+    from planarc.request.uses import check_versions
+
+    library, reader, names = open_library(request)
+    name = _class_of(request, library, names)
+    return Target(library, name, reader, tuple(check_versions(library, name)), units=request.units)
+
+
+def _class_of(request: Request, library: Library, names: Sequence[str]) -> str:
+    wanted = request.class_name
+    if wanted is not None:
+        for name in (wanted, *(f"{n}.{wanted}" for n in names)):
+            if library.entry(name) is not None:
+                return name
+        raise _unknown(wanted, library, names)
+    models = [n for n in names if _is_model(library, n)]
+    stem = _plain(request.file.stem) if request.file else ""
+    like_file = [n for n in models if _plain(n.rpartition(".")[2]) == stem]
+    if len(like_file) == 1:
+        return like_file[0]
+    if len(models) == 1:
+        return models[0]
+    raise _several(request, models, names)
+
+
+def _is_model(library: Library, name: str) -> bool:
+    definition = library.lookup(name)
+    return definition is not None and definition.kind.value in MODELS and not definition.partial
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "").replace("-", "").lower()
+
+
+def _several(request: Request, models: Sequence[str], names: Sequence[str]) -> UsageError:
+    if models:
+        listed = ", ".join(f"`{n}`" for n in models)
+        return _usage(
+            "C106",
+            f"`{request.file}` holds several models: {listed}",
+            f"name one of them: `planarc simulate {request.file} {models[0]}`",
+        )
+    listed = ", ".join(f"`{n}`" for n in names)
+    return _usage(
+        "C107",
+        f"`{request.file}` holds no model to simulate, only {listed}",
+        "name a model inside of it, as in `Package.Model`",
+    )
+
+
+def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
+    package, _, last = wanted.rpartition(".")
+    inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
+    known = list(dict.fromkeys((*names, *inside)))
+    near = get_close_matches(wanted, known, 3) or [
+        n for n in known if n.rpartition(".")[2].lower() == last.lower()
+    ]
+    hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
+    return _usage(
+        "C103", f"there is no class `{wanted}`", hint or "see `planarc list` for the names"
+    )
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        near = get_close_matches(path.name, _siblings(path), 3)
+        hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
+        raise _usage("C101", f"there is no file `{path}`", hint) from None
+    except IsADirectoryError:
+        raise _usage(
+            "C102",
+            f"`{path}` is a folder, not a file",
+            f"name a file in it, or a class with `--library {path}`",
+        ) from None
+    except OSError as problem:
+        reason = (problem.strerror or str(problem)).lower()
+        raise _usage("C108", f"cannot read `{path}`: {reason}", None) from None
+
+
+def _siblings(path: Path) -> list[str]:
+    folder = path.parent
+    return sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
+
+
+def _usage(code: str, message: str, hint: str | None) -> UsageError:
+    return UsageError(Diagnostic(code, message, hint=hint))

@@ -1,0 +1,108 @@
+"""External functions that planarc has of its own, by the names of the C functions.
+
+A standard library declares some functions as `external "C"`. planarc runs no C, so the
+published algorithms stand here in Python: of numbers (random generators, Fourier
+transform), which models call while they run, and of texts, which are evaluated while a
+model is compiled.
+
+A function of numbers takes and gives all its scalars in one row: arrays entry by entry
+in the order of the arguments, results in the order of the outputs. It is `pure` when equal
+arguments give equal results; one that is not is called with two more numbers, the
+place of the call and the time, so that it keeps its value while events are iterated.
+
+Reference: Modelica Language Specification 3.6, sections 12.3 and 12.9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from importlib import import_module
+from typing import Any, TypeAlias
+
+Numbers: TypeAlias = Callable[[Sequence[float]], Sequence[float]]
+Texts: TypeAlias = Callable[..., tuple[Any, ...]]
+
+_HERE = "planarc.runtime.external"
+
+#: C name -> (module, function); modules are imported when first called.
+_NUMBERS = {
+    "ModelicaRandom_xorshift64star": ("random", "xorshift64star"),
+    "ModelicaRandom_xorshift128plus": ("random", "xorshift128plus"),
+    "ModelicaRandom_xorshift1024star": ("random", "xorshift1024star"),
+    "ModelicaRandom_impureRandom_xorshift1024star": ("random", "fresh"),
+    "ModelicaRandom_automaticGlobalSeed": ("random", "automatic_seed"),
+    "ModelicaFFT_kiss_fftr": ("fourier", "real_spectrum"),
+}
+_IMPURE = frozenset(
+    {"ModelicaRandom_impureRandom_xorshift1024star", "ModelicaRandom_automaticGlobalSeed"}
+)
+_TEXTS = {
+    "ModelicaStrings_length": ("text", "length"),
+    "ModelicaStrings_substring": ("text", "substring"),
+    "ModelicaStrings_compare": ("text", "compare"),
+    "ModelicaStrings_skipWhiteSpace": ("text", "skip_white_space"),
+    "ModelicaStrings_hashString": ("text", "hash_string"),
+    "ModelicaStrings_scanIdentifier": ("text", "scan_identifier"),
+    "ModelicaStrings_scanInteger": ("text", "scan_integer"),
+    "ModelicaStrings_scanReal": ("text", "scan_real"),
+    "ModelicaStrings_scanString": ("text", "scan_string"),
+    "ModelicaInternal_fullPathName": ("text", "full_path_name"),
+    "ModelicaInternal_stat": ("text", "file_type"),
+}
+
+#: Functions that act on the world outside and give nothing: they are not run. What the
+#: user misses is said once.
+SILENT = {
+    "ModelicaInternal_print": "does not print what models write with `print`",
+    "ModelicaInternal_removeFile": "does not remove files that models name",
+    "ModelicaStreams_closeFile": "does not write files that models name",
+    "ModelicaIO_writeRealMatrix": "does not write files that models name",
+}
+
+
+#: The number by which native code calls each function of numbers.
+INDEX = {name: i for i, name in enumerate(_NUMBERS)}
+
+
+def is_of_numbers(name: str) -> bool:
+    return name in _NUMBERS
+
+
+def is_of_texts(name: str) -> bool:
+    return name in _TEXTS
+
+
+def is_pure(name: str) -> bool:
+    return name not in _IMPURE
+
+
+def is_known(name: str) -> bool:
+    return name in _NUMBERS or name in _TEXTS or name in SILENT
+
+
+@lru_cache(maxsize=256)
+def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
+    """All results of a function of numbers. The results of one call are asked for one by
+    one, so the last calls are remembered.
+
+    Raises ValueError where the function has no value.
+    """
+    module, function = _NUMBERS[name]
+    run: Numbers = getattr(import_module(f"{_HERE}.{module}"), function)
+    return tuple(map(float, run(arguments)))
+
+
+def number(name: str, output: int, arguments: Sequence[float]) -> float:
+    """One result of a function of numbers, nan where it has no value."""
+    try:
+        return call_numbers(name, tuple(map(float, arguments)))[output]
+    except (ValueError, OverflowError):
+        return float("nan")
+
+
+def call_texts(name: str, arguments: Sequence[Any]) -> tuple[Any, ...]:
+    """The results of a function of texts. Raises ValueError where it has none."""
+    module, function = _TEXTS[name]
+    run: Texts = getattr(import_module(f"{_HERE}.{module}"), function)
+    return run(*arguments)

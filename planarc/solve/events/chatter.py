@@ -1,0 +1,63 @@
+"""Chattering: events that follow each other without end.
+
+Two kinds end a run, instead of letting it creep on: many events within next to no time,
+and one relation that switches again and again by less than the integrator resolves (a
+ball that bounces to its rest).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.ir.program import Program
+from planarc.solve.events.crossings import Crossings
+from planarc.solve.messages.event import chattering
+from planarc.solve.settings import Request
+
+#: So many events within this part of the run are called chattering.
+CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
+#: So many switches in a row smaller than the tolerance resolves are called chattering too.
+TINY_COUNT = 8
+
+
+class Chatter:
+    """What is remembered of past events to tell chattering from a busy run."""
+
+    def __init__(self, program: Program, crossings: Crossings, request: Request) -> None:
+        self._program, self._crossings = program, crossings
+        self._tolerance, self._span = request.tolerance, request.span
+        self._recent: list[tuple[float, tuple[str, ...]]] = []
+        self._last_switch: dict[int, float] = {}  # of each relation
+        self._tiny: dict[int, int] = {}  # switches in a row too small to be resolved
+
+    def note(self, t: float, crossing: Iterable[int], rises: Sequence[float]) -> None:
+        """Relations that cross zero at a root that the integrator found."""
+        for i in crossing:
+            since = t - self._last_switch.get(i, -math.inf)
+            tiny = self._crossings.amplitude(i, rises[i], since) < self._tolerance
+            self._tiny[i] = self._tiny.get(i, 0) + 1 if tiny else 0
+            self._last_switch[i] = t
+
+    def found_late(self, crossing: Iterable[int]) -> None:
+        """Relations that were seen to have switched without a root: too small to be found."""
+        for i in crossing:
+            self._tiny[i] = self._tiny.get(i, 0) + 1
+
+    def judge(
+        self, t: float, crossing: Iterable[int], causes: tuple[str, ...]
+    ) -> Diagnostic | None:
+        """Why the run ends with this event, or None. Instants known beforehand have no
+        `causes`: however many they are, they do not chatter."""
+        if causes:
+            self._recent.append((t, causes))
+        if causes and len(self._recent) > CHATTER_COUNT:
+            del self._recent[0]
+            if t - self._recent[0][0] < CHATTER_TIME * self._span:
+                often = Counter(c for _, found in self._recent for c in found)
+                return chattering(self._program, t, [c for c, _ in often.most_common(3)])
+        piled = [i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT]
+        texts = list(dict.fromkeys(self._program.relations[i].text for i in piled))
+        return chattering(self._program, t, texts) if piled else None

@@ -1,0 +1,249 @@
+"""Delayed signals in a run: their past is gathered, and their jumps come back on time.
+
+In:   Program, Kernel (parameters set), its `history`
+Out:  `Delays`   what the run tells at its start, at every step, at events
+
+On every step each signal is interpolated through its values at six points of the step,
+so that the past is as accurate as the integrator's own dense output. Steps are no longer
+than the shortest delay, so the past is always complete; only a delay that changes may ask
+for what lies ahead of it, and gets the tangent.
+
+A *kink* is an instant at which signals may jump: the start, and events. It comes back when
+each delay has passed. The integrator is led there and restarts, and what it lost of its
+smoothness goes on to the next delay, one order smoother each time.
+
+Reference: A. Bellen, M. Zennaro, Numerical Methods for Delay Differential Equations,
+           Oxford University Press 2003, sections 2.2 (breaking points) and 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.ir.program import DelayCode, Kernel, Program
+from planarc.runtime.history import DEGREE
+from planarc.solve.events.instants import SAME, same
+from planarc.solve.messages.text import Reader
+
+if TYPE_CHECKING:
+    from planarc.solve.solvers.integrator import Stepper
+
+#: Times that a kink is followed, one order smoother each time.
+GENERATIONS = 4
+#: Longest step where a delay changes while running, as a part of the run.
+LONGEST_STEP = 1 / 500
+#: A start is found when the delayed values change by less than this part of their size.
+SETTLED = 1e-12
+#: Steps before a longer one become part of its piece where they are shorter than this part of
+#: it: derivatives of short pieces would be rounding errors.
+NEGLIGIBLE = 0.08
+#: Part of its size by which a value jumps, and is not only inaccurate.
+JUMP = 1e-9
+
+
+class Delays:
+    """The delays of one run. Raises R461 for a delay time that is not positive."""
+
+    def __init__(self, program: Program, kernel: Kernel, start: float, span: float) -> None:
+        self.present = bool(program.delays)
+        self._kernel, self._codes, self._span = kernel, program.delays, span
+        self._history = kernel.history
+        read = Reader(program, kernel, start)
+        self._intervals = [_interval(d, read) for d in program.delays]
+        self._most = [
+            math.inf if d.maximum is None else float(read(d.maximum)) for d in program.delays
+        ]
+        self._longest = max(
+            (m if i is None else i for i, m in zip(self._intervals, self._most, strict=True)),
+            default=0.0,
+        )
+        #: of each delay: kinks that have not come back yet, with their generation
+        self._ahead: list[deque[tuple[float, int]]] = [deque() for _ in program.delays]
+        self._last: list[float] = [0.0] * len(program.delays)
+        self._resumed = start  # the signals are smooth from here on
+        self._rounds: list[list[float]] = []
+        self.trouble: Diagnostic | None = None  # why the run cannot go on
+
+    @property
+    def longest_step(self) -> float:
+        """The longest step that the integrator may make."""
+        steps = [self._span * LONGEST_STEP if i is None else i for i in self._intervals]
+        return min(steps, default=math.inf)
+
+    # The start
+
+    def begin(self, t: float) -> None:
+        """Before start values are solved for."""
+        self._history.start(t, self._last)
+        self._free()
+
+    def settle_start(self, t: float) -> bool:
+        """Before the start every signal has its value at the start: true when that was not
+        so yet, so that the start must be solved for once more."""
+        if not self.present:
+            return False
+        values, before = self._signals(), self._last
+        if all(_near(a, b, SETTLED) for a, b in zip(values, before, strict=True)):
+            return False
+        self._rounds.append(values)
+        if len(self._rounds) == 3:  # Aitken's extrapolation: at once where it is linear
+            values = [_limit(*found) for found in zip(*self._rounds, strict=True)]
+            self._rounds.clear()
+        self._last = values
+        self._history.start(t, values)
+        return True
+
+    def _free(self) -> None:
+        self._history.bounds[:] = type(self._history.bounds)(
+            "d", [-math.inf, math.inf] * len(self._codes)
+        )
+
+    # On the way
+
+    def take(self, stepper: Stepper, begin: float) -> bool:
+        """The step from `begin` to where the stepper is becomes past; false where the
+        equations could not be solved on it, or a delay is out of its range."""
+        end = stepper.t
+        if not end > begin:
+            return True
+        values: list[Sequence[float]] = [self._last]
+        times = [begin, *(begin + x * (end - begin) for x in _inner_points()), end]
+        for t in times[1:]:
+            y = stepper.y if t == end else stepper.interpolate(t)
+            if self._kernel.outputs(t, y) != 0:
+                return False
+            values.append(self._signals())
+        first = max(self._resumed, begin - NEGLIGIBLE * (end - begin))
+        times[0], values[0] = self._history.merge(first, begin, values[0])
+        self._history.append(times[0], end, _fitted(times, values))
+        self._last = list(values[-1])
+        self._history.forget(end - self._longest)
+        return self._in_range(end)
+
+    def _in_range(self, t: float) -> bool:
+        for d, most in zip(self._codes, self._most, strict=True):
+            if d.interval_slot is None:
+                continue
+            interval = self._kernel.w[d.interval_slot]
+            if not -SAME <= interval <= most * (1 + SAME):
+                self.trouble = Diagnostic(
+                    "R462",
+                    f"the delay time of `{d.text}` is {interval:.6g} s at t = {t:.6g} s, which"
+                    f" is not between 0 and {most:.6g} s",
+                    d.span,
+                    hint="limit the second argument, or enlarge the third",
+                )
+                return False
+        return True
+
+    def _signals(self) -> list[float]:
+        w = self._kernel.w
+        return [d.sign * float(w[d.slot]) for d in self._codes]
+
+    def resume(self, t: float) -> None:
+        """The workspace holds the values from which the next step begins."""
+        self._last, self._resumed = self._signals(), t
+
+    # Kinks
+
+    def next(self, after: float) -> float:
+        """The next instant at which a kink comes back."""
+        found = math.inf
+        for interval, ahead in zip(self._intervals, self._ahead, strict=True):
+            if interval is not None and ahead:
+                found = min(found, ahead[0][0] + interval)
+        return found if found > after else math.inf
+
+    def kink(self, t: float, generation: int = 0) -> None:
+        """Signals may jump here, or lose their smoothness."""
+        if generation < GENERATIONS:
+            for interval, ahead in zip(self._intervals, self._ahead, strict=True):
+                if interval is not None:
+                    ahead.append((t, generation))
+
+    def cross(self, t: float) -> int | None:
+        """From here on the past right behind `t` counts; the generation of the kinks that
+        come back now, if any do."""
+        found: int | None = None
+        room = 2 * SAME * max(1.0, abs(t))
+        for i, (interval, ahead) in enumerate(zip(self._intervals, self._ahead, strict=True)):
+            if interval is None:
+                continue
+            while ahead and (same(ahead[0][0] + interval, t) or ahead[0][0] + interval < t):
+                _, generation = ahead.popleft()
+                found = generation if found is None else min(found, generation)
+            self._history.bounds[2 * i] = t - interval + room
+            self._history.bounds[2 * i + 1] = ahead[0][0] - room if ahead else math.inf
+        return found
+
+    def values(self, t: float) -> list[float]:
+        """What the delays of fixed time give now."""
+        return [
+            self._history.value(i, 0, t - interval)
+            for i, interval in enumerate(self._intervals)
+            if interval is not None
+        ]
+
+    def texts(self, chosen: Sequence[int]) -> tuple[str, ...]:
+        """What the user wrote, of some of `values`."""
+        fixed = [d for d in self._codes if d.interval_slot is None]
+        return tuple(fixed[i].text for i in chosen)
+
+
+def jumped(before: Sequence[float], after: Sequence[float]) -> list[int]:
+    """Which values are others now."""
+    return [i for i, (a, b) in enumerate(zip(before, after, strict=True)) if not _near(a, b, JUMP)]
+
+
+def not_settled(program: Program) -> PlanarcError:
+    first = program.delays[0]
+    return error(
+        "R463",
+        f"no start was found at which `{first.text}` is the value at the start itself",
+        first.span,
+        hint="give start values that do not depend on what is delayed",
+    )
+
+
+def _interval(d: DelayCode, read: Reader) -> float | None:
+    if d.interval_slot is not None:
+        return None
+    interval = float(read(d.interval))
+    if not 0 < interval < math.inf:
+        raise error(
+            "R461",
+            f"the delay time of `{d.text}` is {interval:.6g} s",
+            d.span,
+            hint="give a delay time above zero",
+        )
+    return interval
+
+
+def _near(a: float, b: float, part: float) -> bool:
+    return abs(a - b) <= part * max(1.0, abs(a), abs(b))
+
+
+def _limit(a: float, b: float, c: float) -> float:
+    """Where a sequence goes whose steps shrink, or grow, by one factor."""
+    bend = (c - b) - (b - a)
+    return c if _near(c, b, 1e-14) or bend == 0 else c - (c - b) ** 2 / bend
+
+
+@cache
+def _inner_points() -> tuple[float, ...]:
+    """Chebyshev's points of a step from 0 to 1, without its ends."""
+    return tuple((1 - math.cos(math.pi * k / DEGREE)) / 2 for k in range(1, DEGREE))
+
+
+def _fitted(times: Sequence[float], values: Sequence[Sequence[float]]) -> list[list[float]]:
+    """The polynomials through values at the times of a piece, which begins with the first."""
+    import numpy as np
+
+    x = (np.array(times) - times[0]) / (times[-1] - times[0])
+    terms: list[list[float]] = np.linalg.solve(np.vander(x, increasing=True), values).T.tolist()
+    return terms

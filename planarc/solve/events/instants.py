@@ -1,0 +1,142 @@
+"""Time events: the instants known beforehand, at which the run stops exactly.
+
+In:   Program, Kernel (parameters set)
+Out:  Schedule   when `sample` fires and when relations of time alone switch
+
+A relation such as `time >= t0` whose zero function is linear in time switches at an
+instant that can be computed; the integrator is led exactly there. Other relations of
+time alone (`sin(time) > 0`) are found like those of the states.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from msgspec import Struct
+
+from planarc.ir.expr import Expr, Op, evaluate, postorder
+from planarc.ir.program import Kernel, Let, Program
+from planarc.solve.messages.text import Reader
+
+#: Instants nearer to each other than this, relative to their size, are one.
+SAME = 1e-12
+
+
+class Sampler(Struct):
+    slot: int
+    start: float
+    interval: float
+    fired: int = 0
+
+    def next(self) -> float:
+        return self.start + self.fired * self.interval
+
+
+class Schedule:
+    """`switches`: relation -> (instant, truth from then on)."""
+
+    def __init__(self, program: Program, kernel: Kernel, start: float) -> None:
+        read = Reader(program, kernel, start)
+        self.samplers = [
+            Sampler(slot, float(read(first)), float(read(interval)))
+            for slot, first, interval in program.samplers
+        ]
+        for sampler in self.samplers:
+            if sampler.interval > 0 and sampler.start < start:
+                passed = (start - sampler.start) / sampler.interval
+                sampler.fired = max(0, math.ceil(passed - SAME * max(1.0, passed)))
+        self.switches: dict[int, tuple[float, bool]] = {}
+        for i, zero in time_functions(program, kernel, start).items():
+            found = _linear_zero(zero)
+            if found is not None and found[0] > start:
+                self.switches[i] = found
+
+    def next(self, after: float) -> float:
+        """The first instant that lies after a time."""
+        times = [s.next() for s in self.samplers if s.interval > 0]
+        times += [t for t, _ in self.switches.values()]
+        later = (t for t in times if t > after and not same(t, after))
+        return min(later, default=math.inf)
+
+    def switching(self, t: float) -> dict[int, bool]:
+        return {i: truth for i, (at, truth) in self.switches.items() if same(at, t)}
+
+    def firing(self, t: float) -> list[int]:
+        """The samplers that fire now; each is asked once for an instant."""
+        fired = []
+        for i, sampler in enumerate(self.samplers):
+            if sampler.interval > 0 and same(sampler.next(), t):
+                sampler.fired += 1
+                fired.append(i)
+        return fired
+
+
+def same(a: float, b: float) -> bool:
+    return a == b or abs(a - b) <= SAME * max(1.0, min(abs(a), abs(b)))
+
+
+_Values = Mapping[Expr, Expr]
+
+
+def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
+    """The zero functions of the relations of time alone."""
+    lets = {s.target: s.value for s in program.roots if isinstance(s, Let)}
+    return {
+        i: TimeFunction(program, kernel, relation.zero, lets)
+        for i, relation in enumerate(program.relations)
+        if relation.time_only
+    }
+
+
+class TimeFunction:
+    """The zero function of a relation of time alone, evaluated without the kernel."""
+
+    def __init__(self, program: Program, kernel: Kernel, zero: Expr, lets: _Values) -> None:
+        self._program, self._kernel, self._zero, self._lets = program, kernel, zero, lets
+
+    def __call__(self, t: float) -> float | None:
+        read = Reader(self._program, self._kernel, t)
+        values: dict[Expr, float] = {}
+
+        def leaf(e: Expr) -> float:
+            return values[e] if e in values else read.leaf(e)
+
+        try:
+            for target in _needed(self._zero, self._lets):
+                values[target] = float(evaluate(self._lets[target], leaf))
+            return float(evaluate(self._zero, leaf))
+        except (ArithmeticError, ValueError, KeyError):
+            return None
+
+
+def _needed(zero: Expr, lets: _Values) -> list[Expr]:
+    """The temporaries below a zero function, those first that others need."""
+    order: list[Expr] = []
+    stack = [(zero, False)]
+    while stack:
+        e, ready = stack.pop()
+        if ready:
+            if e in lets and e not in order:
+                order.append(e)
+            continue
+        stack.append((e, True))
+        below = (lets[e],) if e in lets else (e,)
+        stack.extend(
+            (leaf, False)
+            for leaf in postorder(below)
+            if leaf.op is Op.SYMBOL and leaf in lets and leaf is not e
+        )
+    return order
+
+
+def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
+    """Where a function linear in time vanishes, and whether it is below zero afterwards."""
+    g = [zero(t) for t in (0.0, 1.0, 2.0)]
+    if g[0] is None or g[1] is None or g[2] is None:
+        return None
+    slope = g[1] - g[0]
+    bend = abs(g[2] - 2 * g[1] + g[0])
+    if slope == 0 or bend > 1e-12 * max(abs(v) for v in g if v is not None):
+        return None
+    return -g[0] / slope, slope < 0

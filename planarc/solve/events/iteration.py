@@ -1,0 +1,169 @@
+"""Events: what switches at an instant, and what follows from it.
+
+Between events the truth of every relation is stored in the workspace and does not
+change. At an event the equations are iterated at one instant of time:
+
+    1  relations that cross zero here get the truth that lies in the direction of the
+       crossing; all others are taken from the sign of their zero function (`crossings`)
+    2  continuous and discrete equations are evaluated, actions of when-clauses assign,
+       until nothing changes (`settling`)
+    3  the actions of conditions that just became true reinitialize, assert, terminate
+       (`whens`)
+    4  pre-values become the present values; again from 1 while anything changed
+    5  a relation at zero takes the truth that it has right after this instant
+
+The last step is what a bouncing ball needs: its `h <= 0` becomes true, the velocity
+is reversed, and right after the instant `h <= 0` is false. Where that turns the motion
+again, as in a sliding mode, the relation is turned back and left to the next event.
+
+Reference: Modelica 3.6, section 8.6 and appendix B.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+
+from planarc.ir.dae import INITIAL, TERMINAL
+from planarc.ir.program import Kernel, Program
+from planarc.solve.events.crossings import Crossings
+from planarc.solve.events.instants import time_functions
+from planarc.solve.events.settling import (
+    LAST_ITERATIONS,
+    MOST_ITERATIONS,
+    Settling,
+    Snapshot,
+    snapshot,
+)
+from planarc.solve.events.whens import Processed, Whens
+
+
+class Events:
+    """The discrete part of a run. All its values live in the kernel's workspace."""
+
+    def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
+        self.program, self.kernel = program, kernel
+        self.present = bool(
+            program.relations or program.samplers or program.whens or program.discretes
+        )
+        self.crossings = Crossings(program, kernel, span)
+        self._whens = Whens(program, kernel)
+
+    # The start
+
+    def begin(self, t: float) -> None:
+        """Everything discrete before anything is solved: start values, then what follows
+        from these, from time and from parameters. Relations of unknowns count as false."""
+        w, program = self.kernel.w, self.program
+        for d in program.discretes:
+            w[d.slot] = w[d.pre] = w[d.start]
+        self._set_flag(INITIAL, True)
+        for i, zero in time_functions(program, self.kernel, t).items():
+            g = zero(t)
+            if g is not None:
+                self.crossings.now[i] = g
+                w[program.relations[i].slot] = float(self.crossings.sign(i))
+        w[0] = t
+        for _ in program.discretes:
+            before = self._snapshot()
+            if self.kernel.discrete() != 0:
+                for d in program.discretes:  # has no value before the unknowns have
+                    w[d.slot] = w[d.start]
+                return
+            if self._snapshot() == before:
+                return
+
+    def settle_start(self, t: float, y: Sequence[float]) -> bool:
+        """One pass at the start; true when it changed something, so that the start values
+        must be solved for once more."""
+        before = self._snapshot()
+        if self.crossings.evaluate(t, y) == 0:
+            for i, relation in enumerate(self.program.relations):
+                self.kernel.w[relation.slot] = float(self.crossings.sign(i))
+        self.kernel.outputs(t, y)
+        self.kernel.discrete()
+        self._whens.assign(t, self._whens.edges(initial=True))
+        return self._snapshot() != before
+
+    def finish_start(self, t: float, y: Sequence[float]) -> Processed:
+        """Actions that were to run at the start; then everything is its own left limit."""
+        whens, done = self._whens, Processed(list(y))
+        done.ended = whens.assign(t, whens.edges(initial=True))
+        whens.act(t, whens.edges(initial=True), done, {})
+        self._keep_pre()
+        self._set_flag(INITIAL, False)
+        self.crossings.forget()
+        return done
+
+    # An event
+
+    def process(
+        self,
+        t: float,
+        y: Sequence[float],
+        crossing: Mapping[int, bool],
+        samples: Iterable[int],
+        states: Mapping[int, int],
+    ) -> Processed:
+        """`crossing`: relation -> truth from here on. `states`: slot -> index in y."""
+        w, program, done = self.kernel.w, self.program, Processed(list(y))
+        fired = [program.samplers[i][0] for i in samples]
+        for slot in fired:
+            w[slot] = 1.0
+        for i, truth in crossing.items():
+            w[program.relations[i].slot] = float(truth)
+        flag = self.crossings.evaluate(t, done.y)
+        settling = Settling(self.crossings, self._whens, t, done, crossing)
+        if flag != 0:
+            settling.failed()
+            return done
+        trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
+        for _ in range(MOST_ITERATIONS):
+            before = self._snapshot()
+            trail.append(before)
+            if not settling.settle():
+                return done
+            moved = self._whens.act(t, self._whens.edges(), done, states)
+            self._keep_pre()
+            for slot in fired:
+                w[slot] = 0.0
+            fired_now, fired = bool(fired), []
+            if done.ended is not None:
+                break
+            if moved or fired_now or self._snapshot() != before:
+                continue
+            if not settling.look_ahead():
+                break
+        else:
+            settling.endless(trail)
+        if self.kernel.outputs(t, done.y) != 0:
+            settling.failed()
+        return done
+
+    def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
+        """What an event is told to come from."""
+        program, read = self.program, self._whens.reader(0.0)
+        texts = [program.relations[i].text for i in crossing]
+        texts += [
+            f"sample({read(program.samplers[i][1]):g}, {read(program.samplers[i][2]):g})"
+            for i in samples
+        ]
+        return tuple(texts)
+
+    def finish(self) -> None:
+        self._set_flag(TERMINAL, True)
+
+    # Bookkeeping
+
+    def _snapshot(self) -> Snapshot:
+        return snapshot(self.program, self.kernel)
+
+    def _keep_pre(self) -> None:
+        w = self.kernel.w
+        for d in self.program.discretes:
+            w[d.pre] = w[d.slot]
+
+    def _set_flag(self, name: str, value: bool) -> None:
+        slot = self.program.slots.get(name)
+        if slot is not None:
+            self.kernel.w[slot] = float(value)

@@ -1,0 +1,197 @@
+"""One instant of an event: truths and discrete values iterated until they rest.
+
+In:   Crossings, Whens, the states, and the relations that cross zero here
+Out:  stored truths and discrete values that agree with the equations
+
+Relations that cross zero here are held at the truth of their crossing's direction; all
+others follow the sign of their zero function. Relations inside of an algebraic loop
+(friction that sticks or slides) can chase each other. When a state of the iteration
+comes back, first only those that want to become false do so; when one comes back again,
+all choices of the restless ones are tried, the nearest to the present one first.
+
+Reference: Modelica 3.6, appendix B; for friction: M. Otter, H. Elmqvist, S. E. Mattsson,
+           Hybrid modeling in Modelica based on the synchronous data flow principle, CACSD 1999.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
+
+from planarc.ir.program import Kernel, Program
+from planarc.solve.events.crossings import NOISE, SILENCE, Crossings
+from planarc.solve.events.whens import Processed, Whens
+from planarc.solve.messages import event as event_failure
+
+#: Iterations at one instant before it is called endless.
+MOST_ITERATIONS = 100
+#: What changed within that many last iterations is named then: one round may take several.
+LAST_ITERATIONS = 16
+#: Relations of which all choices are tried when they chase each other.
+MOST_SEARCHED = 10
+#: Instants of crossings are found so exactly that a function is this part of its largest
+#: value there, at most.
+NEAR = 1e-9
+
+#: The truths of the relations, and the discrete values, at one iteration.
+Snapshot: TypeAlias = tuple[float, ...]
+
+
+def snapshot(program: Program, kernel: Kernel) -> Snapshot:
+    w = kernel.w
+    return (*(w[r.slot] for r in program.relations), *(w[d.slot] for d in program.discretes))
+
+
+class Settling:
+    """The iteration at one instant. Problems are told in `done`.
+
+    `held` are the relations that keep their truth as long as their zero function is not
+    above `bound`.
+    """
+
+    def __init__(
+        self,
+        crossings: Crossings,
+        whens: Whens,
+        t: float,
+        done: Processed,
+        crossing: Mapping[int, bool],
+    ) -> None:
+        self.program, self.kernel = crossings.program, crossings.kernel
+        self.crossings, self.whens = crossings, whens
+        self.t, self.done = t, done
+        self.held = dict(crossing)
+        now, largest = crossings.now, crossings.largest
+        self.bound = {i: 2 * abs(now[i]) + NOISE * max(1.0, largest[i]) for i in crossing}
+        self._turned: Counter[int] = Counter()
+
+    def settle(self) -> bool:
+        """Iterates with fixed pre-values until nothing changes; false where that fails."""
+        seen: set[Snapshot] = set()
+        careful = False
+        restless: set[int] = set()
+        trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
+        for _ in range(MOST_ITERATIONS):
+            before = snapshot(self.program, self.kernel)
+            trail.append(before)
+            if not self._evaluate():
+                return False
+            restless |= self._take_signs(careful)
+            now = snapshot(self.program, self.kernel)
+            if now == before:
+                return True
+            if now in seen:
+                if careful:
+                    return self._search(sorted(restless), trail)
+                careful = True
+                seen.clear()
+                restless.clear()
+            seen.add(now)
+        return self.endless(trail)
+
+    def endless(self, trail: Iterable[Snapshot]) -> bool:
+        """The iteration ends without rest: the values that changed in it are named."""
+        values = (*trail, snapshot(self.program, self.kernel))
+        self.done.ended = event_failure.endless(self.program, self.t, values)
+        return False
+
+    def failed(self) -> bool:
+        """The equations have no solution here."""
+        program, kernel, done = self.program, self.kernel, self.done
+        done.ended = event_failure.unsolved(program, kernel, self.t, done.reset)
+        return False
+
+    def _evaluate(self) -> bool:
+        """The equations and the zero functions with the stored truths as they are."""
+        t, y = self.t, self.done.y
+        if self.kernel.outputs(t, y) != 0 or self.kernel.discrete() < 0:
+            return self.failed()
+        problem = self.whens.assign(t, self.whens.edges())
+        if problem is not None:
+            self.done.ended = problem
+            return False
+        return self.crossings.evaluate(t, y) == 0 or self.failed()
+
+    def _search(self, restless: Sequence[int], trail: Iterable[Snapshot]) -> bool:
+        """Try all truths of the restless relations until one agrees with its own equations.
+
+        Where none does to rounding, one counts that does as exactly as instants are found.
+        """
+        w, relations = self.kernel.w, self.program.relations
+        slots = [relations[i].slot for i in restless[:MOST_SEARCHED]]
+        present = [w[s] for s in slots]
+        choices = sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n))
+        for flips, near in ((f, near) for near in (0.0, NEAR) for f in choices):
+            for k, (slot, value) in enumerate(zip(slots, present, strict=True)):
+                w[slot] = 1.0 - value if flips >> k & 1 else value
+            if self._agrees(near):
+                return True
+        return self.endless(trail)
+
+    def _agrees(self, near: float) -> bool:
+        """Whether the truths as they are follow from their own equations."""
+        for _ in range(MOST_ITERATIONS):  # discrete equations follow the truths
+            before = snapshot(self.program, self.kernel)
+            if not self._evaluate():
+                self.done.ended = None  # no solution here; another choice may have one
+                return False
+            if snapshot(self.program, self.kernel) == before:
+                self._hold_near(near)
+                return not self._take_signs(False)
+        return False
+
+    def _hold_near(self, near: float) -> None:
+        """Relations that are as good as zero keep their truth."""
+        for i, relation in enumerate(self.program.relations):
+            size = abs(self.crossings.now[i])
+            if size <= near * max(1.0, self.crossings.largest[i]) and not relation.time_only:
+                self.held[i] = self.kernel.w[relation.slot] != 0
+                self.bound[i] = 2 * size
+
+    def _take_signs(self, careful: bool) -> set[int]:
+        """Truth from the zero functions, but not for those that are at zero here; gives those
+        that changed. `careful`: none becomes true while another one becomes false."""
+        w, crossings = self.kernel.w, self.crossings
+        wanted: dict[int, bool] = {}
+        for i, relation in enumerate(self.program.relations):
+            size = abs(crossings.now[i])
+            if i in self.held:
+                if size > self.bound[i]:
+                    del self.held[i]
+                else:
+                    continue
+            if size > max(NOISE * crossings.largest[i], SILENCE) or relation.time_only:
+                truth = crossings.sign(i)
+                if truth != (w[relation.slot] != 0):
+                    wanted[i] = truth
+        if careful and not all(wanted.values()):
+            wanted = {i: truth for i, truth in wanted.items() if not truth}
+        for i, truth in wanted.items():
+            w[self.program.relations[i].slot] = float(truth)
+        return set(wanted)
+
+    def look_ahead(self) -> bool:
+        """Relations at zero take their truth right after this instant; true if one changed."""
+        w, relations, crossings = self.kernel.w, self.program.relations, self.crossings
+        rest = [NOISE * max(1.0, size) for size in crossings.largest]
+        near = [
+            i
+            for i, now in enumerate(crossings.now)
+            if self._turned[i] < 2 and abs(now) <= self.bound.get(i, rest[i])
+        ]
+        if not near:
+            return False
+        rises = crossings.rises(self.t, self.done.y)
+        if rises is None:
+            return False
+        changed = False
+        for i in near:
+            if abs(rises[i]) > 1e-4 * NOISE * crossings.largest[i]:
+                truth = rises[i] < 0
+                if truth != (w[relations[i].slot] != 0):
+                    w[relations[i].slot] = float(truth)
+                    self.held[i], changed = truth, True
+                    self.bound.setdefault(i, rest[i])
+                    self._turned[i] += 1
+        return changed

@@ -1,0 +1,125 @@
+"""When-clauses: which conditions became true, and what their actions do.
+
+Assignments belong to the iteration with fixed pre-values (`Whens.assign`); what acts on
+the run (`reinit`, `assert`, `terminate`) follows once that has come to rest (`Whens.act`).
+
+Reference: Modelica 3.6, sections 8.3.5 and 8.3.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from msgspec import Struct, field
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.dae import INITIAL, Action, Assertion, Reinit, SetDiscrete, Terminate
+from planarc.ir.expr import Op, postorder
+from planarc.ir.program import Kernel, Let, Program
+from planarc.solve.messages.event import assertion_diagnostic, no_value
+from planarc.solve.messages.text import Reader, text_of
+
+
+class Processed(Struct):
+    """What an event did: the states to go on from, and how the run ends, if it does."""
+
+    y: list[float]
+    ended: Diagnostic | None = None
+    warnings: list[Diagnostic] = field(default_factory=list)
+    reset: list[str] = field(default_factory=list)  # the states that `reinit` set
+
+
+class Whens:
+    """The when-clauses of a run."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        self.program, self.kernel = program, kernel
+        self._at_start = _initial_conditions(program)
+        self._read = Reader(program, kernel, 0.0)
+
+    def reader(self, t: float) -> Reader:
+        self._read.t = t
+        return self._read
+
+    def edges(self, initial: bool = False) -> list[tuple[Action, ...]]:
+        """The actions of every when-clause's first branch that just became true."""
+        w = self.kernel.w
+        actions: list[tuple[Action, ...]] = []
+        for when in self.program.whens:
+            for slot, pre, branch in when.branches:
+                if initial and slot not in self._at_start:
+                    continue
+                if w[slot] != 0 and w[pre] == 0:
+                    actions.append(branch)
+                    break
+        return actions
+
+    def assign(self, t: float, edges: list[tuple[Action, ...]]) -> Diagnostic | None:
+        """Sets the discrete variables; tells the first value that does not exist."""
+        read, w, slots = self.reader(t), self.kernel.w, self.program.slots
+        for actions in edges:
+            for action in actions:
+                if isinstance(action, SetDiscrete):
+                    try:
+                        w[slots[action.name]] = float(read(action.value))
+                    except (ArithmeticError, ValueError):
+                        return no_value(t, action.name, action)
+        return None
+
+    def act(
+        self,
+        t: float,
+        edges: list[tuple[Action, ...]],
+        done: Processed,
+        states: Mapping[int, int],
+    ) -> bool:
+        """Everything but assignments; true if a state was set anew.
+
+        `states`: slot -> index in `done.y`.
+        """
+        read = self.reader(t)
+        moved = []
+        for actions in edges:
+            for action in actions:
+                if isinstance(action, Reinit):
+                    index = states.get(self.program.slots[repr(action.symbol)])
+                    if index is None:
+                        continue
+                    try:
+                        moved.append((index, float(read(action.value))))
+                    except (ArithmeticError, ValueError):
+                        done.ended = done.ended or no_value(t, repr(action.symbol), action)
+                elif isinstance(action, Assertion) and not read(action.condition):
+                    _assertion(t, action, read, done)
+                elif isinstance(action, Terminate) and done.ended is None:
+                    done.ended = Diagnostic(
+                        "R431",
+                        f"terminated at t = {t:.6g} s: {text_of(action.message, read)}",
+                        action.span,
+                        Severity.NOTE,
+                    )
+        names = {k: slot for slot, k in states.items()}
+        for index, value in moved:
+            done.y[index] = value
+            done.reset += [c.display for c in self.program.candidates if c.slot == names[index]]
+        return bool(moved)
+
+
+def _assertion(t: float, action: Assertion, read: Reader, done: Processed) -> None:
+    found = assertion_diagnostic(t, action, text_of(action.message, read))
+    if action.warning:
+        done.warnings.append(found)
+    elif done.ended is None:
+        done.ended = found
+
+
+def _initial_conditions(program: Program) -> frozenset[int]:
+    """Slots of the conditions that `initial()` makes true."""
+    marked = set()
+    for statement in program.discrete:
+        if isinstance(statement, Let) and any(
+            e.op is Op.SYMBOL and (e.name == INITIAL or e in marked)
+            for e in postorder((statement.value,))
+        ):
+            marked.add(statement.target)
+    return frozenset(program.slots[repr(e)] for e in marked if repr(e) in program.slots)

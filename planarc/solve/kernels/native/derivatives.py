@@ -1,0 +1,137 @@
+"""Derivatives of a native kernel: memory in which compiled code passes them on.
+
+See `planarc.ir.derivatives` for the tape, `codegen.native.passing` for what runs along it.
+Columns of states are numbered so that positions and velocities of one joint stand side by
+side: what only depends on the first joints of a chain then moves in few columns.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planarc.ir.derivatives import CHUNK, Head, Passing, Scope, Tape
+from planarc.ir.program import Program
+from planarc.solve.kernels.native.engine import Engine
+from planarc.solve.kernels.unknowns import Unknowns
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Matrix = NDArray[np.float64]
+
+
+class NativeDerivatives:
+    """For one scope. What is given back is None where a formula has no derivative at this
+    point, or a block is singular."""
+
+    def __init__(self, program: Program, engine: Engine, scope: Scope, frame: int) -> None:
+        self._program = program
+        self._ranges, self._pass, self._gather = engine.passing()
+        address = engine.value(f"pc_tape_{scope.value}")
+        length = ctypes.c_int64.from_address(address + 8 * Head.LENGTH).value
+        self._tape = tape = Tape((ctypes.c_int64 * length).from_address(address)[:])
+        self.memory = np.zeros(len(Passing), np.int64)
+        self._arrays: dict[Passing, Any] = {}
+        self._keep(Passing.VALUES, np.zeros(tape.entries))
+        self._keep(Passing.COLUMNS, np.full(tape.nodes, -1, np.int64))
+        self._keep(Passing.RANGES, np.zeros(2 * tape.nodes, np.int64))
+        stride = _whole(tape.largest)
+        self.memory[Passing.STRIDE] = stride
+        self._keep(Passing.LOCAL, np.zeros(tape.nodes * stride))
+        self.memory[Passing.FRAME], self.memory[Passing.TAPE] = frame, address
+        self.memory[Passing.COEFFICIENTS] = engine.address(f"pc_slopes_{scope.value}")
+        self._seeds: list[int] = []
+
+    def _keep(self, which: Passing, array: Any) -> None:
+        self._arrays[which] = array
+        self.memory[which] = array.ctypes.data
+
+    def select(self, selection: Sequence[int]) -> None:
+        """The choice of states."""
+        candidates = self._program.candidates
+        pairs = [self._tape.candidates[i] for i in selection]
+        self._states, self._rates = [p[0] for p in pairs], [p[1] for p in pairs]
+        heights = [self._program.blocks[candidates[i].block].height for i in selection]
+        rank = [heights[:j].count(h) for j, h in enumerate(heights)]
+        order = sorted(range(len(heights)), key=lambda j: (rank[j], -heights[j]))
+        self._columns = np.argsort(order).astype(np.int64)
+        self._seeds = []
+        if Passing.RATES in self._arrays:
+            self._place()
+
+    def _place(self) -> None:
+        """The states' nodes and columns, as `pc_cv_jacobian` takes them."""
+        self._seed(())
+        self._keep(Passing.RATES, np.array(self._rates, np.int64))
+        self._keep(Passing.STATE_COLUMNS, self._columns)
+
+    def _seed(self, more: Sequence[int]) -> None:
+        """States move in their columns, the nodes `more` behind them (-1: none)."""
+        seeds = [*self._states, *more]
+        if seeds == self._seeds:
+            return
+        n, self._seeds = len(self._states), seeds
+        columns = self._arrays[Passing.COLUMNS]
+        columns[:] = -1
+        columns[self._states] = self._columns
+        for j, node in enumerate(more, n):
+            if node >= 0:
+                columns[node] = j
+        tape, width = self._tape, _whole(len(seeds))
+        self.memory[Passing.WIDTH] = width
+        motions = np.zeros((tape.nodes, width))
+        moved = np.flatnonzero(columns >= 0)
+        motions[moved, columns[moved]] = 1.0
+        self._keep(Passing.MOTIONS, motions)
+        self._keep(Passing.SCRATCH, np.zeros(tape.largest * (tape.largest + width + 1)))
+        self._ranges(self.memory.ctypes.data)
+
+    def _passed(self, t: float, nodes: Sequence[int]) -> Matrix | None:
+        """The motions of nodes, a row each, columns in the order of the seeds."""
+        address = self.memory.ctypes.data
+        if self._pass(address, t):
+            return None
+        listed, width = np.array(nodes, np.int64), int(self.memory[Passing.WIDTH])
+        found = np.empty((len(nodes), width))
+        if self._gather(address, listed.ctypes.data, len(nodes), found.ctypes.data):
+            return None
+        n = len(self._states)
+        found[:, :n] = found[:, self._columns]
+        return found[:, : len(self._seeds)]
+
+    def by_states(self, t: float) -> Matrix | None:
+        self._seed(())
+        return self._passed(t, self._rates)
+
+    def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
+        node_of = self._tape.node_of
+        self._seed([node_of.get(s, -1) for s in leaves])
+        return self._passed(t, [node_of.get(s, -1) for s in rows])
+
+    def of_residuals(self, t: float, unknowns: Unknowns) -> Matrix | None:
+        node_of = self._tape.node_of
+        self._seed([node_of[s] for s in unknowns.slots])
+        known = {block: residuals for block, _, residuals in self._tape.blocks()}
+        rows = [node for block, _ in unknowns.residuals for node in known[block]]
+        return self._passed(t, [*self._rates, *rows])
+
+    def prepare(self, scales: Sequence[float], data: int) -> None:
+        """For CVODE: `data` is SUNDIALS' function that gives a matrix's numbers."""
+        self._place()
+        self._keep(Passing.SCALES, np.array(scales, float))
+        self._keep(Passing.MOVED, np.zeros(len(self._states)))
+        self.memory[Passing.DATA] = data
+
+    @property
+    def differences(self) -> int:
+        """How often `pc_cv_jacobian` took differences."""
+        return int(self.memory[Passing.DIFFERENCES])
+
+
+def _whole(columns: int) -> int:
+    """As many as there are in whole chunks."""
+    return -(-columns // CHUNK) * CHUNK

@@ -1,0 +1,404 @@
+"""The native back end's kernel: object code, linked into this process, and its memory.
+
+The engine is shared by all kernels of the same object code; arrays and frame belong
+to one kernel. A kernel keeps alive everything that its addresses point to.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, MutableSequence, Sequence
+from functools import lru_cache
+from itertools import accumulate
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planarc.core.data import Data
+from planarc.ir.frame import Frame, Mode, Number, Placement, Record, place
+from planarc.ir.program import Addresses, Program
+from planarc.runtime.history import History
+from planarc.solve.kernels.failures import first_not_finite
+from planarc.solve.kernels.native.engine import Engine
+from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+from planarc.solve.once import once
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from planarc.ir.derivatives import Scope
+    from planarc.solve.kernels.native.derivatives import NativeDerivatives
+
+    Vector = NDArray[np.float64]
+    Indices = NDArray[np.intp]
+
+
+@lru_cache(maxsize=8)
+def _engine(code: bytes) -> Engine:
+    return Engine(code)
+
+
+class _Made(Data):
+    """What all kernels of a program have in common; the arrays are never written."""
+
+    place: Placement
+    results: Indices  # slots that must be finite in a row
+    candidates: Indices  # slots
+    residuals: Indices  # places in `area` of the residuals below the top
+    tear_starts: Indices  # slots of the start values of all tears
+    parameters: Indices  # slots of parameters with a default
+    defaults: Vector
+    asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
+    selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
+
+
+@once
+def _made(program: Program) -> _Made:
+    placed = place(program)
+    starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+    tears = (s for r in placed.records for s in r[Record.SLOTS :][: r[Record.TEARS]])
+    residuals = (
+        placed.residuals(k) + i
+        for k, code in enumerate(program.blocks)
+        if code.height
+        for i in range(len(code.residuals))
+    )
+    given = [p for p in program.parameter_slots if p.default is not None]
+    return _Made(
+        placed,
+        np.array(sorted({c.slot for c in program.columns if not c.constant}), np.intp),
+        np.array([c.slot for c in program.candidates], np.intp),
+        np.array(list(residuals), np.intp),
+        np.array([starts[s] for s in tears], np.intp),
+        np.array([p.slot for p in given], np.intp),
+        np.array([p.default for p in given], float),
+        {},
+        {},
+    )
+
+
+def _numbers(program: Program, placed: Placement, selection: tuple[int, ...]) -> NDArray[np.int64]:
+    """Slots of the states, of their derivatives, and the unknowns of each block."""
+    numbers = np.zeros(placed.numbers, np.int64)
+    n, first = program.state_count, Number.FIRST_STATE
+    chosen = [program.candidates[i] for i in selection]
+    numbers[first : first + n] = [c.slot for c in chosen]
+    numbers[first + n : first + 2 * n] = [c.derivative for c in chosen]
+    taken = set(selection)
+    for record, code in zip(placed.records, program.blocks, strict=True):
+        if code.height and code.residuals:
+            solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
+            at = record[Record.SOLVED]
+            numbers[at : at + len(solved)] = solved
+    return numbers[first:]
+
+
+class NativeKernel:
+    """See `planarc.ir.program.Kernel`; `w` is a NumPy array."""
+
+    w: Any
+
+    def __init__(
+        self, program: Program, code: bytes, slopes: Callable[[Scope], Any] | None = None
+    ) -> None:
+        self._program = program
+        self._slopes = slopes
+        self._derivatives: dict[str, NativeDerivatives | None] = {}
+        self._engine = engine = _engine(code)
+        made = _made(program)
+        self._place = made.place
+        n = program.state_count
+        self.w = np.zeros(program.size)
+        self._numbers = np.zeros(self._place.numbers, np.int64)
+        self._accepted = np.zeros(self._place.accepted)
+        self._area = np.zeros(self._place.area)
+        self._y, self._ydot = np.zeros(n), np.zeros(n)
+        self._zeros = np.zeros(len(program.relations))
+        self._initial = np.zeros(len(program.initial_residuals))
+        self._frame = np.zeros(len(Frame), np.uint64)
+        for where, array in (
+            (Frame.W, self.w),
+            (Frame.NUMBERS, self._numbers),
+            (Frame.ACCEPTED, self._accepted),
+            (Frame.AREA, self._area),
+        ):
+            self._frame[where] = array.ctypes.data
+        self.history = History(len(program.delays))
+        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
+        self._results, self._tear_starts = made.results, made.tear_starts
+        self._candidate_slots, self._residual_places = made.candidates, made.residuals
+        self._asked, self._selections = made.asked, made.selections
+        self._bind(engine)
+        self._numbers[Number.STATES] = n
+        self._numbers[Number.OPEN] = -1
+        self._addresses: Addresses | None = None
+        self._started = False
+        self.w[made.parameters] = made.defaults
+        self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
+
+    def _bind(self, engine: Engine) -> None:
+        frame = ctypes.c_void_p(self._frame.ctypes.data)
+        y, ydot, zeros, initial = (
+            ctypes.c_void_p(a.ctypes.data)
+            for a in (self._y, self._ydot, self._zeros, self._initial)
+        )
+        f = engine.functions
+
+        def bound(name: str, *rest: ctypes.c_void_p) -> Callable[[float], int]:
+            function = f[name]
+            return lambda t: function(frame, t, *rest)
+
+        self._call_rhs = bound("pc_rhs", y, ydot)
+        self._call_outputs = bound("pc_outputs", y)
+        self._call_roots = bound("pc_roots", y, zeros)
+        self._call_accept = bound("pc_accept")
+        self._call_parameters = bound("pc_parameters")
+        self._call_discrete = bound("pc_discrete")
+        evaluate = f["pc_evaluate"]
+        self._call_evaluate: Callable[[int], int] = lambda mode: evaluate(frame, mode, initial)
+        differences = f["pc_differences"]
+        self._call_differences: Callable[[int, int], int] = lambda table, out: differences(
+            frame, table, out
+        )
+
+    @property
+    def failed_block(self) -> int:
+        return int(self._numbers[Number.FAILED])
+
+    @property
+    def open_block(self) -> int:
+        return int(self._numbers[Number.OPEN])
+
+    def sway(self, block: int, amount: float) -> None:
+        record = self._place.records[block]
+        first = record[Record.ACCEPTED]
+        self._accepted[first : first + record[Record.TEARS]] += amount
+
+    @property
+    def failed_equation(self) -> int:
+        found = first_not_finite(self._program, self.w.tolist())
+        block = self.failed_block
+        if found >= 0 or block < 0:
+            return found
+        return self._row_not_finite(block)
+
+    def _row_not_finite(self, block: int) -> int:
+        """The equation of the first residual, or row of slopes, that is not finite."""
+        code = self._program.blocks[block]
+        m, n = len(code.residuals), len(code.tears)
+        r, a = self._place.residuals(block), self._place.jacobian(block)
+        rows = self._area[a : a + m * n].reshape(m, n)
+        finite = np.isfinite(self._area[r : r + m]) & np.isfinite(rows).all(axis=1)
+        return -1 if finite.all() else code.equations[int(np.argmin(finite))]
+
+    @property
+    def addresses(self) -> Addresses:
+        """For an integrator in C. AttributeError where SUNDIALS cannot be opened."""
+        if self._addresses is None:
+            self._addresses = self._find_addresses()
+        return self._addresses
+
+    def _find_addresses(self) -> Addresses:
+        from planarc.solve.solvers.sundials import Unavailable, open_sundials
+
+        try:
+            sundials = open_sundials()
+        except Unavailable as problem:
+            raise AttributeError(str(problem)) from None
+        self._frame[Frame.VECTOR] = sundials.address("N_VGetArrayPointer")
+        at = self._engine.address
+        return Addresses(
+            cv_rhs=at("pc_cv_rhs"),
+            cv_roots=at("pc_cv_roots"),
+            outputs=at("pc_outputs"),
+            accept=at("pc_accept"),
+            look=at("pc_look"),
+            records=tuple(accumulate(map(len, self._place.records), initial=1)),
+            context=self._frame.ctypes.data,
+            workspace=self.w.ctypes.data,
+        )
+
+    # The protocol
+
+    def parameters(self) -> int:
+        self._started = False
+        return self._call_parameters(float(self.w[0]))
+
+    def select(self, selection: Sequence[int]) -> None:
+        self._selection = chosen = tuple(selection)
+        known = self._selections.get(chosen)
+        if known is None:
+            known = self._selections[chosen] = _numbers(self._program, self._place, chosen)
+        self._numbers[Number.FIRST_STATE :] = known
+        for derivatives in self._derivatives.values():
+            if derivatives is not None:
+                derivatives.select(selection)
+
+    def accept(self, t: float) -> None:
+        self._started = True
+        self._call_accept(t)
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        flag = self._call_rhs(t)
+        ydot[:] = self._ydot
+        return flag
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        return self._call_outputs(t) or self._check_all()
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        flag = self._evaluate(Mode.GIVEN)
+        if flag:
+            return flag
+        found = np.concatenate([self._area[self._residual_places], self._initial])
+        r[: len(found)] = found
+        return 0 if np.isfinite(found.sum()) else -1
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        code = self._program.blocks[block]
+        m, n = len(code.residuals), len(code.tears)
+        if m:
+            self._evaluate(Mode.BELOW if code.height else Mode.MATRICES)
+        at = self._place.jacobian(block)
+        return self._area[at : at + m * n].reshape(m, n).copy()  # type: ignore[return-value]
+
+    def differences(
+        self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> Vector | None:
+        """Row 0: the residuals of the blocks below the top, with all candidates as `u`, then
+        those of the initial equations, then the values of some slots; below it their
+        derivatives by the candidates `columns`, a row for each, by differences. `below`: the
+        blocks' residuals alone, whatever the top. None where a number is not finite."""
+        table, width = self._tables(columns, slots, below)
+        out = np.empty((1 + len(columns), width))
+        self._begin()
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        flag = self._call_differences(table.ctypes.data, out.ctypes.data)
+        return None if flag else out
+
+    def _tables(
+        self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> tuple[NDArray[np.int64], int]:
+        """What `pc_differences` reads, and the length of its rows."""
+        key = columns, slots, below
+        if key not in self._asked:
+            initial = 0 if below else len(self._initial)
+            places = self._residual_places
+            counts = (len(columns), len(places), initial, len(slots))
+            moved = self._candidate_slots[list(columns)]
+            mode = Mode.BELOW if below else Mode.GIVEN
+            table = np.concatenate([(mode, *counts), moved, places, slots]).astype(np.int64)
+            self._asked[key] = table, sum(counts[1:])
+        return self._asked[key]
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        flag = self._call_roots(t)
+        g[:] = self._zeros
+        return flag
+
+    def discrete(self) -> int:
+        return self._call_discrete(float(self.w[0]))
+
+    def unknowns(self) -> Unknowns:
+        """What `residual_form` takes as given besides the states."""
+        return find_unknowns(self._program, self._selection)
+
+    def residual_form(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> tuple[int, Any, Any]:
+        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
+        if unknowns.places is None:
+            unknowns.places = [
+                self._place.residuals(block) + i
+                for block, count in unknowns.residuals
+                for i in range(count)
+            ]
+        n, numbers = len(y), self._numbers
+        first = Number.FIRST_STATE
+        self.w[0] = t
+        self.w[numbers[first : first + n]] = y
+        self.w[unknowns.slots] = u
+        flag = self._evaluate(Mode.RESIDUALS)
+        return flag, self.w[numbers[first + n : first + 2 * n]], self._area[unknowns.places]
+
+    # Derivatives: see `NumpyKernel`
+
+    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
+        self._begin()
+        self._y[:] = y
+        if self._call_rhs(t):
+            return None
+        found = self._derivatives_of("RATES")
+        return None if found is None else found.by_states(t)
+
+    def derivatives(
+        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
+    ) -> Any:
+        if self.outputs(t, y):
+            return None
+        found = self._derivatives_of("ALL")
+        return None if found is None else found.of_values(t, leaves, rows)
+
+    def residual_jacobian(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> Any:
+        if self.residual_form(t, y, u, unknowns)[0]:
+            return None
+        found = self._derivatives_of("RATES")
+        return None if found is None else found.of_residuals(t, unknowns)
+
+    def cv_jacobian(self, scales: Sequence[float]) -> int:
+        """The address of the Jacobian as CVODE calls it, for the present choice of states, or
+        0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`."""
+        found = self._derivatives_of("RATES")
+        if found is None:
+            return 0
+        from planarc.solve.solvers.sundials import open_sundials
+
+        found.prepare(scales, open_sundials().address("SUNDenseMatrix_Data"))
+        self._frame[Frame.PASSING] = found.memory.ctypes.data
+        return self._engine.address("pc_cv_jacobian")
+
+    def _derivatives_of(self, which: str) -> NativeDerivatives | None:
+        """Loaded when first asked for; `which` is the name of a `Scope`."""
+        if which not in self._derivatives:
+            from planarc.ir.derivatives import Scope
+
+            scope = Scope[which]
+            code = self._slopes(scope) if self._slopes is not None else None
+            made = None
+            if code is not None:
+                from planarc.solve.kernels.native.derivatives import NativeDerivatives
+
+                self._engine.add(code)
+                made = NativeDerivatives(
+                    self._program, self._engine, scope, self._frame.ctypes.data
+                )
+                made.select(self._selection)
+            self._derivatives[which] = made
+        return self._derivatives[which]
+
+    # Below the protocol
+
+    def _evaluate(self, mode: Mode) -> int:
+        self._begin()
+        return self._call_evaluate(mode)
+
+    def _begin(self) -> None:
+        """Before a point was accepted, blocks start from the start values, at rest."""
+        if self._started:
+            return
+        self._accepted[:] = 0.0
+        self._accepted[: len(self._tear_starts)] = self.w[self._tear_starts]
+
+    def _check_all(self) -> int:
+        return 0 if np.isfinite(self.w[self._results]).all() else -1

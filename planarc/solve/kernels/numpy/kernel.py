@@ -1,0 +1,323 @@
+"""The NumPy back end's kernel: a program's generated text, run on a list of floats."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, MutableSequence, Sequence
+from functools import lru_cache
+from operator import itemgetter
+from types import CodeType
+from typing import TYPE_CHECKING, Any
+
+from planarc.ir.program import Program
+from planarc.runtime.history import History
+from planarc.solve.kernels.failures import first_not_finite
+from planarc.solve.kernels.numpy.block import (
+    Block,
+    NotFiniteError,
+    UnsolvedError,
+    by_columns,
+)
+from planarc.solve.kernels.numpy.pair import PairBlock
+from planarc.solve.kernels.numpy.support import NAMESPACE
+from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+
+if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
+    from planarc.solve.kernels.numpy.derivatives import NumpyDerivatives
+
+_FILE = "<planarc numpy>"
+_EQUATION = re.compile(r"# e(\d+)")
+
+
+@lru_cache(maxsize=16)
+def _compiled(source: str) -> CodeType:
+    return compile(source, _FILE, "exec")
+
+
+class NumpyKernel:
+    """See `planarc.ir.program.Kernel`."""
+
+    def __init__(
+        self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
+    ) -> None:
+        self._program = program
+        self._slopes = slopes
+        self._derivatives: dict[str, NumpyDerivatives | None] = {}
+        self._source = source
+        self.w: MutableSequence[float] = [0.0] * program.size
+        self.failed_block = -1
+        self.failed_equation = -1
+        self._blocks = [
+            (PairBlock if len(b.residuals) == 2 else Block)(i, b, program, self.w)
+            for i, b in enumerate(program.blocks)
+        ]
+        self._modal = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal]
+        self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
+        #: Blocks that start from accepted values; linear ones need them where they are open.
+        self._starting = [
+            b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal or not c.linear
+        ]
+        self.history = History(len(program.delays))
+        own: dict[str, Any] = {"by_columns": by_columns, "past": self.history.value}
+        self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, **own}
+        exec(_compiled(source), self._functions)
+        self._levels = self._functions["levels"]
+        self._state_slots: list[int] = []
+        self._derivative_slots: list[int] = []
+        results = sorted({c.slot for c in program.columns if not c.constant})
+        self._pick = itemgetter(0, 0, *results)  # twice the time, since one alone is no tuple
+        self._started = False
+        for p in program.parameter_slots:
+            if p.default is not None:
+                self.w[p.slot] = p.default
+        self.select(_first_states(program))
+
+    @property
+    def open_block(self) -> int:
+        return max((b.index for b in self._blocks if b.open), default=-1)
+
+    def sway(self, block: int, amount: float) -> None:
+        self._blocks[block].sway(amount)
+
+    def forgive(self) -> None:
+        """Do not solve for accelerations and forces, which are not wanted by those who ask for
+        positions alone. Where initial equations may need them, go on with zeros where there is
+        no solution."""
+        for block, code in zip(self._blocks, self._program.blocks, strict=True):
+            needed = bool(self._program.initial_residuals)
+            block.lenient = code.height == 0 and needed
+            block.evaluating = code.height == 0 and not needed
+
+    # The protocol
+
+    def parameters(self) -> int:
+        self._started = False
+        return self._run("parameters")[0]
+
+    def select(self, selection: Sequence[int]) -> None:
+        program = self._program
+        self._selection = tuple(selection)
+        self._derivatives = {k: d for k, d in self._derivatives.items() if d is None}
+        chosen = [program.candidates[i] for i in selection]
+        self._state_slots = [c.slot for c in chosen]
+        self._derivative_slots = [c.derivative for c in chosen]
+        for block, code in zip(self._blocks, program.blocks, strict=True):
+            if code.height:
+                last = code.first + len(code.tears)
+                block.select({i - code.first for i in selection if code.first <= i < last})
+
+    def accept(self, t: float) -> None:
+        self._started = True
+        for block in self._starting:
+            block.accept(t)
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        code = self._run_levels(t, y)
+        if code:
+            return code
+        w, total = self.w, 0.0
+        for i, slot in enumerate(self._derivative_slots):
+            ydot[i] = value = w[slot]
+            total += value
+        return 0 if total - total == 0.0 else self._not_finite()
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        return self._run_levels(t, y) or self._run("rest")[0] or self._check_all()
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        self.w[0] = t
+        for candidate, value in zip(self._program.candidates, _floats(u), strict=True):
+            self.w[candidate.slot] = value
+        code, initial = self._given("levels", "rest", "initial")
+        if code:
+            return code
+        found = [value for block in self._below for value in block.residuals]
+        found.extend(initial)
+        r[: len(found)] = found
+        return 0 if math.isfinite(sum(found)) else self._not_finite()
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        asked = self._blocks[block]
+        if self._program.blocks[block].residuals:
+            asked.matrix_asked = True
+            self._given("levels")
+            asked.matrix_asked = False
+        return asked.matrix
+
+    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
+        """d(derivatives of the states)/d(states), a row for each derivative.
+
+        None where it is not known: a function without derivative, a singular point.
+        """
+        if self._run_levels(t, y):
+            return None
+        found = self._derivatives_of("RATES")
+        return None if found is None else found.by_states(t)
+
+    def derivatives(
+        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
+    ) -> Any:
+        """d(values in the slots `rows`)/d(states, then parameters or inputs in the slots
+        `leaves`), a row for each; None as above. The workspace is filled."""
+        if self.outputs(t, y):
+            return None
+        found = self._derivatives_of("ALL")
+        return None if found is None else found.of_values(t, leaves, rows)
+
+    def residual_jacobian(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> Any:
+        """d(what `residual_form` gives)/d(states, then unknowns), or None."""
+        if self.residual_form(t, y, u, unknowns)[0]:
+            return None
+        found = self._derivatives_of("RATES")
+        return None if found is None else found.of_residuals(t, unknowns)
+
+    def _derivatives_of(self, which: str) -> NumpyDerivatives | None:
+        """Loaded when first asked for; `which` is the name of a `Scope`."""
+        if which not in self._derivatives:
+            from planarc.ir.derivatives import Scope
+
+            scope = Scope[which]
+            text = self._slopes(scope) if self._slopes is not None else None
+            made = None
+            if text is not None:
+                from planarc.solve.kernels.numpy.derivatives import NumpyDerivatives
+
+                space = dict(self._functions)
+                exec(_compiled(text), space)
+                made = NumpyDerivatives(self._program, self._selection, space, self.w)
+            self._derivatives[which] = made
+        return self._derivatives[which]
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        code = self._run_levels(t, y)
+        if code:
+            return code
+        code, values = self._run("roots")
+        if not code:
+            for i, value in enumerate(values):  # g may be a bare C pointer
+                g[i] = value
+        return code
+
+    def discrete(self) -> int:
+        return self._run("discrete")[0]
+
+    def unknowns(self) -> Unknowns:
+        """What `residual_form` takes as given besides the states."""
+        return find_unknowns(self._program, self._selection)
+
+    def residual_form(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> tuple[int, Any, Any]:
+        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
+        for slot, value in zip(unknowns.slots, _floats(u), strict=True):
+            self.w[slot] = value
+        blocks = [self._blocks[i] for i, _ in unknowns.residuals]
+        for block in blocks:
+            block.evaluating = True
+        flag = self._run_levels(t, y)
+        for block in blocks:
+            block.evaluating = False
+        w = self.w
+        residuals = () if flag else [r for block in blocks for r in block.residuals]
+        return flag, [w[slot] for slot in self._derivative_slots], residuals
+
+    # Below the protocol
+
+    def _run_levels(self, t: float, y: Sequence[float]) -> int:
+        if not self._started:
+            self._begin()
+        w = self.w
+        w[0] = t
+        for slot, value in zip(self._state_slots, _floats(y), strict=True):
+            w[slot] = value
+        for block in self._modal:
+            block.open = False
+        try:
+            self._levels(t, w, self._blocks)
+        except (ArithmeticError, ValueError, UnsolvedError) as problem:
+            return self._failed(problem)
+        return 0
+
+    def _run(self, function: str) -> tuple[int, Sequence[float]]:
+        try:
+            found = self._functions[function](self.w[0], self.w, self._blocks)
+        except (ArithmeticError, ValueError, UnsolvedError) as problem:
+            return self._failed(problem), ()
+        return 0, found or ()
+
+    def _given(self, *functions: str) -> tuple[int, Sequence[float]]:
+        """Run functions with the candidates as they are in the workspace."""
+        if not self._started:
+            self._begin()
+        for block in self._below:
+            block.evaluating = True
+        code = 0
+        values: Sequence[float] = ()
+        for function in functions:
+            if not code:
+                code, values = self._run(function)
+        for block in self._below:
+            block.evaluating = False
+        return code, values
+
+    def _begin(self) -> None:
+        """Before a point was accepted, blocks start from the start values."""
+        program, w = self._program, self.w
+        starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
+        for block in self._blocks:
+            block.begin([w[starts[s]] for s in block.slots])
+
+    # Failures
+
+    def _failed(self, problem: Exception) -> int:
+        """The return code; notes the block or the equation."""
+        self.failed_block = self.failed_equation = -1
+        if isinstance(problem, UnsolvedError):
+            self.failed_block = problem.block
+            return 1
+        if isinstance(problem, NotFiniteError):
+            self.failed_equation = problem.equation
+            return -1
+        frame = problem.__traceback__
+        while frame is not None:
+            if frame.tb_frame.f_code.co_filename == _FILE:
+                self.failed_equation = self._equation_at(frame.tb_lineno)
+            frame = frame.tb_next
+        return -1
+
+    def _equation_at(self, line: int) -> int:
+        """The equation of a line of the text: its own, or that which its value is for."""
+        for text in self._source.split("\n")[line - 1 :]:
+            found = _EQUATION.search(text)
+            if found:
+                return int(found[1])
+            if text.startswith("def "):
+                break
+        return -1
+
+    def _check_all(self) -> int:
+        """After `rest`: every result must be finite."""
+        total = sum(self._pick(self.w))
+        return 0 if total - total == 0.0 else self._not_finite()
+
+    def _not_finite(self) -> int:
+        self.failed_block = -1
+        self.failed_equation = first_not_finite(self._program, self.w)
+        return -1
+
+
+def _floats(values: Sequence[float]) -> list[float]:
+    """Python floats, also from an array: NumPy's scalars are slow."""
+    if isinstance(values, list):
+        return values
+    tolist = getattr(values, "tolist", None)
+    return list(map(float, values)) if tolist is None else tolist()
+
+
+def _first_states(program: Program) -> list[int]:
+    """Some selection, until `select` is called."""
+    return [code.first + i for code in program.blocks if code.height for i in range(code.free)]

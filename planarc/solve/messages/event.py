@@ -1,0 +1,91 @@
+"""What goes wrong at an event, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.ir.dae import Assertion, Reinit, SetDiscrete
+from planarc.ir.program import Kernel, Program, RelationSlot
+from planarc.solve.messages import trouble
+from planarc.solve.messages.failure import Place, not_finite
+
+
+def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
+    """The equations have no solution with what an event changed; `reset` are the variables
+    that a `reinit` set there."""
+    block = kernel.failed_block
+    if block < 0:
+        return not_finite(program, kernel, Place(t), t)
+    infos = [info for _, info in trouble.worst_equations(program, kernel, t, block)]
+    names = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
+    message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
+    message += "be solved"
+    hint = "the mechanism may be stretched or jammed here: look at its position at this time"
+    if reset:
+        message += f" with what `reinit` gives to {trouble.names(reset)}"
+        hint = "reinit to a value that the closed loops allow, near to the one before"
+    return Diagnostic(
+        "R422",
+        message,
+        infos[0].span if infos else None,
+        hint=hint,
+        related=tuple(Related(f"`{i.text}` is one of them", i.span) for i in infos[:3]),
+    )
+
+
+def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Diagnostic:
+    """`values`: truths of relations and discrete values of the last iterations at `t`."""
+    names = [_named(r) for r in program.relations]
+    names += [f"`{d.name}`" for d in program.discretes]
+    spans = [r.span for r in program.relations] + [None for _ in program.discretes]
+    columns = zip(*values, strict=True)
+    restless = [i for i, found in enumerate(columns) if len(set(found)) > 1]
+    culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
+    switch = "switches" if len(restless) == 1 else "switch"
+    return Diagnostic(
+        "R433",
+        f"the events at t = {t:.6g} s do not come to rest: {culprits} {switch} to and fro",
+        spans[restless[0]] if restless else None,
+        hint="break the loop with `pre(...)`, or make the relation's two sides agree",
+    )
+
+
+def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
+    """`often`: the causes that come again and again, those of relations with their texts."""
+    relations = {r.text: r for r in program.relations}
+    told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
+    first = relations.get(often[0]) if often else None
+    switch = "switches" if len(told) == 1 else "switch"
+    return Diagnostic(
+        "R432",
+        f"events follow each other without end at t = {t:.6g} s: {trouble.listed(told)} {switch} "
+        "to and fro",
+        first.span if first else None,
+        hint="let the model come to rest there (a stuck or resting mode), or smooth the "
+        "relation, or put it in `noEvent(...)`",
+    )
+
+
+def _named(relation: RelationSlot) -> str:
+    place = f" in `{relation.component}`" if relation.component else ""
+    return f"`{relation.text}`{place}"
+
+
+def no_value(t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:
+    return Diagnostic(
+        "R421",
+        f"at t = {t:.6g} s the value that the event gives `{name}` is no finite number",
+        action.span,
+        hint="look for a division by zero, or the root of a negative number",
+    )
+
+
+def assertion_diagnostic(t: float, assertion: Assertion, message: str) -> Diagnostic:
+    place = f" in `{assertion.component}`" if assertion.component else ""
+    return Diagnostic(
+        "R430",
+        f"assertion failed at t = {t:.6g} s{place}: {message}",
+        assertion.span,
+        Severity.WARNING if assertion.warning else Severity.ERROR,
+    )

@@ -1,0 +1,225 @@
+"""Why a run cannot go on, in words: time, cause, worst equation, fastest states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.ir.program import EquationInfo, Kernel, Program
+from planarc.solve.messages import trouble
+from planarc.solve.solvers.integrator import Cause
+
+if TYPE_CHECKING:
+    from planarc.solve.run import Run
+
+
+def constant_not_finite(program: Program, kernel: Kernel) -> str:
+    """The first parameter, constant or variable that never changes without a finite value,
+    or nothing."""
+    # Their slots stand before those of the candidates; a sum tells of all at once.
+    end = program.candidates[0].slot if program.candidates else len(kernel.w)
+    if math.isfinite(sum(map(float, kernel.w[:end]))):  # of NumPy's, too: these would warn
+        return ""
+    for p in program.parameter_slots:
+        if not math.isfinite(kernel.w[p.slot]):
+            return f"parameter `{p.name}`"
+    for c in program.columns:
+        if c.constant and not math.isfinite(kernel.w[c.slot]):
+            return f"`{c.name}`"
+    return ""
+
+
+def stopped(
+    run: Run, t: float, y: Sequence[float], cause: Cause | None, block: int = -1
+) -> Diagnostic:
+    """The diagnostic for an integrator or equations that cannot go on from `t`."""
+    program, kernel = run.program, run.kernel
+    if block < 0:
+        block = kernel.failed_block
+    errors = run.integrator.errors()
+    ydot = [math.nan] * len(y)
+    flag = kernel.rhs(t, y, ydot) or kernel.outputs(t, y) or (0 if _finite(ydot) else -1)
+    place = Place(t, "at", _fastest(run, y, ydot if flag == 0 else ()))
+    if flag == 0:
+        stretched = _stretched(program, kernel, run.selection) if cause in _STRETCHING else -1
+        if stretched >= 0:
+            return _block(program, kernel, place, stretched)
+        worst = _worst(run, errors, y, ydot)
+        beyond = _beyond(run, t, y, ydot, FAR_BEYOND if cause in _OF_VALUES else BEYOND)
+        if beyond is not None:
+            flag, t = beyond
+            block, place = kernel.failed_block, replace(place, when="right after")
+        elif cause is not Cause.BLOCK or block < 0:
+            return _given_up(place, cause or Cause.STEP, worst)
+    if flag < 0:
+        return not_finite(program, kernel, place, t)
+    stretched = _stretched(program, kernel, run.selection)
+    on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
+    return _block(program, kernel, place, stretched if stretched >= 0 and on_top else block, t)
+
+
+class Place(Data):
+    """When it happened, and which states moved fastest then."""
+
+    t: float
+    when: str = "at"
+    fastest: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.when} t = {self.t:.6g} s"
+
+    def hint(self, advice: str = "") -> str | None:
+        """With advice, if there is any."""
+        told = f"the states that moved fastest were {self.fastest}" if self.fastest else ""
+        return "; ".join(part for part in (advice, told) if part) or None
+
+
+# What is worst --------------------------------------------------------------------------------
+
+
+def _fastest(run: Run, y: Sequence[float], ydot: Sequence[float]) -> str:
+    """From the derivatives here, or where there are none, from those of the last row."""
+    candidates = [run.program.candidates[i] for i in run.selection]
+    if not ydot:
+        if not run.recorder.count:
+            return ""
+        row, column = run.recorder.data[run.recorder.count - 1], run.recorder.stored
+        known = [c for c in candidates if c.slot in column and c.derivative in column]
+        candidates = known
+        y = [float(row[column[c.slot]]) for c in known]
+        ydot = [float(row[column[c.derivative]]) for c in known]
+    return trouble.fastest([c.display for c in candidates], y, ydot)
+
+
+def _worst(
+    run: Run, errors: Sequence[float], y: Sequence[float], ydot: Sequence[float]
+) -> tuple[str, EquationInfo] | None:
+    """The state with the largest error, or the fastest, and the equation that moves it."""
+    if not y:
+        return None
+    sizes = [abs(e) for e in errors]
+    if len(sizes) != len(y) or not _finite(sizes) or not any(sizes):
+        sizes = trouble.paces(y, ydot)
+    candidates = run.program.candidates
+    state = run.selection[sizes.index(max(sizes))]
+    slot = candidates[state].derivative
+    higher = {c.slot: c.derivative for c in candidates}
+    while slot in higher:  # of an angle it is not w = der(phi) that is wrong
+        slot = higher[slot]
+    info = trouble.determining(run.program, run.kernel, slot)
+    return None if info is None else (candidates[state].display, info)
+
+
+#: How far beyond the last point what cannot be evaluated is looked for, as a part of the
+#: run, in general and where the integrator says that it met such a point.
+BEYOND, FAR_BEYOND = 1e-6, 1e-1
+_OF_VALUES = (Cause.NOT_FINITE, Cause.BLOCK)
+#: States may move so far on the way, relative to their size.
+_WAY = 1e-2
+
+
+def _beyond(
+    run: Run, t: float, y: Sequence[float], ydot: Sequence[float], furthest: float
+) -> tuple[int, float] | None:
+    """The kernel's flag at the first point beyond, along the motion, that cannot be
+    evaluated, and its time. The workspace is left there."""
+    room = max((pace for pace in trouble.paces(y, ydot)), default=0.0)
+    scratch = [0.0] * len(y)
+    h = 1e-15 * run.request.span
+    while h <= furthest * run.request.span and h * room <= _WAY:
+        moved = [a + h * d for a, d in zip(y, ydot, strict=True)]
+        flag = run.kernel.rhs(t + h, moved, scratch) or run.kernel.outputs(t + h, moved)
+        if flag != 0 or not _finite(scratch):
+            return flag or -1, t + h
+        h *= 4
+    return None
+
+
+#: What becomes of an integrator where unknowns are hardly determined any more.
+_STRETCHING = (Cause.BLOCK, Cause.CONVERGENCE, Cause.ERROR_TEST)
+
+
+def _stretched(program: Program, kernel: Kernel, selection: Sequence[int]) -> int:
+    """A block of constraints that hardly determine their unknowns, or -1.
+
+    In such a position accelerations and forces have no value, and the block of these is
+    the one that fails; what the user can do something about is the mechanism.
+    """
+    import numpy as np
+
+    for i, block in enumerate(program.blocks):
+        if block.height > 0 and block.residuals:
+            g = np.array(kernel.jacobian(i), dtype=float)
+            if np.all(np.isfinite(g)):
+                solved = [j for j in range(len(block.tears)) if block.first + j not in selection]
+                least = np.linalg.svd(g[:, solved], compute_uv=False)[-1]
+                if least < 1e-2 * np.linalg.svd(g, compute_uv=False)[0]:
+                    return i
+    return -1
+
+
+def _finite(values: Sequence[float]) -> bool:
+    return all(map(math.isfinite, values))
+
+
+#: An equation that is off by less is as good as met with the values from before.
+_MET = 1e-6
+
+
+def _off(value: float) -> bool:
+    return math.isfinite(value) and abs(value) > _MET
+
+
+# Messages -------------------------------------------------------------------------------------
+
+
+def _given_up(place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None) -> Diagnostic:
+    """The integrator found no step, though everything has a value."""
+    message = f"the integration stopped {place}: {cause.value}"
+    if worst is not None:
+        message += f"; `{worst[0]}` was worst, which `{worst[1].text}` moves"
+    code = "R421" if cause is Cause.NOT_FINITE else "R420"
+    return Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint())
+
+
+def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:
+    """What gives no finite number at the workspace's point, of time `t`."""
+    info = trouble.first_not_finite(program, kernel, t)
+    advice = "look for a division by something that vanishes, or the root of a negative number"
+    if info is None:
+        name = trouble.without_value(program, kernel)
+        return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))
+    message = f"{place} `{info.text}` gives no finite number"
+    return Diagnostic("R421", message, info.span, hint=place.hint(advice))
+
+
+def _block(
+    program: Program, kernel: Kernel, place: Place, block: int, t: float | None = None
+) -> Diagnostic:
+    """A block without solution at the workspace's point, of time `t`."""
+    worst = []
+    if 0 <= block < len(program.blocks):
+        worst = trouble.worst_equations(program, kernel, place.t if t is None else t, block)
+    parts = list(dict.fromkeys(i.component for _, i in worst if i.component))
+    names = trouble.names(parts)
+    advice = "these equations may have no solution from here on: look for what comes to its end"
+    if program.mechanism is not None:
+        advice = "the mechanism may be stretched or jammed here: look at its position at this time"
+    return Diagnostic(
+        "R422",
+        f"{place} the equations of {names or 'the model'} could not be solved",
+        worst[0][1].span if worst else None,
+        hint=place.hint(advice),
+        related=tuple(Related(_told(v, i), i.span) for v, i in worst if len(worst) > 1 or _off(v)),
+    )
+
+
+def _told(value: float, info: EquationInfo) -> str:
+    if _off(value):
+        return f"`{info.text}` is off by {value:.3g}"
+    return f"`{info.text}` is one of them"

@@ -1,0 +1,78 @@
+"""Values of expressions at the workspace's present values, and texts with values in them.
+
+For what happens at events: actions of when-clauses, messages, instants. Expressions are
+prepared when they are read often (`evaluate.tape`), so a reader should be kept.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from planarc.evaluate.tape import Prepared, prepare
+from planarc.ir.dae import Message
+from planarc.ir.expr import Expr, Op, evaluate
+from planarc.ir.program import Kernel, Program
+from planarc.solve.once import once
+
+#: Preparing an expression takes as long as reading it so many times.
+OFTEN = 20
+
+
+class Reader:
+    """`read(expression)` gives a number or a truth value, at the time `t`.
+
+    Raises ArithmeticError or ValueError where it has none.
+    """
+
+    def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
+        self.t = t
+        self._slots, self._w = program.slots, kernel.w
+        self._prepared, self._times = _read_before(program)
+
+    def __call__(self, e: Expr) -> Any:
+        prepared = self._prepared.get(e)
+        if prepared is None:
+            times = self._times[e] = self._times.get(e, 0) + 1
+            if times < OFTEN:
+                return evaluate(e, self.leaf)
+            prepared = self._prepared[e] = prepare(e, self._slot)
+        return prepared(self._w, self.t)
+
+    def leaf(self, e: Expr) -> float:
+        """The value of a leaf."""
+        return self.t if e.op is Op.TIME else float(self._w[self._slot(e)])
+
+    def _slot(self, e: Expr) -> int:
+        if e.op is Op.PAST:
+            raise AssertionError(f"`{e}` has a variable of its own")
+        slot = self._slots.get(repr(e))
+        if slot is None and e.op is Op.PRE:
+            # The left limit of a continuous variable, before a reinit takes effect.
+            slot = self._slots.get(e.data)
+        if slot is None:
+            raise KeyError(repr(e))
+        return slot
+
+
+@once
+def _read_before(program: Program) -> tuple[dict[Expr, Prepared], dict[Expr, int]]:
+    """Expressions that are prepared, and how often others were read, in all runs."""
+    return {}, {}
+
+
+def text_of(message: Message, read: Reader) -> str:
+    """A message with its values put in."""
+    return "".join(
+        part if isinstance(part, str) else formatted(read(part[0]), part[1])
+        for part in message.parts
+    )
+
+
+def formatted(value: float, form: str) -> str:
+    """A value as `String(value, format=...)` writes it (six digits without a format)."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    try:
+        return ("%" + form.lstrip("%") if form else "%.6g") % value
+    except (ValueError, TypeError):
+        return f"{value:.6g}"

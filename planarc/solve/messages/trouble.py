@@ -1,0 +1,92 @@
+"""What messages of a run are made of: lists of names, the worst equation, the fastest state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from planarc.ir.program import EquationInfo, Kernel, Let, Program, Solve, Statement
+from planarc.solve.messages.replay import Replay
+
+_MOST_NAMES = 6
+
+
+def listed(parts: Iterable[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    *first, last = list(parts) or [""]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def names(items: Sequence[str]) -> str:
+    """Names in backticks; of many only the first few."""
+    shown = [f"`{n}`" for n in items[:_MOST_NAMES]]
+    if len(items) > _MOST_NAMES:
+        shown.append(f"{len(items) - _MOST_NAMES} more")
+    return listed(shown)
+
+
+def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:
+    """The equation that the kernel says failed, or the first one, in the order of
+    evaluation, that gives no finite number."""
+    found = kernel.failed_equation
+    if found < 0:
+        found = Replay(program, kernel, t).first_not_finite()
+    return program.equations[found] if found >= 0 else None
+
+
+def without_value(program: Program, kernel: Kernel) -> str:
+    """The first variable or parameter of the result that is not finite."""
+    for c in program.columns:
+        if not math.isfinite(kernel.w[c.slot]):
+            return f"`{c.name}`"
+    return "an expression of parameters"
+
+
+def worst_equations(
+    program: Program, kernel: Kernel, t: float, block: int, most: int = 3
+) -> list[tuple[float, EquationInfo]]:
+    """The equations of a block with their residuals at the workspace's values, worst first."""
+    infos = [program.equations[e] for e in program.blocks[block].equations]
+    pairs = list(zip(Replay(program, kernel, t).residuals(block), infos, strict=False))
+    return sorted(pairs, key=lambda p: -abs(p[0]) if math.isfinite(p[0]) else -math.inf)[:most]
+
+
+def determining(program: Program, kernel: Kernel, slot: int) -> EquationInfo | None:
+    """The equation that gives a value: its assignment, or the equation of the block it is
+    solved in that depends on it most, compared with what else that one depends on."""
+    for statement in (s for level in program.levels for s in level):
+        lets: Sequence[Statement] = (statement,)
+        if isinstance(statement, Solve):
+            code = program.blocks[statement.block]
+            tears = [program.slots[repr(tear)] for tear in code.tears]
+            if slot in tears and code.equations:
+                rows = kernel.jacobian(statement.block)
+                shares = [_share(row, tears.index(slot)) for row in rows]
+                return program.equations[code.equations[shares.index(max(shares))]]
+            lets = code.body
+        for let in lets:
+            if not isinstance(let, Let) or let.equation is None:
+                continue
+            if program.slots.get(repr(let.target)) == slot:
+                return program.equations[let.equation]
+    return None
+
+
+def _share(row: Sequence[float], k: int) -> float:
+    whole = sum(map(abs, row))
+    return abs(row[k]) / whole if math.isfinite(whole) and whole > 0 else 0.0
+
+
+def fastest(
+    names_of_states: Sequence[str], y: Sequence[float], ydot: Sequence[float], most: int = 3
+) -> str:
+    """The states that change most quickly, measured by their own size."""
+    speed = paces(y, ydot)
+    order = [i for i in sorted(range(len(speed)), key=lambda i: -speed[i]) if speed[i] > 0]
+    return listed(f"`{names_of_states[i]}` (rate {ydot[i]:.3g})" for i in order[:most])
+
+
+def paces(y: Sequence[float], ydot: Sequence[float]) -> list[float]:
+    """How quickly each state changes, measured by its own size; without a value, infinitely."""
+    speeds = (abs(d) / max(1.0, abs(v)) for v, d in zip(y, ydot, strict=True))
+    return [math.inf if math.isnan(s) else s for s in speeds]

@@ -1,0 +1,252 @@
+"""Why a mechanism cannot start, in words: the loop, the worst equations, what to change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.ir.dae import MISFIT
+from planarc.ir.program import EquationInfo, Program
+from planarc.solve.messages import trouble
+from planarc.solve.start import newton
+
+if TYPE_CHECKING:
+    from planarc.solve.start.newton import Vector
+    from planarc.solve.start.solve import Choice
+    from planarc.solve.start.system import System
+
+_WORST = 3
+#: Below this a length (m) or an angle (rad) is a zero of Newton's method.
+_SMALL = 1e-6
+
+
+def not_evaluated(system: System, flag: int) -> PlanarcError:
+    """The equations have no value at the start."""
+    kernel = system.kernel
+    if kernel.failed_block >= 0 and kernel.failed_equation < 0:
+        return _block_failed(system, kernel.failed_block)
+    where = trouble.first_not_finite(system.program, kernel, system.t)
+    message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
+    related: tuple[Related, ...] = ()
+    if where is not None:
+        message += f": `{where.text}` gives no finite number"
+        related = (Related(f"in {where.component or 'the model'}", where.span),)
+    return PlanarcError(
+        Diagnostic(
+            "R413",
+            message,
+            where.span if where else None,
+            hint="check parameters and start values for a division by zero or a root of a "
+            "negative number",
+            related=related,
+        )
+    )
+
+
+def _block_failed(system: System, block: int) -> PlanarcError:
+    infos = [system.program.equations[e] for e in system.program.blocks[block].equations]
+    names = trouble.names(_components(infos))
+    return PlanarcError(
+        Diagnostic(
+            "R413",
+            f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
+            if names
+            else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
+            infos[0].span if infos else None,
+            hint="look for a part without mass that nothing holds, a joint that constrains "
+            "what another one constrains already, or a stretched (singular) position",
+            related=tuple(Related(f"`{i.text}`", i.span) for i in infos[:_WORST]),
+        )
+    )
+
+
+def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
+    """Finds out which of the conditions cannot be met, and with which others."""
+    import numpy as np
+
+    from planarc.solve.start.solve import places
+
+    if all(system(p) is None for p in places(u0)):
+        return not_evaluated(system, system.evaluate_flag(u0))
+    nothing = np.zeros(len(u0), dtype=bool)
+    for rows, columns in system.stages():
+        free = _best(system, u0, rows, columns, nothing)
+        if not free.converged:
+            return _not_assembled(system, free, rows, columns, u0)
+        root = _best(system, u0, rows, columns, np.array(choice.held))
+        if not root.converged:
+            if choice.redundant:
+                return _contradiction(system, u0, choice, rows, columns)
+            return _not_reachable(system, u0, free, root, rows, columns, choice)
+        u0 = root.point
+    return _not_assembled(system, free, rows, columns, u0)
+
+
+def _best(
+    system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Vector
+) -> newton.Root:
+    from planarc.solve.start.solve import solve_stage
+
+    return solve_stage(system, u, rows, [c for c in columns if not held[c]])
+
+
+def row_info(system: System, row: int) -> EquationInfo | None:
+    program = system.program
+    for i, block in system.blocks:
+        if row in system.block_rows[i]:
+            return program.equations[block.equations[row - system.block_rows[i].start]]
+    if row in system.initial_rows:
+        k = row - system.initial_rows.start
+        return program.initial_equations[k] if k < len(program.initial_equations) else None
+    fixed = system.conditions[row - system.fixed_rows.start]
+    for condition in program.sharing.conditions if program.sharing else ():
+        if condition.held is not None and condition.held.slot == fixed.slot:
+            return condition.info
+    note = ", fixed = true" if fixed.fixed else ""
+    return EquationInfo(f"{fixed.display} = start{note}", fixed.span, "")
+
+
+def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
+    """The equations that are farthest from being met."""
+    order = sorted(range(len(r)), key=lambda k: -abs(r[k]))[:_WORST]
+    found = [(float(r[k]), row_info(system, rows[k])) for k in order if len(r) == len(rows)]
+    largest = abs(found[0][0]) if found else 0.0
+    return [(v, i) for v, i in found if i is not None and abs(v) > 1e-3 * largest]
+
+
+def _related(worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
+    return tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
+
+
+def _off(residual: float) -> str:
+    """A residual to two digits: the next ones depend on the machine."""
+    return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{residual:.2g}"
+
+
+def _start(value: float) -> str:
+    """A start value to try; what Newton's method leaves of a zero is zero."""
+    return "0" if abs(value) < _SMALL else f"{value:.3g}"
+
+
+def _components(infos: Sequence[EquationInfo]) -> list[str]:
+    return list(dict.fromkeys(i.component for i in infos if i.component))
+
+
+def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> str:
+    """The components of the blocks that hold the worst equations."""
+    program = system.program
+    worst = {rows[k] for k in range(len(r)) if abs(r[k]) >= 0.5 * max(abs(r))} if len(r) else set()
+    names: dict[str, None] = {}
+    for i, block in system.blocks:
+        if block.first in columns and worst & set(system.block_rows[i]):
+            for c in program.candidates[block.first : block.first + len(block.tears)]:
+                names[owner(c.display)] = None
+            names |= dict.fromkeys(_components([program.equations[e] for e in block.equations]))
+    names.pop("", None)
+    return trouble.names(list(names))
+
+
+def owner(display: str) -> str:
+    """The component that a variable belongs to: `rev` of `rev.phi` and of `der(rev.s)`."""
+    name = display.removeprefix("der(").removesuffix(")")
+    return name.rpartition(".")[0]
+
+
+def _not_assembled(
+    system: System, root: newton.Root, rows: Sequence[int], columns: Sequence[int], u0: Vector
+) -> PlanarcError:
+    worst = _worst(system, rows, root.residuals)
+    loop = _loop(system, rows, columns, root.residuals)
+    return PlanarcError(
+        Diagnostic(
+            "R412",
+            f"the loop of {loop} cannot be assembled"
+            if loop
+            else "the start conditions cannot be met",
+            worst[0][1].span if worst else None,
+            hint=(
+                "check lengths: the parts do not reach each other"
+                if loop
+                else "change a parameter, or start nearer to a solution"
+            )
+            + _largest_move(system.program, columns, root.point, u0),
+            related=_related(worst),
+        )
+    )
+
+
+def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: Vector) -> str:
+    moved = max(columns, key=lambda c: abs(point[c] - u0[c]), default=None)
+    if moved is None or abs(point[moved] - u0[moved]) < _SMALL:
+        return ""
+    return (
+        f"; if they do, try `{program.candidates[moved].display}(start = {_start(point[moved])})` "
+        f"instead of {_start(u0[moved])}"
+    )
+
+
+def _not_reachable(
+    system: System,
+    u0: Vector,
+    free: newton.Root,
+    root: newton.Root,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    choice: Choice,
+) -> PlanarcError:
+    """It assembles, but not with the start values that are to be held."""
+    program = system.program
+    held = [c for c in columns if choice.held[c]]
+    worst = _worst(system, rows, root.residuals)
+    loop = _loop(system, rows, columns, root.residuals) or "the mechanism"
+    wanted = trouble.listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
+    nearest = trouble.listed(
+        f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
+    )
+    return PlanarcError(
+        Diagnostic(
+            "R412",
+            f"the loop of {loop} cannot be assembled with {wanted}"
+            if held
+            else f"the loop of {loop} cannot be assembled from its start values",
+            worst[0][1].span if worst else None,
+            hint=f"start with {nearest}, where it assembles, or change a length"
+            if held
+            else "change the start values towards an assembled position",
+            related=_related(worst),
+        )
+    )
+
+
+def _contradiction(
+    system: System, u0: Vector, choice: Choice, rows: Sequence[int], columns: Sequence[int]
+) -> PlanarcError:
+    """More is fixed than there are degrees of freedom, and it does not agree."""
+    import numpy as np
+
+    program = system.program
+    held = np.array(choice.held)
+    held[[i for i, _ in choice.redundant]] = False
+    without = _best(system, u0, rows, columns, held)
+    extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
+    first = program.candidates[extra]
+    others = [(program.candidates[i].display, program.candidates[i].span) for i in partners]
+    others += [
+        (f.display, f.span) for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)
+    ]
+    names = trouble.names([*(n for n, _ in others), first.display])
+    hint = f"remove `fixed = true` from `{first.display}`"
+    if without.converged:
+        hint += f", which follows as {without.point[extra]:.6g} from the others"
+    return PlanarcError(
+        Diagnostic(
+            "R411",
+            f"the fixed start values of {names} contradict each other"
+            if others
+            else f"the fixed start value of {names} contradicts the equations",
+            first.span,
+            hint=hint,
+            related=tuple(Related(f"`{n}` is fixed here", s) for n, s in others[:_WORST]),
+        )
+    )

@@ -1,0 +1,153 @@
+"""What is said of forces that redundant joints leave open, and whether these joints still fit.
+
+In:   Program with `sharing`, Kernel at the start of a run; its rows at the end
+Out:  a note that names the joints; an error where the motion depends on how they share, or where
+      a condition that was left out does not hold
+
+The sum of squares that the forces make smallest has a bias (`structure.sharing`). With another
+one the open forces are others, as far as the equations leave them open, and all else must be as
+it was: positions and velocities do not know of it, accelerations must not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.ir.dae import MISFIT, SHARING
+from planarc.ir.program import Condition, Kernel, Program
+from planarc.solve.messages import trouble
+
+if TYPE_CHECKING:
+    from planarc.solve.start.newton import Vector
+    from planarc.solve.start.system import System
+
+#: Accelerations that change by more than this part of what the forces change, depend on them.
+DEPENDS = 1e-6
+#: A condition that was left out holds when it is off by less (metres, radians).
+FITS = 1e-6
+
+
+def strict(program: Program) -> Program:
+    """The same, held at the start to what was left out since it follows from the rest."""
+    if program.sharing is None:
+        return program
+    held = [c.held for c in program.sharing.conditions if c.held is not None]
+    return replace(program, fixed=(*program.fixed, *(replace(f, fixed=True) for f in held)))
+
+
+def left_out_rows(system: System) -> list[int]:
+    """Of a strict program: the rows that hold it to what was left out, in their order."""
+    conditions = enumerate(system.conditions, system.fixed_rows.start)
+    return [row for row, f in conditions if f.display.startswith(MISFIT)]
+
+
+def missed(system: System, values: Vector) -> bool:
+    """Whether an assembled position misses what was left out: a loop was closed on another side.
+    A strict program misses nothing."""
+    if system.program.sharing is None or left_out_rows(system):
+        return False
+    system.evaluate_flag(values)
+    return misses(system.program, system.kernel)
+
+
+def misses(program: Program, kernel: Kernel) -> bool:
+    """Whether the position that the workspace holds misses what was left out."""
+    conditions = program.sharing.conditions if program.sharing is not None else ()
+    return any(abs(kernel.w[c.held.slot]) > FITS for c in conditions if c.held is not None)
+
+
+def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic:
+    """A note. The workspace holds the point (t, y) and does so afterwards. Raises R417, R418."""
+    import numpy as np
+
+    before = [float(v) for v in kernel.w]
+    wrong = misfit(program, np.array([t]), lambda slot: np.array([before[slot]]))
+    if wrong is not None:
+        raise PlanarcError(wrong)
+    kernel.w[program.slots[SHARING]] = 1.0
+    kernel.parameters()
+    kernel.accept(t)
+    solved = kernel.outputs(t, y) == 0
+    after = [float(v) for v in kernel.w]
+    for slot, value in enumerate(before):
+        kernel.w[slot] = value
+    kernel.accept(t)
+    change = [abs(b - a) if solved else 0.0 for a, b in zip(before, after, strict=True)]
+    moved = _moved(program, change)
+    largest = max((size for _, size in moved), default=0.0)
+    moving = max((change[c.derivative] for c in program.candidates), default=0.0)
+    names = trouble.names([name for name, size in moved if size > DEPENDS * largest])
+    if moving > DEPENDS * max(largest, 1.0):
+        raise _depends(names)
+    return _shared(program, names)
+
+
+def _moved(program: Program, change: Sequence[float]) -> list[tuple[str, float]]:
+    """Of each joint (or of each component with frames, where all of them share) the most that
+    one of its cut forces and torques has changed."""
+    assert program.sharing is not None and program.mechanism is not None
+    mechanism = program.mechanism
+    frames: dict[str, list[str]] = {joint.name: list(joint.frames) for joint in mechanism.joints}
+    if program.sharing.everywhere:
+        frames = {}
+        for frame in (f for link in mechanism.links for f in link.frames):
+            frames.setdefault(frame.rpartition(".")[0], []).append(frame)
+    slots = {c.name: c.slot for c in program.columns}
+    return [
+        (name, max(change[slots[f"{f}.{v}"]] for f in own for v in ("f[1]", "f[2]", "t")))
+        for name, own in frames.items()
+        if own
+    ]
+
+
+def _shared(program: Program, names: str) -> Diagnostic:
+    assert program.sharing is not None
+    count = program.sharing.open
+    return Diagnostic(
+        "R416",
+        f"{names} hold motions more than once: {count} of their forces and torques "
+        f"{'is' if count == 1 else 'are'} not determined, and those of the smallest sum of squares "
+        "are given; the motion does not depend on them",
+        severity=Severity.NOTE,
+    )
+
+
+def _depends(names: str) -> PlanarcError:
+    return PlanarcError(
+        Diagnostic(
+            "R418",
+            f"{names} hold motions more than once, and the motion depends on how they share their "
+            "forces, as with friction",
+            hint="replace one of these joints by a freer one",
+        )
+    )
+
+
+def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> Diagnostic | None:
+    """Of the conditions that were left out, the first that does not hold; `values` gives those
+    of a slot over the times."""
+    import numpy as np
+
+    slots = {c.name: c.slot for c in program.columns}
+    for condition in program.sharing.conditions if program.sharing is not None else ():
+        off = values(slots[condition.name])
+        wrong = np.flatnonzero(~(np.abs(off) <= FITS))
+        if len(wrong):
+            first = int(wrong[0])
+            return _does_not_hold(condition, float(times[first]), float(off[first]))
+    return None
+
+
+def _does_not_hold(condition: Condition, t: float, off: float) -> Diagnostic:
+    info = condition.info
+    return Diagnostic(
+        "R417",
+        f"at t = {t:.6g} s `{info.component or 'the model'}` does not fit: `{info.text}`, which "
+        f"was left out because it followed from other conditions, is off by {off:.2g}",
+        info.span,
+        hint="joints repeat each other in some positions only: replace one of them by a freer one",
+    )

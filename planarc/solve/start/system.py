@@ -1,0 +1,229 @@
+"""The conditions at the start, as one function of all candidates, and its derivatives.
+
+In:   Program, Kernel (parameters and start values set), the time
+Out:  System    rows: the residuals of the blocks below the top, the initial equations, and
+                the variables held that are no candidates
+      Part      some of the rows as a function of some candidates, for Newton's method
+
+A native kernel makes a Jacobian by differences in one call; with another one the same
+differences are made from Python, one evaluation each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
+from planarc.solve.once import once
+from planarc.solve.start import newton
+
+if TYPE_CHECKING:
+    from planarc.solve.start.newton import Vector
+
+
+class System:
+    """`conditions`: the fixed variables that are no candidates, and `others` that are held."""
+
+    def __init__(
+        self,
+        program: Program,
+        kernel: Kernel,
+        t: float,
+        given: frozenset[int] = frozenset(),
+        others: Sequence[FixedSlot] = (),
+    ) -> None:
+        import numpy as np
+
+        self.program, self.kernel, self.t, self.given = program, kernel, t, given
+        self.conditions = (*(f for f in program.fixed if f.fixed), *others)
+        self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
+        self.block_rows: dict[int, range] = {}
+        count = 0
+        for i, block in self.blocks:
+            self.block_rows[i] = range(count, count + len(block.residuals))
+            count += len(block.residuals)
+        self.initial_rows = range(count, count + len(program.initial_residuals))
+        count = self.initial_rows.stop
+        self.fixed_rows = range(count, count + len(self.conditions))
+        self.rows = self.fixed_rows.stop
+        self._r = [math.nan] * max(1, self.initial_rows.stop)
+        self._slots = tuple(f.slot for f in self.conditions)
+        self._wanted = np.array([float(kernel.w[f.start]) for f in self.conditions])
+        #: All derivatives at the last place where they were wanted, and of which variables.
+        self._known: tuple[bytes, tuple[int, ...], Vector] | None = None
+
+    def holding(self, others: Sequence[FixedSlot]) -> System:
+        """The same with some more variables held."""
+        if not others:
+            return self
+        return System(self.program, self.kernel, self.t, self.given, others)
+
+    def written(self, start: CandidateSlot | FixedSlot) -> bool:
+        """Whether the user has said where it starts, in the model or for this run."""
+        said = start.written if isinstance(start, FixedSlot) else start.start_written
+        return said or start.fixed or start.start in self.given
+
+    @cached_property
+    def asking(self) -> list[int | FixedSlot]:
+        """What asks to be held: fixed candidates (by number), then all that was written, by
+        StateSelect and declaration."""
+        program, places = self.program, declared(self.program)
+        last = len(places)
+        found: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
+        for i, c in enumerate(program.candidates):
+            if self.written(c):
+                found.append(((not c.fixed, -c.select, places.get(c.display, last), i), i))
+        for i, f in enumerate(program.fixed, len(program.candidates)):
+            if self.written(f) and not f.fixed:
+                found.append(((True, -f.select, places.get(f.display, last), i), f))
+        return [item for _, item in sorted(found, key=lambda pair: pair[0])]
+
+    # Values
+
+    def evaluate_flag(self, u: Vector) -> int:
+        return self.kernel.residuals(self.t, u.tolist(), self._r)
+
+    def finite(self, u: Vector) -> bool:
+        return all(map(math.isfinite, u.tolist())) and all(
+            math.isfinite(self.kernel.w[c.derivative]) for c in self.program.candidates
+        )
+
+    def __call__(self, u: Vector) -> Vector | None:
+        """All rows; None where one is not finite."""
+        return self.values(u, ())
+
+    def values(self, u: Vector, slots: tuple[int, ...]) -> Vector | None:
+        """All rows, then the values of some variables. The workspace is left at `u`."""
+        import numpy as np
+
+        native = getattr(self.kernel, "differences", None)
+        if native is not None:
+            found = native(self.t, u, (), (*self._slots, *slots), False)
+            if found is None:
+                return None
+            values: Vector = found[0]
+        else:
+            self._r[:] = [math.nan] * len(self._r)
+            if self.evaluate_flag(u) != 0 and (self.initial_rows or self.fixed_rows):
+                return None
+            w = self.kernel.w
+            also = [w[s] for s in (*self._slots, *slots)]
+            values = np.concatenate([self._r[: self.initial_rows.stop], also])
+            if not np.isfinite(values).all():
+                return None
+        if self._slots:
+            values[self.fixed_rows.start : self.rows] -= self._wanted
+        return values
+
+    # Derivatives
+
+    def slopes(
+        self, u: Vector, columns: Sequence[int] | None = None, slots: tuple[int, ...] = ()
+    ) -> Vector | None:
+        """Derivatives of what `values` gives, by all candidates or by some."""
+        import numpy as np
+
+        place, known = u.tobytes(), self._known
+        if known is not None and known[0] == place and set(slots) <= set(known[1]):
+            rows = [*range(self.rows), *(self.rows + known[1].index(s) for s in slots)]
+            return known[2][np.ix_(rows, range(len(u)) if columns is None else columns)]
+        asked = range(len(u)) if columns is None else columns
+        found = self._differences(u, tuple(asked), slots)
+        if found is not None and columns is None:
+            self._known = place, slots, found
+        return found
+
+    def _differences(
+        self, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
+    ) -> Vector | None:
+        native = getattr(self.kernel, "differences", None)
+        if native is not None:
+            below = not (self.initial_rows or self.fixed_rows or slots)
+            found = native(self.t, u, columns, (*self._slots, *slots), below)
+            return None if found is None else found[1:].T
+        full = u.copy()
+        chosen = list(columns)
+
+        def moved(z: Vector) -> Vector | None:
+            full[chosen] = z
+            return self.values(full, slots)
+
+        here = self.values(u, slots)
+        return None if here is None else newton.differences(moved, u[chosen], here)
+
+    # Levels
+
+    def stages(self) -> Iterator[tuple[list[int], list[int]]]:
+        """Rows and candidates of each level, positions first, then of everything."""
+        heights = sorted({b.height for _, b in self.blocks}, reverse=True)
+        for height in heights:
+            rows: list[int] = []
+            columns: list[int] = []
+            for i, block in self.blocks:
+                if block.height == height:
+                    rows.extend(self.block_rows[i])
+                    columns.extend(range(block.first, block.first + len(block.tears)))
+            conditions = zip(self.fixed_rows, self.conditions, strict=True)
+            rows.extend(row for row, f in conditions if f.height == height)
+            yield rows, columns
+        if self.initial_rows or self.fixed_rows or len(heights) > 2:
+            yield list(range(self.rows)), list(range(len(self.program.candidates)))
+
+
+class Part:
+    """Some rows as a function of some candidates, the others being as in `u`; and how far
+    variables are from where they are pulled to, with a factor."""
+
+    def __init__(
+        self,
+        system: System,
+        u: Vector,
+        rows: Sequence[int],
+        columns: Sequence[int],
+        pulls: Mapping[int, float] | None = None,
+        factor: float = 1.0,
+    ) -> None:
+        import numpy as np
+
+        self._system, self._full = system, u.copy()
+        self._columns = list(columns)
+        self._slots = tuple(pulls or ())
+        self._rows = [*rows, *range(system.rows, system.rows + len(self._slots))]
+        self._wanted = np.array(list((pulls or {}).values()))
+        self._first, self._factor = len(rows), factor
+
+    def point(self, z: Vector) -> Vector:
+        """All candidates."""
+        self._full[self._columns] = z
+        return self._full.copy()
+
+    def __call__(self, z: Vector) -> Vector | None:
+        self._full[self._columns] = z
+        found = self._system.values(self._full, self._slots)
+        if found is None:
+            return None
+        values: Vector = found[self._rows]
+        if self._slots:
+            pulled = values[self._first :]
+            pulled -= self._wanted
+            pulled *= self._factor
+        return values
+
+    def slopes(self, z: Vector) -> Vector | None:
+        self._full[self._columns] = z
+        found = self._system.slopes(self._full, self._columns, self._slots)
+        if found is None:
+            return None
+        slopes: Vector = found[self._rows]
+        if self._slots:
+            slopes[self._first :] *= self._factor
+        return slopes
+
+
+@once
+def declared(program: Program) -> dict[str, int]:
+    """The place of each variable in the order of declaration."""
+    return {c.name: i for i, c in reversed(list(enumerate(program.columns)))}

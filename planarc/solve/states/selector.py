@@ -1,0 +1,421 @@
+"""Which candidates are states, chosen while running by pivoting the constraint Jacobian.
+
+In:   Program, Kernel (workspace at consistent values)
+Out:  a selection: for each state the index of its candidate
+
+Per block below the top, as many candidates as there are constraints are determined
+by the others. They are found by elimination with complete pivoting, where a better
+class of StateSelect gives way only when its pivot would be much worse. With G the
+constraint Jacobian, split into determined and free columns,
+
+    X = G_determined^-1 * G_free = -d(determined)/d(free)
+
+says how errors of the states grow in what they determine. An entry x of X is also
+the factor that exchanging the two candidates puts on |det G_determined|. So one
+number serves for both: exchange when |x| > WORST, at which point the opposite exchange
+is WORST^2 away (hysteresis), and keep the choice where all are equally bad (a point
+at which the mechanism itself is singular).
+
+In machine code X is measured at every accepted step (`solvers.watch`). In Python a look
+is put off until a coordinate has moved far enough (`outlook`). Where one came too late
+all the same, the run goes back to the last place with a good choice
+(`Selector.overdue`): with a state that hardly moves any more, nothing says how fast the
+others do.
+
+Example: a crank-slider with the slider's s as its state. Towards a dead centre
+d(crank.phi)/ds grows without bound; when it passes WORST, crank.phi takes over.
+
+Reference: M. Gu, S. C. Eisenstat, SIAM J. Sci. Comput. 17(4), 1996, 848-869
+           (the exchange criterion).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from functools import cached_property
+from operator import mul
+from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.ir.dae import Reinit
+from planarc.ir.flat import StateSelect
+from planarc.ir.newton import NEGLIGIBLE
+from planarc.ir.program import BlockCode, Kernel, Program
+from planarc.solve.once import once
+from planarc.solve.solvers.watch import WORST, Watch, bound_after
+from planarc.solve.states.outlook import Outlook
+from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: A look that finds this came too late.
+OVERDUE = 10.0
+#: With a state that must stay one, the run goes on until this.
+LOST = 25.0
+#: So much more of it is accepted before a state gives way to a lower class of StateSelect,
+#: where it does not grow without bound: a preferred state is kept past a place where the
+#: others move fast, but leaves before a dead centre, where its errors are multiplied.
+PREFERENCE = 1.45
+#: The class of candidates that must be states.
+MUST_STAY = 4 * StateSelect.ALWAYS
+
+
+class Lost(Data):
+    """A state that must stay one is about to be determined by the others."""
+
+    candidate: int
+    determines: int
+
+
+class Selector:
+    """Chooses states and watches over the choice. `watch` says when to look again."""
+
+    def __init__(self, program: Program, kernel: Kernel, measured: bool = False) -> None:
+        """`measured`: the integrator itself measures the choice at every step."""
+        self._program, self._kernel, self._measured = program, kernel, measured
+        self._leader = leaders_of(program)
+        #: Blocks with a choice to make of their own.
+        self.open = open_blocks(program)
+        self._class: Sequence[int] = ()  # of each candidate, once its start is known
+        #: |X| of blocks at the workspace's values, until it is asked for.
+        self._present: dict[int, list[list[float]]] = {}
+        self._determined: dict[int, list[int]] = {}
+        slots = [c for i in self.open for c in self._slots(i)]
+        #: Of these the velocities are compared: those of accelerations would say nothing.
+        self._paced = [i for i in self.open if program.blocks[i].height > 1]
+        paced = sum(len(program.blocks[i].tears) for i in self._paced)
+        self.watch = Watch(slots, paced, self.open, len(slots))
+        self._scale = self._scales()
+        #: Blocks whose motion is given.
+        self._driven = driven_blocks(program)
+        #: The last look found the choice so bad that what followed from it may be wrong.
+        self.overdue = False
+
+    @cached_property
+    def outlook(self) -> Outlook:
+        return Outlook(self._program, self._kernel, self.watch, self._sensitivities)
+
+    def choose(self, held: Collection[int]) -> list[int]:
+        """At the workspace's values, without regard to an earlier choice. Raises R423.
+
+        Of equal candidates those become states that are held at the start.
+        """
+        self._class = classes_of(self._program, held)
+        for i, block in enumerate(self._program.blocks):
+            if block.height > 0 and i not in self._leader:
+                self._determined[i] = self._pivot(i, block) if block.residuals else []
+        return self.selection()
+
+    def restore(self, selection: Collection[int]) -> None:
+        """Back to an earlier choice."""
+        states = set(selection)
+        for i in self._determined:
+            block = self._program.blocks[i]
+            self._determined[i] = (
+                [j for j in range(len(block.tears)) if block.first + j not in states]
+                if block.residuals
+                else []
+            )
+
+    def _scales(self) -> dict[int, NDArray[np.float64]]:
+        """The largest columns seen, of each block; of the open ones the watch has them, too."""
+        import numpy as np
+
+        found, first = {}, 0
+        for i, block in enumerate(self._program.blocks):
+            n = len(block.tears)
+            if i in self.open:
+                found[i] = self.watch.scales[first : first + n]
+                first += n
+            elif block.height > 0 and block.residuals:
+                found[i] = np.zeros(n)
+        return found
+
+    def _slots(self, i: int) -> list[int]:
+        block, candidates = self._program.blocks[i], self._program.candidates
+        return [c.slot for c in candidates[block.first : block.first + len(block.tears)]]
+
+    def selection(self) -> list[int]:
+        chosen: list[int] = []
+        for i, block in enumerate(self._program.blocks):
+            if block.height > 0:
+                out = set(self._determined_of(i))
+                chosen.extend(block.first + j for j in range(len(block.tears)) if j not in out)
+        return chosen
+
+    def _determined_of(self, i: int) -> list[int]:
+        """Of a block that follows another one: the derivatives of what is determined there."""
+        if i not in self._leader:
+            return self._determined[i]
+        leader, places = self._leader[i]
+        return [places[j] for j in self._determined_of(leader)]
+
+    def check(self, urgent: bool = False) -> tuple[bool, Lost | None]:
+        """Whether the choice was changed, and a state that cannot go on being one.
+
+        At an accepted point. `urgent`: the integrator failed, so a choice that is only
+        somewhat better is taken.
+        """
+        changed, lost, worst = False, None, 0.0
+        self.overdue = False
+        self._present.clear()
+        for i in self.open:
+            exchanged, trouble, size = self._exchange(i, 2.0 if urgent else WORST)
+            changed |= exchanged
+            lost = lost or trouble
+            worst = max(worst, size)
+        self.watch.bound = bound_after(worst)
+        if not self._measured:
+            self.outlook.plan(worst, self.watch.bound, changed, self.paces())
+        self._present.clear()
+        return changed, lost
+
+    def hurry(self) -> None:
+        """The last look came too late: look much sooner from here."""
+        self.watch.bound = WORST
+        if not self._measured:
+            self.outlook.hurry(self.paces())
+
+    def _jams(self, i: int, taker: int, state: int) -> bool:
+        """Whether a driven mechanism is about to jam.
+
+        Towards a dead centre of its state that one slows down; where a drive comes to the
+        end of a mechanism's reach the others become ever faster: the product of both speeds
+        grows. No choice of states helps there, and one of those would even come back from
+        beyond.
+        """
+        if i not in self._driven:
+            return False
+        w, first = self._kernel.w, self._program.blocks[i].first
+        rates = {c.slot: c.derivative for c in self._program.candidates}
+        slots = [self._program.candidates[first + j].derivative for j in (taker, state)]
+        v, u = (float(w[s]) for s in slots)
+        dv, du = (float(w[rates[s]]) if s in rates else 0.0 for s in slots)
+        return v * u * (dv * u + v * du) > 0.0
+
+    def paces(self) -> list[tuple[int, float]]:
+        """Velocities in the measure of the sensitivities, the states' first, of each block."""
+        found = []
+        for i in self._paced:
+            first, scale = self._program.blocks[i].first, self._scale[i].tolist()
+            out = self._determined[i]
+            for j in sorted(range(len(scale)), key=lambda j: j in out):
+                weight = scale[j] if scale[j] > 0 else 1.0
+                slot = self._program.candidates[first + j].derivative
+                found.append((slot, weight if j in out else -weight))
+        return found
+
+    def _sensitivities(self) -> list[list[list[float]]]:
+        found = []
+        for i in self.open:
+            if i in self._present:
+                found.append(self._present.pop(i))
+                continue
+            n = len(self._program.blocks[i].tears)
+            out = self._determined[i]
+            free = [j for j in range(n) if j not in out]
+            found.append(sensitivities(self._jacobian(i, keep=False), out, free) or [])
+        return found
+
+    # One block
+
+    def _jacobian(self, i: int, keep: bool = True) -> list[list[float]]:
+        """Scaled so that a unit of every candidate moves the constraints alike.
+
+        The measure is the largest seen, lest a column that vanishes be blown up.
+        """
+        given = self._kernel.jacobian(i)
+        g: list[list[float]] = (
+            given.tolist() if hasattr(given, "tolist") else [list(row) for row in given]
+        )
+        sizes = [math.hypot(*column) for column in zip(*g, strict=True)]
+        sizes = list(map(max, self._scale[i].tolist(), sizes))
+        if keep:
+            self._scale[i][:] = sizes
+        least = NEGLIGIBLE * max(sizes, default=0.0)
+        parts = [1 / s if s > least else 0.0 for s in sizes]
+        return [list(map(mul, row, parts)) for row in g]
+
+    def _must_stay(self, block: BlockCode, j: int) -> bool:
+        return self._class[block.first + j] == MUST_STAY
+
+    def _pivot(self, i: int, block: BlockCode) -> list[int]:
+        classes = self._class[block.first : block.first + len(block.tears)]
+        chosen = choose_columns(self._jacobian(i), classes, MUST_STAY)
+        if chosen is None:
+            raise self._too_many(block)
+        return chosen
+
+    def _too_many(self, block: BlockCode) -> PlanarcError:
+        forced = [
+            self._program.candidates[block.first + j]
+            for j in range(len(block.tears))
+            if self._must_stay(block, j)
+        ]
+        names = " and ".join(f"`{c.display}`" for c in forced)
+        return error(
+            "R423",
+            f"{names} cannot all be states: constraints tie them together",
+            forced[0].span if forced else None,
+            hint="take `stateSelect = StateSelect.always` or a `reinit` away from one of them",
+        )
+
+    def _exchange(self, i: int, worst: float) -> tuple[bool, Lost | None, float]:
+        """Whether candidates were exchanged, a state that is lost, the largest sensitivity."""
+        block = self._program.blocks[i]
+        g = self._jacobian(i)
+        if not math.isfinite(sum(map(sum, g))):
+            return False, None, math.inf
+        n = len(block.tears)
+        out, changed, size = list(self._determined[i]), False, 0.0
+        free: list[int] = []
+        x: list[list[float]] | None = []
+        for round_ in range(n):
+            free = [j for j in range(n) if j not in out]
+            x = sensitivities(g, out, free)
+            if round_ == 0:
+                self.overdue |= x is None or largest(x, range(len(free)))[0] > OVERDUE
+                if x is not None:
+                    self._present[i] = x
+            if x is None:  # exactly singular: begin anew
+                again = self._pivot(i, block)
+                changed, out = changed or again != out, again
+                break
+            size = largest(x, range(len(free)))[0]
+            if size <= worst:
+                break
+            movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
+            weighed, r, c = largest(self._weighed(block, x, out, free), movable)
+            if weighed <= worst and not (
+                largest(x, movable)[0] > worst and self.outlook.heads_for_dead_centre()
+            ):
+                break
+            if self._jams(i, out[r], free[c]):
+                break
+            out[r] = free[c]
+            changed = True
+        self._determined[i] = sorted(out)
+        if changed:
+            self._present.pop(i, None)
+        if x is None or size <= worst:
+            return changed, None, size
+        stuck = [k for k, j in enumerate(free) if self._must_stay(block, j)]
+        if stuck:
+            stuck_size, r, c = largest(x, stuck)
+            size = max(size, stuck_size)
+            if stuck_size > LOST:
+                return changed, Lost(block.first + free[c], block.first + out[r]), size
+        return changed, None, size
+
+    def _weighed(
+        self, block: BlockCode, x: list[list[float]], out: list[int], free: list[int]
+    ) -> list[list[float]]:
+        """Sensitivities, made smaller where the exchange would prefer a lower StateSelect."""
+        select = [c // 4 for c in self._class[block.first : block.first + len(block.tears)]]
+        return [
+            [e / PREFERENCE if select[i] < select[j] else e for e, j in zip(row, free, strict=True)]
+            for i, row in zip(out, x, strict=True)
+        ]
+
+
+def classes_of(program: Program, held: Collection[int]) -> list[int]:
+    """Of each candidate: low ones should be determined, high ones should be states.
+
+    A coordinate and its derivatives are states together, so the highest of them counts.
+    """
+    slots = {c.slot: i for i, c in enumerate(program.candidates)}
+    forced = _forced(program)
+    classes = [0] * len(program.candidates)
+    for i, c in reversed(list(enumerate(program.candidates))):
+        classes[i] = MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed + (i in held)
+        derivative = slots.get(c.derivative)
+        if derivative is not None:
+            classes[i] = max(classes[i], classes[derivative])
+    return classes
+
+
+@once
+def leaders_of(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
+    """Blocks whose tears are the derivatives of another block's tears follow its choice.
+
+    Gives that block, and for each of its tears the place of the derivative. Their
+    Jacobians agree, since the one's constraints are the other's differentiated.
+    """
+    found: dict[int, tuple[int, dict[int, int]]] = {}
+    places = {
+        program.candidates[b.first + j].slot: (i, j)
+        for i, b in enumerate(program.blocks)
+        if b.height > 0
+        for j in range(len(b.tears))
+    }
+    for i, b in enumerate(program.blocks):
+        if b.height < 2 or not b.residuals:
+            continue
+        below = [
+            places.get(program.candidates[b.first + j].derivative) for j in range(len(b.tears))
+        ]
+        follower = below[0][0] if below[0] else -1
+        mapping = {j: p[1] for j, p in enumerate(below) if p is not None and p[0] == follower}
+        code = program.blocks[follower]
+        same = len(mapping) == len(b.tears) == len(code.tears)
+        if same and len(code.residuals) == len(b.residuals):
+            found[follower] = (i, mapping)
+    return found
+
+
+@once
+def open_blocks(program: Program) -> tuple[int, ...]:
+    """Blocks that have a choice of states to make of their own."""
+    leaders = leaders_of(program)
+    return tuple(
+        i
+        for i, b in enumerate(program.blocks)
+        if b.height > 0 and b.residuals and b.free > 0 and i not in leaders
+    )
+
+
+@once
+def driven_blocks(program: Program) -> frozenset[int]:
+    """Of the open blocks those whose velocities are determined: they move as they are driven."""
+    homes = {c.slot: c.block for c in program.candidates}
+    found = set()
+    for i in open_blocks(program):
+        block = program.blocks[i]
+        rates = [c.derivative for c in program.candidates[block.first :][: len(block.tears)]]
+        given = all(program.blocks[homes[r]].free == 0 for r in rates if r in homes)
+        if block.height > 1 and given:
+            found.add(i)
+    return frozenset(found)
+
+
+@once
+def _forced(program: Program) -> frozenset[int]:
+    """Candidates that must be states: StateSelect.always, and those that reinit names."""
+    named = {
+        program.slots.get(repr(action.symbol))
+        for when in program.whens
+        for _, _, actions in when.branches
+        for action in actions
+        if isinstance(action, Reinit)
+    }
+    return frozenset(
+        i
+        for i, c in enumerate(program.candidates)
+        if c.select is StateSelect.ALWAYS or c.slot in named
+    )
+
+
+def lost_diagnostic(program: Program, t: float, lost: Lost) -> Diagnostic:
+    state, other = program.candidates[lost.candidate], program.candidates[lost.determines]
+    return Diagnostic(
+        "R423",
+        f"at t = {t:.6g} s `{state.display}` can no longer be a state: in this position it "
+        f"hardly moves while `{other.display}` does (a dead centre)",
+        state.span,
+        hint=f"let `{other.display}` be the state: take `StateSelect.always` or the `reinit` "
+        f"away from `{state.display}`",
+    )

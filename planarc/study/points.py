@@ -1,0 +1,81 @@
+"""The points of a study: grids, and random samples of ranges.
+
+A point is a value for each of some names; a name is a parameter (`rod.L`) or a start
+value (`crank.phi.start`). All samples are the same every time for the same `seed`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.api.values import Value
+
+Point: TypeAlias = "Mapping[str, Value]"
+
+
+def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
+    """Every combination; the last name changes fastest."""
+    axes: list[list[Any]] = []
+    for name, axis in values.items():
+        if isinstance(axis, str | bytes) or not hasattr(axis, "__iter__"):
+            raise _wrong(f"`{name}` takes a sequence of values, not {axis!r:.40}")
+        items = axis.tolist() if hasattr(axis, "tolist") else list(axis)
+        if not items:
+            raise _wrong(f"`{name}` has no values")
+        axes.append(items)
+    return [dict(zip(values, point, strict=True)) for point in product(*axes)]
+
+
+def random(
+    ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
+) -> list[dict[str, float]]:
+    """`count` points, independent and uniform within the ranges."""
+    import numpy as np
+
+    return _scaled(ranges, np.random.default_rng(seed).random((_count(count), len(ranges))))
+
+
+def latin_hypercube(
+    ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
+) -> list[dict[str, float]]:
+    """`count` points, of which one lies in each of `count` slices of every range."""
+    from scipy.stats import qmc
+
+    return _scaled(ranges, qmc.LatinHypercube(len(ranges), rng=seed).random(_count(count)))
+
+
+def _scaled(ranges: Mapping[str, tuple[float, float]], unit: Any) -> list[dict[str, float]]:
+    bounds = [_range(name, given) for name, given in ranges.items()]
+    return [
+        {
+            name: low + (high - low) * float(u)
+            for name, (low, high), u in zip(ranges, bounds, row, strict=True)
+        }
+        for row in unit
+    ]
+
+
+def _range(name: str, given: Any) -> tuple[float, float]:
+    try:
+        low, high = (float(v) for v in given)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise _wrong(f"the range of `{name}` is two finite numbers, low and high: {given!r:.40}")
+    return low, high
+
+
+def _count(count: int) -> int:
+    if not isinstance(count, int) or count < 1:
+        raise _wrong(f"the number of points is an integer above 0, not {count!r:.20}")
+    return count
+
+
+def _wrong(message: str) -> UsageError:
+    return UsageError(Diagnostic("C230", message))

@@ -1,0 +1,239 @@
+"""Many runs of one model: a sweep over parameters and start values.
+
+In:   Model, points (a grid, or a list of them), metric
+Out:  Study    a tidy table: a row for each point, with its values and its metrics
+
+Points go in small bundles to processes that each load the compiled model once; only
+metrics come back, so that memory stays as it is. A point that fails, or that takes its
+process with it, is told with its reason, and the others go on. With a `journal`, an
+interrupted study is taken up where it was. Without a native back end, points of a model
+without events are run many at a time on NumPy's arrays (`planarc.study.batch`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from msgspec.structs import replace
+
+from planarc.api.values import Value, count, finite, parameter_values, start_values
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.options import RunOptions
+from planarc.study.batch import plan_batch
+from planarc.study.metric import Metric, read_metric
+from planarc.study.points import Point, grid
+from planarc.study.table import Failure, Study
+from planarc.study.workers import Outcome, Payload, Task, outcomes_of
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+    from planarc.study.journal import Journal
+
+__all__ = ["Failure", "Study", "StudyInterrupted", "sweep"]
+
+#: Called with the numbers of finished, of all, and of failed points.
+Progress: TypeAlias = "Callable[[int, int, int], None]"
+
+_START = ".start"
+
+
+class StudyInterrupted(KeyboardInterrupt):
+    """Ctrl-C; `study` holds the points that were finished."""
+
+    def __init__(self, study: Study) -> None:
+        super().__init__("the study was interrupted")
+        self.study = study
+
+
+def sweep(
+    model: Model,
+    points: Mapping[str, Sequence[Any]] | Iterable[Point],
+    metric: Metric | None = None,
+    *,
+    stop_time: float | None = None,
+    tolerance: float | None = None,
+    intervals: int | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    start: Mapping[str, Value] | None = None,
+    workers: int | None = None,
+    client: Any = None,
+    journal: str | Path | None = None,
+    limit: float = 60.0,
+    progress: bool | Progress = False,
+) -> Study:
+    """Run the model at every point and keep the metrics.
+
+    `points`: values by name, of which every combination is run, or a list of points, as
+    `planarc.random` and `planarc.latin_hypercube` give. A name is that of a parameter, or
+    of a start value (`crank.phi.start`). `metric`: see `planarc.study.metric`; by default the
+    states at the end. `workers`: processes, by default one a core. `client`: a Dask client,
+    whose workers do it instead. `limit`: seconds that one run may take
+    in a process of its own (with `workers=1` there is none).
+    Raises UsageError for names that are not there and for structural parameters.
+    """
+    limit = _asked(model, client, limit)
+    table = _points(points)
+    model, settable = model.with_parameters(parameters)
+    options = RunOptions(
+        stop=None if stop_time is None else finite("stop_time", stop_time),
+        tolerance=None if tolerance is None else finite("tolerance", tolerance),
+        intervals=count("intervals", intervals),
+        backend=model.backend,
+        values=settable,
+        starts=start_values(model.program, start),
+    )
+    metrics = read_metric(metric, model.program)
+    tasks = _tasks(model, table, options)
+    payload = Payload(model, options, metrics, plan_batch(model, options, metrics, len(tasks)))
+    book = _journal(journal, payload, table)
+    done = dict(book.done) if book else {}
+    watch = _watcher(progress, len(tasks))
+    try:
+        for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
+            done.update((o.index, o) for o in outcomes)
+            if book:
+                book.add(o for o in outcomes if not o.lost)
+            watch(len(done), len(tasks), sum(o.values is None for o in done.values()))
+    except KeyboardInterrupt:
+        raise StudyInterrupted(_study(table, done, payload)) from None
+    finally:
+        if book:
+            book.close()
+    return _study(table, done, payload)
+
+
+def _asked(model: Model, client: Any, limit: Any) -> float:
+    """The limit in seconds. What is of a wrong kind is told before anything runs."""
+    from planarc.api.model import Model
+
+    if not isinstance(model, Model):
+        raise UsageError(
+            Diagnostic(
+                "C230",
+                f"a study needs a model, not {type(model).__name__}",
+                hint="load it: planarc.load(...)",
+            )
+        )
+    if client is not None and not (hasattr(client, "submit") and hasattr(client, "scatter")):
+        raise UsageError(
+            Diagnostic(
+                "C230",
+                f"`client` is a client of Dask, not {type(client).__name__}",
+                hint="write client=distributed.Client(...)",
+            )
+        )
+    seconds = finite("limit", limit)
+    if seconds <= 0:
+        raise UsageError(Diagnostic("C230", f"the limit is above 0 s, not {seconds:g} s"))
+    return seconds
+
+
+def _points(points: Any) -> list[dict[str, Any]]:
+    if isinstance(points, Mapping):
+        return grid(points)
+    if hasattr(points, "to_dict"):  # a DataFrame
+        points = points.to_dict("records")
+    try:
+        table = [dict(p) for p in points]
+    except (TypeError, ValueError):
+        raise UsageError(
+            Diagnostic(
+                "C230",
+                f"the points of a study are values by name, not {type(points).__name__}",
+                hint='write them as {"rod.L": [0.5, 0.6]}',
+            )
+        ) from None
+    if not table:
+        raise UsageError(Diagnostic("C230", "the study has no points"))
+    return table
+
+
+def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:
+    """Points as numbers. Names are checked for all, before anything runs."""
+    program = model.program
+    parameters = {p.name: p for p in program.parameter_slots}
+    plain = {n for n, p in parameters.items() if p.settable and not p.structural}
+    checked: set[tuple[str, ...]] = set()
+    tasks = []
+    for i, point in enumerate(table):
+        values: dict[str, Any] = {}
+        starts: dict[str, Any] = {}
+        for name, value in point.items():
+            is_start = isinstance(name, str) and name.endswith(_START) and name not in parameters
+            (starts if is_start else values)[name] = value
+        fast = not starts and all(type(v) is float and v - v == 0.0 for v in values.values())
+        if not (fast and plain.issuperset(values)):
+            try:
+                values = parameter_values(program, values)
+                starts = start_values(program, starts)
+            except UsageError as problem:
+                if problem.diagnostics[0].code == "C201":
+                    raise
+                tasks.append(Task(i, {}, {}, problem.diagnostics[0].message))
+                continue
+        names = (*values, *starts)
+        if names not in checked:
+            given = {**options.values, **values}, {**options.starts, **starts}
+            _check(model, replace(options, values=given[0], starts=given[1]))
+            checked.add(names)
+        tasks.append(Task(i, values, starts))
+    return tasks
+
+
+def _check(model: Model, options: RunOptions) -> None:
+    from planarc.solve.settings import resolve
+
+    resolve(model.program, options)
+
+
+def _study(
+    table: Sequence[Mapping[str, Any]], done: Mapping[int, Outcome], payload: Payload
+) -> Study:
+    names: dict[str, None] = dict.fromkeys(n for p in table for n in p)
+    metrics: dict[str, None] = {}
+    for i in sorted(done):
+        metrics |= dict.fromkeys(done[i].values or ())
+    if not metrics:
+        metrics = dict.fromkeys(payload.metrics.names)
+    failures = []
+    rows = []
+    for i, point in enumerate(table):
+        outcome = done.get(i)
+        values = outcome.values if outcome else None
+        rows.append((point, values))
+        if values is None:
+            reason = (outcome.failed if outcome else None) or "it was not run"
+            failures.append(Failure(i, dict(point), reason))
+    return Study(payload.model.name, tuple(names), tuple(metrics), tuple(rows), tuple(failures))
+
+
+def _journal(
+    path: str | Path | None, payload: Payload, table: Sequence[Mapping[str, Any]]
+) -> Journal | None:
+    if path is None:
+        return None
+    from planarc.study.journal import Journal
+
+    program = payload.model.program
+    defaults = [(p.name, p.default) for p in program.parameter_slots]
+    options = replace(payload.options, values={}, starts={})
+    given = sorted(payload.options.values.items()), sorted(payload.options.starts.items())
+    digest = hashlib.sha256()
+    for part in (program.name, defaults, options, given, table, payload.metrics.names):
+        digest.update(repr(part).encode())
+    code = payload.model.compiled().code
+    digest.update(code.encode() if isinstance(code, str) else code)
+    return Journal(Path(path), digest.hexdigest())
+
+
+def _watcher(progress: bool | Progress, count: int) -> Progress:
+    if callable(progress):
+        return progress
+    if not progress:
+        return lambda done, total, failed: None
+    from planarc.study.progress import Bar
+
+    return Bar()

@@ -1,0 +1,95 @@
+"""The table of a study: a row for each point, with what was set and what came out."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planarc.api.variables import unknown_name
+from planarc.core.data import Data
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    from numpy.typing import NDArray
+
+
+class Failure(Data):
+    """A point that has no metrics, and why."""
+
+    index: int
+    point: Mapping[str, Any]
+    reason: str
+
+
+class Study(Data):
+    """`rows` are points with their metrics (None where the point failed)."""
+
+    model: str
+    parameters: tuple[str, ...]
+    metrics: tuple[str, ...]
+    rows: tuple[tuple[Mapping[str, Any], Mapping[str, float] | None], ...]
+    failures: tuple[Failure, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return (*self.parameters, *self.metrics)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """Row by row, by column name."""
+        nan = float("nan")
+        for point, values in self.rows:
+            found = {n: point.get(n) for n in self.parameters}
+            yield found | {n: nan if values is None else values.get(n, nan) for n in self.metrics}
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """A column; NaN where a point failed."""
+        import numpy as np
+
+        if name not in self.columns:
+            raise unknown_name("column", name, self.columns)
+        return np.array([row[name] for row in self])
+
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} failed" if self.failures else ""
+        return f"<Study of {self.model}: {len(self)} points{failed}; {', '.join(self.columns)}>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Needs pandas (`pip install planarc[tables]`)."""
+        from planarc.core.extras import need
+
+        module = need("pandas", "tables")
+        frame: pandas.DataFrame = module.DataFrame(list(self), columns=list(self.columns))
+        return frame
+
+    def to_csv(self, path: str | Path) -> Path:
+        """A row for each point, with numbers of full precision."""
+        from planarc.view.storage import replacing
+
+        text = io.StringIO(newline="")
+        writer = csv.writer(text)
+        writer.writerow(self.columns)
+        writer.writerows(list(row.values()) for row in self)
+        with replacing(Path(path)) as file:
+            file.write(text.getvalue().encode())
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        import html
+
+        head = "".join(f"<th>{html.escape(n)}</th>" for n in self.columns)
+        body = []
+        for i, row in enumerate(self):
+            if i == 20:
+                body.append(f'<tr><td colspan="{len(self.columns)}">... {len(self)} points</td>')
+                break
+            cells = (f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values())
+            body.append("".join(f"<td>{html.escape(c)}</td>" for c in cells))
+        failed = f"<p>{len(self.failures)} points failed</p>" if self.failures else ""
+        return f"<table><tr>{head}</tr><tr>{'</tr><tr>'.join(body)}</tr></table>{failed}"

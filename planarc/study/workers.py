@@ -1,0 +1,242 @@
+"""Who does the runs of a study: this process, some processes of a crew, or a cluster.
+
+In:   Payload (model, options, metrics), tasks
+Out:  outcomes, in bundles, as they come
+
+Each process finds the payload once: by fork, or in a file. Where a batch is planned, a
+bundle is run at once on arrays, and what falls out of it point by point. A bundle whose
+process is lost is tried again point by point, so that one bad point takes nothing else
+with it.
+"""
+
+from __future__ import annotations
+
+import math
+import pickle
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.mistake import mistake
+from planarc.core.options import RunOptions
+from planarc.study.metric import Metrics
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+    from planarc.api.result import Result
+    from planarc.study.batch import BatchPlan
+
+#: Points in one bundle, at most, and seconds after which it is handed back unfinished.
+BUNDLE, PATIENCE = 32, 1.0
+#: Bytes for a process of a study: a notebook may hold much that a fork takes over.
+NO_BOUND = 1 << 62
+
+
+class Outcome(Data):
+    """Of one point: its metrics, or why it has none."""
+
+    index: int
+    values: dict[str, float] | None
+    failed: str | None = None
+    lost: bool = False  # its process died or took too long: worth another try
+
+
+class Task(Data):
+    """One point as numbers; `wrong` says why it cannot be run at all."""
+
+    index: int
+    values: dict[str, float]
+    starts: dict[str, float]
+    wrong: str | None = None
+    alone: bool = False  # a batch has tried it in vain
+
+
+class Payload(Data):
+    """What all runs share."""
+
+    model: Model
+    options: RunOptions
+    metrics: Metrics
+    batch: BatchPlan | None = None
+
+
+def outcomes_of(
+    payload: Payload,
+    tasks: Sequence[Task],
+    done: Mapping[int, Outcome],
+    workers: int | None,
+    client: Any,
+    limit: float,
+) -> Iterator[list[Outcome]]:
+    from planarc.core.processes import cores
+
+    wrong = [Outcome(t.index, None, t.wrong) for t in tasks if t.wrong]
+    if wrong:
+        yield wrong
+    left = [t for t in tasks if t.wrong is None and t.index not in done]
+    count = cores() if workers is None else workers
+    if not isinstance(count, int) or count < 1:
+        raise UsageError(
+            Diagnostic("C232", f"the number of workers is an integer above 0, not {count}")
+        )
+    if client is not None:
+        from planarc.study.cluster import on_cluster
+
+        workers = 4 * len(client.ncores() or [0])
+        yield from on_cluster(client, payload, _bundles(payload, left, workers))
+    elif min(count, len(left)) <= 1:
+        for bundle in _bundles(payload, left, 1):
+            yield run_bundle(payload, bundle)
+    else:
+        yield from _in_processes(payload, left, count, limit)
+
+
+def _bundles(payload: Payload, tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
+    if payload.batch is None:
+        size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
+    else:
+        size = max(1, min(payload.batch.most, -(-len(tasks) // max(1, workers))))
+    return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
+
+
+def run_bundle(
+    payload: Payload, bundle: Sequence[Task], patience: float = math.inf
+) -> list[Outcome]:
+    """The outcomes of some points, as many as fit into some seconds (at least one)."""
+    end = monotonic() + patience
+    outcomes: list[Outcome] = []
+    if payload.batch is not None:
+        outcomes = _run_together(payload, payload.batch, bundle)
+        if outcomes and monotonic() > end:
+            return outcomes
+    for task in _without(bundle, outcomes):
+        outcomes.append(_run(payload, task))
+        if monotonic() > end:
+            break
+    return outcomes
+
+
+def _without(bundle: Sequence[Task], outcomes: Sequence[Outcome]) -> list[Task]:
+    done = {o.index for o in outcomes}
+    return [t for t in bundle if t.index not in done]
+
+
+def _run_together(payload: Payload, plan: BatchPlan, bundle: Sequence[Task]) -> list[Outcome]:
+    """The outcomes of those points that a batch can do."""
+    from planarc.study.batch import LEAST, run_batch
+
+    tasks = [t for t in bundle if not t.alone]
+    if len(tasks) < LEAST:
+        return []
+    results = run_batch(payload.model, plan, [_options(payload, t) for t in tasks])
+    pairs = zip(tasks, results, strict=True)
+    return [_measured(payload, task, result) for task, result in pairs if result is not None]
+
+
+def _options(payload: Payload, task: Task) -> RunOptions:
+    options = payload.options
+    return replace(
+        options, values={**options.values, **task.values}, starts={**options.starts, **task.starts}
+    )
+
+
+def _run(payload: Payload, task: Task) -> Outcome:
+    try:
+        result = payload.model.run(_options(payload, task))
+    except PlanarcError as problem:
+        return Outcome(task.index, None, problem.diagnostics[0].message)
+    except Exception as bug:
+        return Outcome(task.index, None, mistake(bug).message)
+    return _measured(payload, task, result)
+
+
+def _measured(payload: Payload, task: Task, result: Result) -> Outcome:
+    try:
+        return Outcome(task.index, payload.metrics(result))
+    except (Exception, SystemExit) as problem:
+        return Outcome(task.index, None, f"the metric fails: {_what(problem)}")
+
+
+def _what(problem: BaseException) -> str:
+    """An error of a user's function in one line, with its place there."""
+    from traceback import extract_tb
+
+    own = Path(__file__).parent.parent
+    frames = [f for f in extract_tb(problem.__traceback__) if own not in Path(f.filename).parents]
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    if isinstance(problem, PlanarcError):
+        return f"{problem.diagnostics[0].message}{place}"
+    return f"{type(problem).__name__}: {problem}{place}"
+
+
+def _in_processes(
+    payload: Payload, tasks: Sequence[Task], workers: int, limit: float
+) -> Iterator[list[Outcome]]:
+    from planarc.core.processes import Crew, Lost
+
+    with tempfile.TemporaryDirectory(prefix="planarc-") as folder:
+        place = _hand_over(payload, Path(folder))
+        crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit, NO_BOUND)
+        crew.add(_Job(place, bundle) for bundle in _bundles(payload, tasks, workers))
+        try:
+            for job, result in crew:
+                if not isinstance(result, Lost):
+                    if rest := _without(job.bundle, result):
+                        crew.add([_Job(place, tuple(replace(t, alone=True) for t in rest))])
+                    yield result
+                elif len(job.bundle) == 1:
+                    why = "died" if result is Lost.DIED else f"took longer than {limit:g} s"
+                    reason = f"the process that ran it {why}"
+                    yield [Outcome(job.bundle[0].index, None, reason, lost=True)]
+                else:  # which point was it?
+                    crew.add(_Job(place, (task,)) for task in job.bundle)
+        finally:
+            _SHARED.pop(place, None)
+
+
+class _Job(Data):
+    place: str  # of the payload
+    bundle: tuple[Task, ...]
+
+
+#: Payloads that forked processes find here; others read them from their file.
+_SHARED: dict[str, Payload] = {}
+
+
+def _hand_over(payload: Payload, folder: Path) -> str:
+    place = str(folder / "payload")
+    if sys.platform.startswith("linux"):
+        _SHARED[place] = payload
+        payload.model.compiled().load()  # before the fork: the code is in memory once
+        return place
+    try:
+        Path(place).write_bytes(pickle.dumps(payload))
+    except (pickle.PicklingError, AttributeError, TypeError) as problem:
+        raise UsageError(
+            Diagnostic(
+                "C236",
+                f"the metric cannot be sent to other processes: {problem}",
+                hint="make it a function of a module, or use workers=1",
+            )
+        ) from None
+    return place
+
+
+def _work(job: _Job) -> list[Outcome]:
+    """In a process of the crew."""
+    payload = _SHARED.get(job.place) or _read(job.place)
+    return run_bundle(payload, job.bundle, PATIENCE)
+
+
+@lru_cache(maxsize=2)
+def _read(place: str) -> Payload:
+    payload: Payload = pickle.loads(Path(place).read_bytes())
+    return payload

@@ -1,1 +1,0 @@
-"""The handbook of a library: classes in, one HTML page out."""

@@ -1,1 +1,0 @@
-"""The page of `planarc serve`; what answers it is in `planarc/live`."""

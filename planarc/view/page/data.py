@@ -1,0 +1,186 @@
+"""The numbers that a page carries.
+
+In:   Result, Scene, figures
+Out:  values for `json`
+
+    scene    {time, tracks, items, box, layers, events}; a moving quantity of an item is
+             `[number of its track]`, one that never changes a number
+    curves   {time, columns, variables, figures}; a variable is
+             [name, number of its column, factor, unit, description]
+
+One choice of rows serves curves and motion: of every stretch of time the rows where a curve of
+the figures is lowest and highest, so that no peak is lost. A page has room for so many
+characters; variables that do not fit are left out, parameters of parts first, and counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+from planarc.view.page.columns import Columns, encode, number
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.ir.insight import Layer, Series
+    from planarc.ir.program import Column
+    from planarc.ir.result import Result
+    from planarc.view.page.figures import Figure
+    from planarc.view.scene import Item, Scene, Track
+
+#: Rows on the page; more would make it slow to load, and no screen shows them.
+ROWS = 3000
+#: Characters for the variables, and the least number of rows.
+ROOM, FEWEST_ROWS = 1_000_000, 600
+
+_DEGREES = 180 / pi
+
+
+def scene_data(
+    scene: Scene, rows: Any = None, events: Iterable[float] = (), layers: Sequence[Layer] = ()
+) -> dict[str, Any]:
+    """The motion, of all rows or of some."""
+    chosen = slice(None) if rows is None else rows
+    tracks = Columns(chosen)
+
+    def put(track: Track) -> Any:
+        return number(track) if isinstance(track, (int, float)) else [tracks.add(track)]
+
+    return {
+        "time": encode(scene.time[chosen], "<f8"),
+        "items": [_item(item, put) for item in scene.items],
+        "layers": [_layer(layer, put) for layer in layers],
+        "tracks": tracks.all,
+        "box": scene.box,
+        "events": [float(t) for t in events],
+    }
+
+
+def curve_data(
+    result: Result,
+    figures: Sequence[Figure],
+    rows: Any = None,
+    series: Sequence[Series] = (),
+    room: int = ROOM,
+) -> dict[str, Any]:
+    """The variables, and which of them the figures show; `left_out` counts what did not fit."""
+    chosen = slice(None) if rows is None else rows
+    columns = Columns(chosen)
+    variables: list[list[Any]] = [
+        [s.name, columns.add(s.values), 1.0, s.unit, s.description] for s in series
+    ]
+    first = {name for figure in figures for name in figure.curves}
+    left_out = 0
+    for column in sorted(
+        (c for c in result.program.columns if not c.name.startswith("$")),
+        key=lambda c: (c.name not in first, c.protected, c.constant),
+    ):
+        if column.name not in first and columns.size + 110 * len(variables) > room:
+            left_out += 1
+            continue
+        scale, unit = shown_unit(column)
+        variables.append(
+            [
+                column.name,
+                columns.add(_values(result, column)),
+                number(column.sign * scale),
+                unit,
+                column.description,
+            ]
+        )
+    order = {c.name: i for i, c in enumerate(result.program.columns)}
+    variables.sort(key=lambda v: order.get(v[0], -1))
+    return {
+        "time": encode(result.time[chosen], "<f8"),
+        "columns": columns.all,
+        "variables": variables,
+        "figures": [
+            {"title": f.title, "on": f.on, "curves": list(f.curves)} for f in figures if f.curves
+        ],
+        "left_out": left_out,
+    }
+
+
+def shown_unit(column: Column) -> tuple[float, str]:
+    """Angles are shown in degrees where the library says so."""
+    if column.unit == "rad" and column.display_unit == "deg":
+        return _DEGREES, "deg"
+    return 1.0, column.unit
+
+
+def _values(result: Result, column: Column) -> Track:
+    """Without the sign, so that opposite variables share a column."""
+    if column.slot in result.stored:
+        values: NDArray[np.float64] = result.data[:, result.stored[column.slot]]
+        return values
+    return float(result.constants[column.slot])
+
+
+def choose_rows(result: Result, figures: Sequence[Figure], tracks: int) -> Any:
+    """The rows of a page: all, or so many that what must be there has room."""
+    shown = [n for f in figures if f.on for n in f.curves if n in result][:24]
+    needed = tracks + sum(len(f.curves) for f in figures)
+    limit = min(ROWS, max(FEWEST_ROWS, int(ROOM / (5.34 * max(1, needed)))))
+    return thin_rows(len(result.time), [result[name] for name in shown], limit)
+
+
+def thin_rows(count: int, columns: Sequence[NDArray[np.float64]], limit: int = ROWS) -> Any:
+    """The rows to keep, ascending: all, or at most about `limit`.
+
+    A third are spread evenly, for the motion; the others are where a column is lowest and
+    highest in a stretch.
+    """
+    import numpy as np
+
+    if count <= limit:
+        return np.arange(count)
+    keep = [np.linspace(0, count - 1, max(2, limit // 3)).astype(int)]
+    pieces = max(1, limit // (3 * max(1, len(columns))))
+    length = -(-count // pieces)
+    starts = np.arange(0, count, length)
+    for column in columns:
+        padded = np.resize(column, length * len(starts))
+        padded[count:] = column[-1]  # the last row again, so that all stretches are as long
+        stretches = np.nan_to_num(padded).reshape(len(starts), length)
+        keep += [starts + stretches.argmin(axis=1), starts + stretches.argmax(axis=1)]
+    return np.minimum(np.unique(np.concatenate(keep)), count - 1)
+
+
+def _item(item: Item, put: Any) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "component": item.component,
+        "kind": item.kind.value,
+        "x": put(item.x),
+        "y": put(item.y),
+        "angle": put(item.angle),
+        "length": put(item.length),
+        "width": put(item.width),
+        "color": [put(c) for c in item.color],
+    }
+    if item.shape:
+        data.update(shape=item.shape, upright=item.upright, extra=put(item.extra))
+    if item.labels:
+        data["labels"] = list(item.labels)
+    if item.points:
+        data["points"] = [[number(x), number(y)] for x, y in item.points]
+    return data
+
+
+def _layer(layer: Layer, put: Any) -> dict[str, Any]:
+    members = []
+    for m in layer.members:
+        member = {"name": m.name, "x": put(m.x), "y": put(m.y)}
+        if layer.kind == "vectors":
+            member.update(u=put(m.u), v=put(m.v))
+        members.append(member if m.on else {**member, "on": False})
+    return {
+        "id": layer.id,
+        "title": layer.title,
+        "kind": layer.kind,
+        "unit": layer.unit,
+        "on": layer.on,
+        "members": members,
+    }

@@ -1,0 +1,149 @@
+"""Writes the page: text, styles, scripts and data in one file that needs no network.
+
+A model's texts are data: in HTML they are escaped, in the script's JSON `<`, `>` and `&` are
+written as escapes, and a content security policy lets only the scripts of this page run, known
+by their hashes.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.view.page import assets
+from planarc.view.page.data import choose_rows, curve_data, scene_data
+from planarc.view.page.figures import choose_figures
+
+if TYPE_CHECKING:
+    from planarc.ir.insight import Insight
+    from planarc.ir.result import Result
+    from planarc.view.scene import Scene
+
+#: Events that the page lists.
+EVENTS = 1000
+
+Rows = Sequence[tuple[str, str]]
+
+
+def write_report(
+    path: Path,
+    result: Result,
+    scene: Scene,
+    summary: Rows = (),
+    curves: Sequence[str] | None = None,
+    insight: Insight | None = None,
+    notes: Sequence[str] = (),
+) -> None:
+    """Write the page of a run to `path`.
+
+    `summary` is shown as labels with texts; `curves` names the variables to plot, None chooses
+    them; `notes` stand at the top. Raises UsageError where the file cannot be written or a name
+    is unknown.
+    """
+    from planarc.view.storage import replacing
+
+    unknown = [name for name in curves or () if name not in result]
+    if unknown:
+        raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))
+    chosen = None if curves is None else tuple(curves)
+    text = render_page(result, scene, summary, chosen, insight, notes)
+    with replacing(path) as file:
+        file.write(text.encode())
+
+
+def render_page(
+    result: Result,
+    scene: Scene,
+    summary: Rows = (),
+    curves: tuple[str, ...] | None = None,
+    insight: Insight | None = None,
+    notes: Sequence[str] = (),
+) -> str:
+    """The page as text."""
+    program = result.program
+    figures = choose_figures(result, curves, insight)
+    rows = choose_rows(result, figures, tracks=4 * len(scene.items))
+    events = [(e.time, ", ".join(e.causes)) for e in result.events[:EVENTS]]
+    series, layers = ((), ()) if insight is None else (insight.series, insight.layers)
+    data = {
+        "name": program.name.rpartition(".")[2],
+        "scene": scene_data(scene, rows, sorted({t for t, _ in events}), layers),
+        "curves": curve_data(result, figures, rows, series),
+        "events": events,
+    }
+    chart = assets.chart_script()
+    script = assets.script(*assets.PLAYER, *assets.PLOTS, "page.js")
+    left_out = data["curves"]["left_out"]  # type: ignore[index]
+    remarks = [("remark", n) for n in (*notes, *scene.notes)]
+    told = [*_notes(result, len(rows), left_out), *remarks]
+    cards = [
+        _card("Mechanism", _list(insight.facts)) if insight is not None and insight.facts else "",
+        _card("Run", _list(summary)) if summary else "",
+        _card("Events", _events(len(result.events))) if result.events else "",
+    ]
+    return Template(assets.text("page.html")).substitute(
+        head=assets.head(program.name, (chart, script), (*assets.STYLES, "page.css")),
+        package=html.escape(program.name.rpartition(".")[0]),
+        title=html.escape(program.name.rpartition(".")[2]),
+        description=html.escape(program.description),
+        notes="".join(f'<p class="{kind}">{_prose(text)}</p>' for kind, text in told),
+        cards="".join(cards),
+        open="" if any(f.on for f in figures) else " open",
+        data=assets.embed_json(data),
+        chart=chart,
+        script=script,
+    )
+
+
+def _prose(text: str) -> str:
+    """A message as HTML: it begins with a capital, and names stand in `code`."""
+    escaped = html.escape(text[:1].upper() + text[1:])
+    return re.sub(r"`([^`\n]*)`", r"<code>\1</code>", escaped)
+
+
+def _card(title: str, inside: str) -> str:
+    return f'<section class="card"><h2>{html.escape(title)}</h2>{inside}</section>'
+
+
+def _list(rows: Rows) -> str:
+    entries = (f"<dt>{html.escape(label)}</dt><dd>{html.escape(text)}</dd>" for label, text in rows)
+    return f"<dl>{''.join(entries)}</dl>"
+
+
+def _events(count: int) -> str:
+    more = f'<p class="faint">The first {EVENTS} of {count}.</p>' if count > EVENTS else ""
+    return f'<ol id="events"></ol>{more}'
+
+
+def _notes(result: Result, shown: int, left_out: int) -> list[tuple[str, str]]:
+    """What a reader must know before looking: (kind, text)."""
+    notes = []
+    if result.ended is not None:
+        kind = "error" if result.ended.severity is Severity.ERROR else "remark"
+        notes.append((kind, f"The run ended at t = {result.time[-1]:g} s: {result.ended.message}"))
+    notes += [("warning", _told(warning)) for warning in result.warnings]
+    if shown < len(result.time):
+        notes.append(
+            (
+                "remark",
+                f"Shown are {shown} of {len(result.time)} rows; of each stretch of time the lowest "
+                "and highest values of the first curves are kept. The result file holds all rows.",
+            )
+        )
+    if left_out:
+        notes.append(
+            (
+                "remark",
+                f"{left_out} variables had no room on this page; the result file holds them.",
+            )
+        )
+    return notes
+
+
+def _told(warning: Diagnostic) -> str:
+    return f"{warning.message}\n{warning.hint}" if warning.hint else warning.message

@@ -1,0 +1,140 @@
+"""Two results side by side: which variables leave the tube around the reference.
+
+In:   Table, Table   the reference A and another result B, of any times
+Out:  Comparison     for each variable that parts: when first, and by how much at most
+
+The tube around a curve of A is what a rectangle covers that slides along it: as high as
+a share of the variable's range, as wide as a share of the time. So a step that B takes a
+little later is no difference, nor is a number that differs a little.
+
+Example: A = sin(t), B = sin(t) + 0.1*(t > 2), tolerance 0.01
+
+    parted = (Parting(name="x", time=2.01, a=0.905, b=1.005, most=0.1, most_time=2.5),)
+
+Promises:  values that are no numbers agree with each other and with nothing else.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
+from planarc.view.table.files import Table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+class Parting(Data):
+    """A variable that leaves its tube."""
+
+    name: str
+    time: float  # s, where it leaves first
+    a: float
+    b: float
+    most: float  # the greatest distance from the tube
+    most_time: float
+
+
+class Comparison(Data):
+    compared: int  # variables that are in both
+    parted: tuple[Parting, ...]  # in the order in which they part
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    ends: tuple[float, float] | None  # s, where they end, if not at the same time
+
+    @property
+    def same(self) -> bool:
+        return not self.parted and self.ends is None
+
+
+def compare_tables(
+    a: Table, b: Table, tolerance: float, width: float, only: re.Pattern[str] | None = None
+) -> Comparison:
+    """`tolerance` is a share of the range of a variable, `width` of that of the time."""
+    names_a = [n for n in a.columns if only is None or only.search(n)]
+    names_b = [n for n in b.columns if only is None or only.search(n)]
+    known = set(names_b)
+    common = [n for n in names_a if n in known]
+    tube = _Tube(a.time, b.time, width)
+    parted = [p for n in common if (p := tube.parting(n, a[n], b[n], tolerance)) is not None]
+    held = set(common)
+    return Comparison(
+        len(common),
+        tuple(sorted(parted, key=lambda p: p.time)),
+        tuple(n for n in names_a if n not in held),
+        tuple(n for n in names_b if n not in held),
+        tube.ends,
+    )
+
+
+class _Tube:
+    """The windows in time that are the same for all variables."""
+
+    def __init__(self, a: Floats, b: Floats, width: float) -> None:
+        import numpy as np
+
+        length = float(a[-1] - a[0]) if len(a) else 0.0
+        slack = 1e-9 * max(length, 1e-300)
+        half = max(width * length, slack)
+        self.a = a
+        self.ends = None
+        if len(a) and len(b) and abs(a[-1] - b[-1]) > half:
+            self.ends = (float(a[-1]), float(b[-1]))
+        elif (len(a) == 0) != (len(b) == 0):
+            self.ends = (float(a[-1]) if len(a) else 0.0, float(b[-1]) if len(b) else 0.0)
+        within = (b >= a[0] - half) & (b <= a[-1] + half) if len(a) else np.zeros(len(b), bool)
+        self.rows = np.flatnonzero(within)
+        self.time = b[self.rows]
+        self.left, self.right = self.time - half, self.time + half
+        first = np.searchsorted(a, self.left, "left")
+        self.windows = np.stack([first, np.searchsorted(a, self.right, "right")], axis=1)
+
+    def parting(self, name: str, a: Floats, b: Floats, tolerance: float) -> Parting | None:
+        """Where B's values leave the tube around A's."""
+        import numpy as np
+
+        if len(self.rows) == 0:
+            return None
+        values = b[self.rows]
+        finite = a[np.isfinite(a)]
+        size = float(np.ptp(finite)) if len(finite) else 0.0
+        # A curve without range is measured by its value, and zero by one.
+        size = size or (float(np.max(np.abs(finite))) if len(finite) else 0.0) or 1.0
+        low, high = self._bounds(a)
+        off = np.maximum(np.maximum(low - values, values - high) - tolerance * size, 0.0)
+        here = np.interp(self.time, self.a, a)
+        none = np.isnan(values)
+        off = np.where(none & np.isnan(here), 0.0, off)
+        off = np.where(none != np.isnan(here), np.inf, off)
+        outside = np.flatnonzero(off > 1e-12 * size)
+        if len(outside) == 0:
+            return None
+        first, worst = int(outside[0]), int(np.argmax(off))
+        return Parting(
+            name,
+            float(self.time[first]),
+            float(here[first]),
+            float(values[first]),
+            float(off[worst] + tolerance * size),
+            float(self.time[worst]),
+        )
+
+    def _bounds(self, a: Floats) -> tuple[Floats, Floats]:
+        """The least and the greatest value of A's curve in each window."""
+        import numpy as np
+
+        edges = np.stack([np.interp(t, self.a, a) for t in (self.left, self.time, self.right)])
+        low, high = np.fmin.reduce(edges), np.fmax.reduce(edges)
+        filled = np.flatnonzero(self.windows[:, 1] > self.windows[:, 0])
+        if len(filled):
+            # `reduceat` takes pairs of borders; a border past the end needs one more value.
+            borders = self.windows[filled].ravel()
+            padded = np.append(a, a[-1])
+            low[filled] = np.fmin(low[filled], np.fmin.reduceat(padded, borders)[::2])
+            high[filled] = np.fmax(high[filled], np.fmax.reduceat(padded, borders)[::2])
+        return low, high

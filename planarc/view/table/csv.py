@@ -1,0 +1,173 @@
+"""Tables as comma-separated values (RFC 4180)."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, BinaryIO
+
+from msgspec import MsgspecError, json
+
+from planarc.ir.dae import Kind
+from planarc.ir.program import Column
+from planarc.ir.result import Result
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.view.table.files import Table
+
+_END = b"\r\n"
+#: Numbers formatted at a time: they and their text stay in the processor's cache.
+_CHUNK = 1 << 16
+
+
+def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
+    """`units` puts them behind the names, in brackets."""
+    names = ["time [s]" if units else "time"]
+    names += [f"{c.name} [{c.unit}]" if units and c.unit else c.name for c in columns]
+    header = ",".join(map(_quoted, names))
+    file.write(header.encode() + _END)
+    rows = max(1, _CHUNK // len(names))
+    for first in range(0, len(result.time), rows):
+        numbers = _numbers(result, columns, slice(first, first + rows))
+        whole = [i for i, c in enumerate(columns, 1) if c.kind is not Kind.REAL]
+        file.write(_text(numbers, whole))
+
+
+def _quoted(name: str) -> str:
+    """A name as a field; all are quoted, since many hold commas (`a[1,2]`)."""
+    return '"' + name.replace('"', '""') + '"'
+
+
+def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> NDArray[np.float64]:
+    """Time and the columns, side by side."""
+    import numpy as np
+
+    kept = [(i, c) for i, c in enumerate(columns, 1) if c.slot in result.stored]
+    fixed = [(i, c) for i, c in enumerate(columns, 1) if c.slot not in result.stored]
+    numbers = np.empty((len(result.time[rows]), 1 + len(columns)))
+    numbers[:, 0] = result.time[rows]
+    numbers[:, [i for i, _ in kept]] = result.data[rows, [result.stored[c.slot] for _, c in kept]]
+    numbers[:, [i for i, _ in fixed]] = [result.constants[c.slot] for _, c in fixed]
+    numbers[:, 1:] *= [c.sign for c in columns]
+    numbers += 0.0  # drops -0
+    return numbers
+
+
+def _text(numbers: NDArray[np.float64], whole: Sequence[int]) -> bytes:
+    """Rows with the shortest texts that read back as the same numbers; `whole` are the
+    columns of whole numbers."""
+    rows: list[list[float]] = numbers.tolist()
+    for row in rows:
+        for i in whole:
+            row[i] = round(row[i]) if math.isfinite(row[i]) else row[i]
+    if (abs(numbers) < math.inf).all():
+        # Rows of JSON are made in C; the brackets and commas between them are taken out.
+        return json.encode(rows)[2:-2].replace(b"],[", _END) + _END
+    return b"".join(",".join(map(repr, row)).encode() + _END for row in rows)
+
+
+# Reading ---------------------------------------------------------------------------------------
+
+#: Bytes read at a time.
+_BLOCK = 1 << 22
+#: Numbers as JSON has them, which most files hold.
+_LIST = json.Decoder(list[float])
+_UNIT = re.compile(r"(.+) \[([^\[\]]+)\]")
+
+
+def read(file: BinaryIO) -> Table:
+    """Raises ValueError with the reason."""
+    from planarc.view.table.files import Table
+
+    names, first = _header(file)
+    values = _body(file, len(names), first)
+    units: dict[str, str] = {}
+    columns: dict[str, NDArray[np.float64]] = {}
+    for i, text in enumerate(names[1:], 1):
+        found = _UNIT.fullmatch(text)
+        name = found[1] if found else text
+        if found:
+            units[name] = found[2]
+        columns[name] = values[:, i]
+    return Table(values[:, 0], columns, units)
+
+
+def _header(file: BinaryIO) -> tuple[list[str], int]:
+    """The names, and the number of the first line behind them."""
+    file.seek(0)
+    try:
+        lines = csv.reader(line.decode("utf-8-sig") for line in iter(file.readline, b""))
+        names = [field.strip() for field in next(lines, [])]
+    except UnicodeDecodeError:
+        raise ValueError("it is not UTF-8 text") from None
+    except csv.Error as problem:
+        raise ValueError(str(problem)) from None
+    if not names or names[0] not in {"time", "time [s]"}:
+        raise ValueError("its first column is not `time`")
+    return names, lines.line_num + 1
+
+
+def _body(file: BinaryIO, width: int, line: int) -> NDArray[np.float64]:
+    """The numbers of all rows, one below the other."""
+    import numpy as np
+
+    begin = file.tell()
+    most = sum(block.count(b"\n") for block in iter(lambda: file.read(_BLOCK), b"")) + 1
+    file.seek(begin)
+    values = np.empty((most, width))
+    count = 0
+    while block := file.read(_BLOCK) + file.readline():
+        lines = block.split(b"\n")
+        rows = [row for row in lines if row.strip()]
+        numbers = _fast(rows, width)
+        if numbers is None:
+            numbers = _careful(lines, width, line)
+        values[count : count + len(numbers)] = numbers
+        count += len(numbers)
+        line += block.count(b"\n")
+    return values[:count]
+
+
+def _fast(rows: Sequence[bytes], width: int) -> NDArray[np.float64] | None:
+    """All numbers of some rows, made in C; None if they are not just numbers and commas."""
+    import warnings
+
+    import numpy as np
+
+    if any(row.count(b",") != width - 1 for row in rows):
+        return None
+    text = b",".join(rows)
+    try:
+        numbers = np.array(_LIST.decode(b"[%b]" % text))
+    except MsgspecError:  # JSON knows no infinity and no `.5`
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                numbers = np.fromstring(text.decode("ascii"), sep=",")
+        except (ValueError, DeprecationWarning):
+            return None
+    return numbers.reshape(len(rows), width) if numbers.size == len(rows) * width else None
+
+
+def _careful(lines: Sequence[bytes], width: int, first: int) -> NDArray[np.float64]:
+    """The same one by one, to allow quotes and to say where something is wrong."""
+    import numpy as np
+
+    rows = []
+    reader = csv.reader(line.decode("utf-8", "replace") for line in lines)
+    for row in reader:
+        line = first + reader.line_num - 1
+        if not row:
+            continue
+        if len(row) != width:
+            raise ValueError(f"line {line} has {len(row)} fields, not {width}")
+        try:
+            rows.append([float(field) for field in row])
+        except ValueError:
+            raise ValueError(f"line {line} holds a field that is no number") from None
+    return np.array(rows, dtype=float).reshape(len(rows), width)

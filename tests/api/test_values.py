@@ -1,0 +1,142 @@
+"""Values by name: truth values, literals and arrays, structural ones among them."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc import Model, Recompiled, UsageError
+from planarc.api.values import elements_of
+
+KINDS = """package Kinds
+  type Mode = enumeration(slow, fast);
+  model Part
+    parameter Mode mode = Mode.slow;
+    parameter Boolean back = false;
+    parameter Integer times = 1;
+    parameter Integer n = 1;
+    parameter Integer order[2] = {1, 2};
+    Real x(start=0, fixed=true);
+    Real y[order[2]];
+    Real z[n];
+  equation
+    der(x) = (if mode == Mode.fast then 2 else 1)*(if back then -1 else 1)*times;
+    y = fill(x, order[2]);
+    z = fill(time, n);
+  end Part;
+  model Top
+    parameter Integer base = 1;
+    Part p[2](n={base, 2*base});
+    Part one;
+  end Top;
+end Kinds;
+"""
+
+
+@pytest.fixture(scope="module")
+def kinds() -> Model:
+    return planarc.load(KINDS, "Kinds.Top")
+
+
+def at_end(model: Model, name: str, **values: Any) -> float:
+    return float(model.simulate(1, parameters=values["parameters"])[name][-1])
+
+
+@pytest.mark.parametrize(
+    ("given", "slope"),
+    [
+        ({"one.mode": "fast"}, 2.0),
+        ({"one.mode": 2}, 2.0),
+        ({"one.back": True}, -1.0),
+        ({"one.times": 3, "one.mode": "Mode.fast"}, 6.0),
+    ],
+)
+def test_values_of_every_kind(kinds: Model, given: dict[str, Any], slope: float) -> None:
+    assert at_end(kinds, "one.x", parameters=given) == pytest.approx(slope)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"one.mode": 3}, "choose among `slow`, `fast`"),
+        ({"one.mode": "fats"}, "did you mean `fast`"),
+        ({"one.back": 0.5}, "takes true or false, not 0.5"),
+        ({"one.times": 1.5}, "takes an integer, not 1.5"),
+        ({"one.n": 1.5}, "takes an integer, not 1.5"),
+        ({"p.n": [1, 2, 3]}, "takes 2 numbers, p[1].n to p[2].n"),
+        ({"p.order": [[1, 2]]}, "takes 4 numbers"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_values_that_no_parameter_of_the_kind_has(
+    kinds: Model, given: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        kinds.simulate(1, parameters=given)
+    assert words in str(caught.value)
+
+
+def sizes(model: Model, given: dict[str, Any]) -> tuple[int, ...]:
+    """How many `z` the two parts have, and how many `y` the second of them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Recompiled)
+        names = model.simulate(0, parameters=given).names
+    return tuple(
+        sum(n.startswith(f"{array}[") for n in names) for array in ("p[1].z", "p[2].z", "p[2].y")
+    )
+
+
+def test_one_element_of_a_structural_array_is_set_and_the_others_stay(kinds: Model) -> None:
+    assert sizes(kinds, {}) == (1, 2, 2)
+    assert sizes(kinds, {"p[2].n": 5}) == (1, 5, 2)
+    assert sizes(kinds, {"p[2].order[2]": 4}) == (1, 2, 4)
+    assert sizes(kinds, {"p.n": [3, 1], "p.order": [[1, 1], [1, 3]]}) == (3, 1, 3)
+
+
+def test_elements_that_are_not_set_follow_what_is(kinds: Model) -> None:
+    # p[2].n = 2*base, where p[1].n alone is set.
+    assert sizes(kinds, {"p[1].n": 7, "base": 3}) == (7, 6, 2)
+
+
+def test_an_element_computed_from_a_plain_parameter_is_not_frozen() -> None:
+    text = (
+        "model Frozen parameter Real a = 2; parameter Real c[2] = {1, a};"
+        " parameter Integer n[2] = {1, 2}; Real x[n[1]] = fill(c[2], n[1]); end Frozen;"
+    )
+    model = planarc.load(text)
+    with pytest.warns(Recompiled, match=r"`n\[1\]`"):
+        result = model.simulate(0, parameters={"n[1]": 2, "a": 5})
+    assert result["x[2]"][0] == 5.0
+
+
+def test_names_of_arrays_reach_into_arrays_of_components() -> None:
+    known = ("a[1].n[1]", "a[1].n[2]", "a[2].n[1]", "a[2].n[2]", "a.nn", "b[1,2]")
+    assert elements_of("a.n", known) == {(i, j): f"a[{i}].n[{j}]" for i in (1, 2) for j in (1, 2)}
+    assert elements_of("a[2].n", known) == {(1,): "a[2].n[1]", (2,): "a[2].n[2]"}
+    assert elements_of("b", known) == {(1, 2): "b[1,2]"}
+    assert elements_of("a", known) == {}
+
+
+def test_a_study_and_sensitivities_of_another_structure(kinds: Model) -> None:
+    with pytest.warns(Recompiled):
+        study = planarc.sweep(
+            kinds, {"one.mode": ["slow", "fast"]}, "one.z[3]", parameters={"one.n": 3}, workers=1
+        )
+    assert study.failures == ()
+    assert list(study["one.z[3]"]) == [1.0, 1.0]
+    text = "model Grows parameter Integer n = 1; parameter Real k = 1; Real x[n](each start=1,"
+    model = planarc.load(f"{text} each fixed=true); equation der(x) = k*x; end Grows;")
+    with pytest.warns(Recompiled):
+        found = model.sensitivities(["k"], values={"n": 2}, stop_time=1)
+    assert found["x[2]", "k"][-1] == pytest.approx(np.e, rel=1e-5)
+
+
+def test_a_computed_parameter_names_those_that_may_be_set() -> None:
+    text = "model Area parameter Real a = 2; parameter Real b = 3; final parameter Real c = a*b;"
+    model = planarc.load(f"{text} Real x = c; end Area;")
+    with pytest.raises(UsageError, match="`c` cannot be set: it is computed from `a` and `b`"):
+        model.simulate(0, parameters={"c": 1.0})
