@@ -6,8 +6,7 @@ Out:  Study    a tidy table: a row for each point, with its values and its metri
 Points go in small bundles to processes that each load the compiled model once; only
 metrics come back, so that memory stays as it is. A point that fails, or that takes its
 process with it, is told with its reason, and the others go on. With a `journal`, an
-interrupted study is taken up where it was. Without a native back end, points of a model
-without events are run many at a time on NumPy's arrays (`planarc.study.batch`).
+interrupted study is taken up where it was.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from msgspec.structs import replace
 from planarc.api.values import Value, count, finite, parameter_values, start_values
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
-from planarc.study.batch import plan_batch
 from planarc.study.metric import Metric, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
@@ -87,7 +85,7 @@ def sweep(
     )
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
-    payload = Payload(model, options, metrics, plan_batch(model, options, metrics, len(tasks)))
+    payload = Payload(model, options, metrics)
     book = _journal(journal, payload, table)
     done = dict(book.done) if book else {}
     watch = _watcher(progress, len(tasks))

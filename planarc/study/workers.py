@@ -3,10 +3,8 @@
 In:   Payload (model, options, metrics), tasks
 Out:  outcomes, in bundles, as they come
 
-Each process finds the payload once: by fork, or in a file. Where a batch is planned, a
-bundle is run at once on arrays, and what falls out of it point by point. A bundle whose
-process is lost is tried again point by point, so that one bad point takes nothing else
-with it.
+Each process finds the payload once: by fork, or in a file. A bundle whose process is lost is
+tried again point by point, so that one bad point takes nothing else with it.
 """
 
 from __future__ import annotations
@@ -32,7 +30,6 @@ from planarc.study.metric import Metrics
 if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.api.result import Result
-    from planarc.study.batch import BatchPlan
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
 BUNDLE, PATIENCE = 32, 1.0
@@ -56,7 +53,6 @@ class Task(Data):
     values: dict[str, float]
     starts: dict[str, float]
     wrong: str | None = None
-    alone: bool = False  # a batch has tried it in vain
 
 
 class Payload(Data):
@@ -65,7 +61,6 @@ class Payload(Data):
     model: Model
     options: RunOptions
     metrics: Metrics
-    batch: BatchPlan | None = None
 
 
 def outcomes_of(
@@ -91,19 +86,16 @@ def outcomes_of(
         from planarc.study.cluster import on_cluster
 
         workers = 4 * len(client.ncores() or [0])
-        yield from on_cluster(client, payload, _bundles(payload, left, workers))
+        yield from on_cluster(client, payload, _bundles(left, workers))
     elif min(count, len(left)) <= 1:
-        for bundle in _bundles(payload, left, 1):
+        for bundle in _bundles(left, 1):
             yield run_bundle(payload, bundle)
     else:
         yield from _in_processes(payload, left, count, limit)
 
 
-def _bundles(payload: Payload, tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
-    if payload.batch is None:
-        size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
-    else:
-        size = max(1, min(payload.batch.most, -(-len(tasks) // max(1, workers))))
+def _bundles(tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
+    size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
     return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
 
 
@@ -113,32 +105,11 @@ def run_bundle(
     """The outcomes of some points, as many as fit into some seconds (at least one)."""
     end = monotonic() + patience
     outcomes: list[Outcome] = []
-    if payload.batch is not None:
-        outcomes = _run_together(payload, payload.batch, bundle)
-        if outcomes and monotonic() > end:
-            return outcomes
-    for task in _without(bundle, outcomes):
+    for task in bundle:
         outcomes.append(_run(payload, task))
         if monotonic() > end:
             break
     return outcomes
-
-
-def _without(bundle: Sequence[Task], outcomes: Sequence[Outcome]) -> list[Task]:
-    done = {o.index for o in outcomes}
-    return [t for t in bundle if t.index not in done]
-
-
-def _run_together(payload: Payload, plan: BatchPlan, bundle: Sequence[Task]) -> list[Outcome]:
-    """The outcomes of those points that a batch can do."""
-    from planarc.study.batch import LEAST, run_batch
-
-    tasks = [t for t in bundle if not t.alone]
-    if len(tasks) < LEAST:
-        return []
-    results = run_batch(payload.model, plan, [_options(payload, t) for t in tasks])
-    pairs = zip(tasks, results, strict=True)
-    return [_measured(payload, task, result) for task, result in pairs if result is not None]
 
 
 def _options(payload: Payload, task: Task) -> RunOptions:
@@ -185,12 +156,12 @@ def _in_processes(
     with tempfile.TemporaryDirectory(prefix="planarc-") as folder:
         place = _hand_over(payload, Path(folder))
         crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit, NO_BOUND)
-        crew.add(_Job(place, bundle) for bundle in _bundles(payload, tasks, workers))
+        crew.add(_Job(place, bundle) for bundle in _bundles(tasks, workers))
         try:
             for job, result in crew:
                 if not isinstance(result, Lost):
-                    if rest := _without(job.bundle, result):
-                        crew.add([_Job(place, tuple(replace(t, alone=True) for t in rest))])
+                    if rest := job.bundle[len(result) :]:
+                        crew.add([_Job(place, rest)])
                     yield result
                 elif len(job.bundle) == 1:
                     why = "died" if result is Lost.DIED else f"took longer than {limit:g} s"

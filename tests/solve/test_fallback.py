@@ -1,8 +1,7 @@
-"""Without CVODE's library: its Python interface, then scipy, with the same answers."""
+"""Without CVODE's library scipy takes over, with the same answers."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -39,16 +38,12 @@ def unopened(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("backend", list(Backend))
-@pytest.mark.parametrize("missing", [False, True], ids=["scikit-sundae", "scipy"])
-def test_the_fallbacks_agree_and_are_named(
-    backend: Backend, missing: bool, unopened: None, monkeypatch: pytest.MonkeyPatch
+def test_the_fallback_agrees_and_is_named(
+    backend: Backend, unopened: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if missing:
-        monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
-    expected = "lsoda (scipy)" if missing else "cvode-bdf (scikit-sundae)"
     four_bar = run(Request(EXAMPLES / "four_bar.pmo"), backend)
     ball = run(Request(text=BALL), backend)
-    assert four_bar.statistics.solver.startswith(expected)
+    assert four_bar.statistics.solver.startswith("lsoda (scipy)")
     assert "another version" in four_bar.statistics.reason
     monkeypatch.undo()
     direct = run(Request(EXAMPLES / "four_bar.pmo"), backend)

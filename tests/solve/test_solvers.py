@@ -97,7 +97,6 @@ def test_a_missing_library_is_replaced_and_named(
         raise Unavailable("scikit-sundae is not installed")
 
     monkeypatch.setattr("planarc.solve.solvers.cvode.open_sundials", missing)
-    monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
     result = run(tools, tools.pendulum(), solver=Solver.AUTO)
     assert result.statistics.solver == "lsoda (scipy)"
     assert "scikit-sundae is not installed" in result.statistics.reason

@@ -207,3 +207,19 @@ def test_an_outcome_can_be_pickled() -> None:
 
     outcome = Outcome(1, {"x": 1.0})
     assert pickle.loads(pickle.dumps(outcome)) == outcome
+
+
+def test_a_study_gives_the_same_table_with_either_back_end() -> None:
+    points = {"revA.phi.start": list(np.linspace(0.8, 1.2, 85)), "couplerBody.m": [2.5]}
+    metric = ["max(revA.w)", "revA.phi", "rms(revD.w)"]
+    tables = []
+    for backend in ("native", "numpy"):
+        model = planarc.load("examples/four_bar.pmo", backend=backend)
+        study = planarc.sweep(model, points, metric, stop_time=1.0, tolerance=1e-9, workers=1)
+        assert not study.failures
+        tables.append(study)
+    first, second = (
+        np.array([[values[m] for m in metric] for _, values in t.rows if values]) for t in tables
+    )
+    assert first.shape == second.shape == (85, 3)
+    assert np.allclose(first, second, rtol=1e-5, atol=1e-5)

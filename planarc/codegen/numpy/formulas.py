@@ -26,13 +26,6 @@ _OPERATORS: Mapping[Op, tuple[str, int]] = {
     Op.LESS_EQUAL: (" <= ", 5),
     Op.EQUAL: (" == ", 5),
 }
-#: What chooses between values, as functions of arrays.
-_CHOICES: Mapping[Op, str] = {
-    Op.IF: "where",
-    Op.AND: "both",
-    Op.OR: "either",
-    Op.NOT: "logical_not",
-}
 _ATOM = 20
 
 Text = tuple[str, int]  # with its binding strength
@@ -45,24 +38,16 @@ def is_truth(e: Expr) -> bool:
     return e.op in _TRUTHS or (e.op is Op.CONST and isinstance(e.data, bool))
 
 
-def formula(
-    root: Expr, leaf: Callable[[Expr], str], *, careful: bool = False, arrays: bool = False
-) -> str:
-    """The expression as Python; `leaf` writes symbols, time, events and left limits.
-
-    With `arrays` every value may be an array of many runs: conditions choose by `where`,
-    and nothing needs care, since NumPy gives nan instead of an error.
-    """
+def formula(root: Expr, leaf: Callable[[Expr], str], *, careful: bool = False) -> str:
+    """The expression as Python; `leaf` writes symbols, time, events and left limits."""
     done: dict[Expr, Text] = {}
     for e in postorder((root,)):
         if e.op is Op.CONST:
             done[e] = _constant(e.data)
         elif not e.args:
             done[e] = leaf(e), _ATOM
-        elif arrays and e.op in _CHOICES:
-            done[e] = f"{_CHOICES[e.op]}({', '.join(done[a][0] for a in e.args)})", _ATOM
         else:
-            done[e] = _node(e, [done[a] for a in e.args], careful and not arrays)
+            done[e] = _node(e, [done[a] for a in e.args], careful)
     return done[root][0]
 
 

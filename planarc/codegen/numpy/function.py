@@ -56,10 +56,8 @@ class FunctionText:
         names: Names,
         always: set[Expr],
         parts: Parts,
-        arrays: bool = False,
     ) -> None:
         self._program = program
-        self._arrays = arrays
         self._names = names
         self._always = always
         self._parts = parts
@@ -138,7 +136,7 @@ class FunctionText:
         return self._names(e)
 
     def _formula(self, e: Expr, careful: bool = False) -> str:
-        return formula(e, self._leaf, careful=careful, arrays=self._arrays)
+        return formula(e, self._leaf, careful=careful)
 
     def _let(self, let: Let, indent: str) -> str:
         target = let.target
@@ -147,8 +145,6 @@ class FunctionText:
         if is_truth(let.value) and text(target) in self._slots:
             if let.value.is_const:
                 right = "1.0" if let.value.data else "0.0"
-            elif self._arrays:
-                right = f"where({right}, 1.0, 0.0)"
             else:
                 right = f"1.0 if {right} else 0.0"
         self._defined[target] = None

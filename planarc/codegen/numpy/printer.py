@@ -45,11 +45,8 @@ from planarc.ir.expr import Expr
 from planarc.ir.program import Program
 
 
-def source(program: Program, *, arrays: bool = False) -> str:
-    """The Python text of a program; with `arrays` for many runs at once.
-
-    Then every value in `w` is a number or an array over the runs.
-    """
+def source(program: Program) -> str:
+    """The Python text of a program."""
     names = Names()
     always = _evaluated_always(program)
     lines = [
@@ -77,7 +74,7 @@ def source(program: Program, *, arrays: bool = False) -> str:
     )
     for name, title, parts, results in sections:
         lines += ["", "", f"def {name}(t, w, blocks):", f'    """{title}"""']
-        lines += FunctionText(program, names, always, parts, arrays).lines(results)
+        lines += FunctionText(program, names, always, parts).lines(results)
     return "\n".join(lines) + "\n"
 
 

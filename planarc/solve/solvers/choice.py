@@ -8,6 +8,9 @@ from planarc.ir.program import Kernel
 from planarc.solve.solvers.integrator import Integrator, Settings
 from planarc.solve.solvers.sundials import Unavailable
 
+#: The method of scipy behind each solver.
+_SCIPY = {Solver.LSODA: "LSODA", Solver.SCIPY_BDF: "BDF"}
+
 
 def make_integrator(
     wanted: Solver, kernel: Kernel, states: int, settings: Settings
@@ -22,11 +25,8 @@ def make_integrator(
 
         fixed = FixedStep(kernel, states, settings, wanted.value, settings.fixed_step)
         return fixed, "a fixed step was asked for"
-    if wanted in (Solver.LSODA, Solver.SCIPY_BDF):
-        from planarc.solve.solvers.scipy import ScipyIntegrator
-
-        method = "LSODA" if wanted is Solver.LSODA else "BDF"
-        return ScipyIntegrator(kernel, states, settings, method), "asked for"
+    if wanted in _SCIPY:
+        return _scipy(kernel, states, settings, _SCIPY[wanted]), "asked for"
     try:
         if wanted is Solver.IDA:
             from planarc.solve.solvers.ida import IdaIntegrator
@@ -34,34 +34,24 @@ def make_integrator(
             return IdaIntegrator(kernel, states, settings), "asked for"
         from planarc.solve.solvers.cvode import Cvode
 
-        adams = wanted is Solver.CVODE_ADAMS
-        integrator = Cvode(kernel, states, settings, adams)
+        integrator = Cvode(kernel, states, settings, wanted is Solver.CVODE_ADAMS)
     except Unavailable as problem:
-        if wanted is not Solver.AUTO:
-            raise PlanarcError(
-                Diagnostic(
-                    "R450",
-                    f"the solver `{wanted}` cannot be used here: {problem}",
-                    hint="choose `auto`, `lsoda` or `scipy-bdf`",
-                )
-            ) from None
-        return _fallback(kernel, states, settings, str(problem))
+        if wanted is Solver.AUTO:
+            return _scipy(kernel, states, settings, "LSODA"), f"no CVODE: {problem}"
+        raise PlanarcError(
+            Diagnostic(
+                "R450",
+                f"the solver `{wanted}` cannot be used here: {problem}",
+                hint="choose `auto`, `lsoda` or `scipy-bdf`",
+            )
+        ) from None
     reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
     if integrator.krylov:
         reason += f", GMRES {states} states"
     return integrator, reason
 
 
-def _fallback(
-    kernel: Kernel, states: int, settings: Settings, problem: str
-) -> tuple[Integrator, str]:
-    """Where CVODE's library cannot be opened: its Python interface, else scipy."""
-    try:
-        from planarc.solve.solvers.sksundae import SksundaeIntegrator
+def _scipy(kernel: Kernel, states: int, settings: Settings, method: str) -> Integrator:
+    from planarc.solve.solvers.scipy import ScipyIntegrator
 
-        slow = SksundaeIntegrator(kernel, states, settings, "BDF")
-    except ImportError:
-        from planarc.solve.solvers.scipy import ScipyIntegrator
-
-        return ScipyIntegrator(kernel, states, settings, "LSODA"), f"no CVODE: {problem}"
-    return slow, f"CVODE's library cannot be opened directly: {problem}"
+    return ScipyIntegrator(kernel, states, settings, method)
