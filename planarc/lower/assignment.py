@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
-from planarc.lower.scope import Scope, unsupported
+from planarc.lower.scope import Scope, outside_array, unsupported
 from planarc.lower.values import (
     RecordValue,
     Tensor,
@@ -90,7 +89,7 @@ def _replaced_in_entry(
         raise unsupported("an assignment to an entry that is chosen while running", span)
     rows, position = list(old.rows()), int(number.data) - 1
     if not 0 <= position < len(rows):
-        raise error("L312", f"subscript {position + 1} is outside of 1 to {len(rows)}", span)
+        raise outside_array(position + 1, len(rows), span)
     rows[position] = _replaced(scope, rows[position], path, subscripts[1:], value, span)
     return stack(rows, old.shape[1:])
 
@@ -124,7 +123,7 @@ def assigned(
     items = list(old.items)
     for position, entry in zip(positions, values, strict=True):
         if not 0 <= position < count:
-            raise error("L312", f"subscript {position + 1} is outside of 1 to {count}", span)
+            raise outside_array(position + 1, count, span)
         row = Tensor(old.shape[1:], tuple(items[position * size : (position + 1) * size]))
         new = assigned(scope, row if row.shape else row.items[0], rest, entry, span)
         items[position * size : (position + 1) * size] = elements(new)

@@ -22,7 +22,6 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op
-from planarc.lower import functions
 from planarc.lower.scalar import lower_expression, none_of
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import (
@@ -118,7 +117,7 @@ def _equality(scope: Scope, e: flat.Equality) -> Iterator[Pair]:
     if isinstance(e.left, flat.Targets):
         assert isinstance(e.right, flat.Call)
         given = tuple(lower_expression(scope, a) for a in e.right.arguments)
-        results = functions.inline(scope, e.right.function, given, e.span)
+        results = scope.model.inline(scope, e.right.function, given, e.span)
         for target, value in zip(e.left.items, results, strict=False):
             if target is not None:
                 yield from match_values(lower_expression(scope, target), value, e.span)

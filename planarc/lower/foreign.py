@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -23,11 +23,9 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr
 from planarc.lower.assignment import zero_of
 from planarc.lower.scope import Scope, unsupported
+from planarc.lower.statements import Runner
 from planarc.lower.values import Tensor, Text, Value, exprs, stack
 from planarc.runtime import external
-
-if TYPE_CHECKING:
-    from planarc.lower.statements import Runner
 
 
 def call_external(runner: Runner, function: flat.Function, span: Span) -> tuple[Value, ...]:

@@ -21,10 +21,11 @@ Promises:  no call is left; what cannot be run so is refused with the function's
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
@@ -32,7 +33,7 @@ from planarc.ir.expr import FUNCTIONS, Expr, Substitution
 from planarc.lower import scalar
 from planarc.lower.foreign import call_external
 from planarc.lower.places import places
-from planarc.lower.scope import Scope
+from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, RecordValue, Tensor, Value, each, expr
 
@@ -66,57 +67,50 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         return call_external(runner, function, span)
     if function.derivative_of is not None:
         return _derivative(scope, function, arguments, span)
-    count = len(scope.model.assertions)
+    return _run(_deeper(scope), function, arguments, span)
+
+
+def _run(
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
+) -> tuple[Value, ...]:
+    """The results in the first of three ways that succeeds, with less and less left open."""
     try:
-        return _results(_deeper(scope), function, arguments, span)
-    except PlanarcError as problem:
-        if problem.diagnostics[0].code != "L322":
-            raise
+        return _results(scope, function, arguments, span)
+    except UnknownCourse as problem:
         refusal = problem
-        scope.model.take_assertions(count)  # of ways that are run otherwise now
     # Its course depends on parameters in too many ways: their values become structural.
     numbers = [_number(scope, a) for a in arguments]
     if numbers != list(arguments):
-        try:
-            return _results(_deeper(scope), function, numbers, span)
-        except PlanarcError as problem:
-            if problem.diagnostics[0].code != "L322":
-                raise
-            scope.model.take_assertions(count)
-    return _by_cases(scope, function, numbers, span, refusal)
+        with suppress(UnknownCourse):
+            return _results(scope, function, numbers, span)
+    found = _by_cases(scope, function, numbers, span)
+    if not found:
+        raise refusal
+    return found
 
 
 def _by_cases(
-    scope: Scope,
-    function: flat.Function,
-    arguments: Sequence[Value],
-    span: Span,
-    refusal: PlanarcError,
+    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
 ) -> tuple[Value, ...]:
-    """Run for each entry that an Integer input may mean, and choose among the results."""
+    """A choice among the results for each entry that an Integer input may mean.
+
+    Nothing, where no input is one, or no entry gives results.
+    """
     entries = max((a.shape[0] for a in arguments if isinstance(a, Tensor) and a.shape), default=0)
     unknown = [i for i in places(function) if not expr(arguments[i]).is_const]
-    if not unknown or not entries:
-        raise refusal
+    if not unknown:
+        return ()
     at, numbers = expr(arguments[unknown[0]]), list(arguments)
     found: tuple[Value, ...] = ()
     for number in range(entries, 0, -1):
         numbers[unknown[0]] = place = scope.table.const(number)
         here = scope.table.equal(at, place)
-        count = len(scope.model.assertions)
-        try:
-            case = _results(_deeper(scope.where(here)), function, numbers, span)
-        except PlanarcError as problem:
-            if problem.diagnostics[0].code != "L312":
-                raise
-            scope.model.take_assertions(count)
-            continue  # from here it would go on beyond the last entry
-        found = tuple(
-            scalar.choose(scope, here, new, old, span)
-            for new, old in zip(case, found or case, strict=True)
-        )
-    if not found:
-        raise refusal
+        with suppress(OutsideArray):  # from here it would go on beyond the last entry
+            case = _results(scope.where(here), function, numbers, span)
+            found = tuple(
+                scalar.choose(scope, here, new, old, span)
+                for new, old in zip(case, found or case, strict=True)
+            )
     return found
 
 
@@ -177,9 +171,10 @@ def _results(
     scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
 ) -> tuple[Value, ...]:
     runner = _started(scope, function, arguments, span)
-    for variable in (*function.outputs, *function.locals):
-        runner.declare(variable)
-    runner.run_body(function.body)
+    with scope.model.undone_on_error():
+        for variable in (*function.outputs, *function.locals):
+            runner.declare(variable)
+        runner.run_body(function.body)
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
         raise error(

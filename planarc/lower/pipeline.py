@@ -25,6 +25,7 @@ from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
+from planarc.lower.functions import inline
 from planarc.lower.scope import Model
 from planarc.lower.values import Value, expr
 from planarc.lower.visuals import lower_visual
@@ -42,7 +43,7 @@ def lower(source: flat.FlatModel) -> dae.Dae:
 
 def _lower(source: flat.FlatModel) -> dae.Dae:
     source = release_parameters(source)
-    model = Model(Exprs(), {f.name: f for f in source.functions})
+    model = Model(Exprs(), {f.name: f for f in source.functions}, inline)
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))
     into = Lowered()

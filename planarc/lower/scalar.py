@@ -7,7 +7,7 @@ Example: with `r` of two entries,
 
     frame_a.r + R*{L, 0}     ->  {frame_a.r[1] + R[1,1]*L, frame_a.r[2] + R[2,1]*L}
 
-Functions are put in place of their calls (`functions`); relations that can switch
+Calls are replaced by what their functions give (`functions`); relations that can switch
 while running become stored truth values (`operators.relation`).
 """
 
@@ -19,13 +19,13 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr
-from planarc.lower import builtins, functions
+from planarc.lower import builtins
 from planarc.lower.operators import binary
-from planarc.lower.scope import Scope, unsupported
+from planarc.lower.scope import OutsideArray, Scope, outside_array, unsupported
 from planarc.lower.values import (
     FunctionValue,
     RecordValue,
@@ -166,11 +166,11 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
     if position.is_const:
         number, count = int(position.data), value.shape[0]
         if not 1 <= number <= count:
-            raise error("L312", f"subscript {number} is outside of 1 to {count}", span)
+            raise outside_array(number, count, span)
         return value.row(number - 1)
     rows = value.rows()
     if not rows:
-        raise error("L312", "an empty array has no entries", span)
+        raise OutsideArray(Diagnostic("L312", "an empty array has no entries", span))
     # A subscript that changes while running: a choice between all entries.
     scope.keep_within(position, len(rows), span)
     result = rows[-1]
@@ -229,7 +229,7 @@ def _unassigned(scope: Scope, e: flat.Expression) -> Value:
 
 def _call(scope: Scope, e: flat.Call) -> Value:
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
-    results = functions.inline(scope, e.function, arguments, e.span)
+    results = scope.model.inline(scope, e.function, arguments, e.span)
     return results[e.output or 0]
 
 

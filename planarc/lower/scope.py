@@ -2,21 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
+from typing import TypeAlias
 
 from msgspec import Struct, field
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.calculus import Differentiator, time_derivative
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.lower.values import Value
 
-#: How the names of variables begin that delays need.
+#: Beginning of the names of variables that delays need.
 DELAY = "$delay["
+
+#: Results of a call, from the scope, the function's name, its arguments and the call's place.
+Inline: TypeAlias = "Callable[[Scope, str, Sequence[Value], Span], tuple[Value, ...]]"
+
+
+def _no_functions(
+    scope: Scope, name: str, arguments: Sequence[Value], span: Span
+) -> tuple[Value, ...]:
+    raise AssertionError(f"the flat model does not hold the function `{name}`")
+
+
+class UnknownCourse(PlanarcError):
+    """The statements that a function runs hang on values that are not known yet (L322)."""
+
+
+class OutsideArray(PlanarcError):
+    """A subscript that is known lies outside of its array (L312)."""
 
 
 class Model(Struct, dict=True):
@@ -28,6 +47,9 @@ class Model(Struct, dict=True):
 
     table: Exprs
     functions: Mapping[str, flat.Function]
+    #: `functions.inline`, which the pipeline hands in: expressions hold calls, and what a
+    #: function does is told by expressions
+    inline: Inline = _no_functions
     values: dict[str, Value] = field(default_factory=dict)
     parameters: set[str] = field(default_factory=set)
     discretes: set[str] = field(default_factory=set)
@@ -64,6 +86,16 @@ class Model(Struct, dict=True):
         del self.assertions[count:]
         self.bounds.difference_update(a.condition for a in taken)
         return taken
+
+    @contextmanager
+    def undone_on_error(self) -> Iterator[None]:
+        """A block whose assertions are dropped when it fails: another way may be tried."""
+        count = len(self.assertions)
+        try:
+            yield
+        except PlanarcError:
+            self.take_assertions(count)
+            raise
 
     def forget_bounds(self, count: int) -> None:
         """Of the assertions after the first `count`, drop those of subscripts."""
@@ -158,6 +190,12 @@ class Scope(Data):
         if self.locals is not None:
             raise error("L301", f"`{name}` is used before it has a value", span)
         raise AssertionError(f"the flat model does not declare `{name}`")
+
+
+def outside_array(number: int, count: int, span: Span) -> OutsideArray:
+    """A subscript, counted from 1, that no entry has."""
+    message = f"subscript {number} is outside of 1 to {count}"
+    return OutsideArray(Diagnostic("L312", message, span))
 
 
 def unsupported(what: str, span: Span, hint: str | None = None) -> PlanarcError:

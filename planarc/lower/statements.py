@@ -22,13 +22,13 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Diagnostic, Related, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
-from planarc.lower import functions, scalar
+from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
-from planarc.lower.scope import Scope
+from planarc.lower.scope import Scope, UnknownCourse
 from planarc.lower.values import Text, Value, elements, expr, fixed_dims, shape_of
 
 MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
@@ -172,24 +172,27 @@ class Runner(Struct):
     def value(self, e: flat.Expression) -> Value:
         return scalar.lower_expression(self.here(), e)
 
-    def refused(self, what: str, span: Span) -> PlanarcError:
-        return error(
-            "L322",
-            f"{what} in {self.label} cannot be turned into equations",
-            span,
-            hint="let the condition depend on values that are known at compile time",
-            related=(Related("called here", self.span),),
+    def refused(self, what: str, span: Span) -> UnknownCourse:
+        return UnknownCourse(
+            Diagnostic(
+                "L322",
+                f"{what} in {self.label} cannot be turned into equations",
+                span,
+                hint="let the condition depend on values that are known at compile time",
+                related=(Related("called here", self.span),),
+            )
         )
 
     # Statements
 
     def assign(self, s: flat.Assignment) -> None:
-        store(self.here(), self.values, s.target, self.value(s.value))
+        here = self.here()
+        store(here, self.values, s.target, scalar.lower_expression(here, s.value))
 
     def assign_tuple(self, s: flat.TupleAssignment) -> None:
         here = self.here()
         given = tuple(scalar.lower_expression(here, a) for a in s.value.arguments)
-        results = functions.inline(here, s.value.function, given, s.span)
+        results = here.model.inline(here, s.value.function, given, s.span)
         for target, value in zip(s.targets, results, strict=False):
             if target is not None:
                 store(self.here(), self.values, target, value)
