@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from planarc.api.model import Model, Recompiled, load
     from planarc.api.result import Result, RunStopped
-    from planarc.api.variables import UnknownName
     from planarc.core.diagnostic import Diagnostic, PlanarcError, RunError, UsageError
+    from planarc.core.unknown import UnknownName
     from planarc.study.points import grid, latin_hypercube, random
     from planarc.study.sweep import Study, StudyInterrupted, sweep
 
@@ -51,7 +51,7 @@ _HOMES = {
     "RunStopped": "api.result",
     "Study": "study.sweep",
     "StudyInterrupted": "study.sweep",
-    "UnknownName": "api.variables",
+    "UnknownName": "core.unknown",
     "UsageError": "core.diagnostic",
     "grid": "study.points",
     "latin_hypercube": "study.points",

@@ -1,6 +1,6 @@
 """Compiled and checked models, remembered on disk from one process to the next.
 
-An entry is found by the request alone (file name, text, class, roots), and counts
+The entry of a model is found by the request alone (file name, text, class, roots), and counts
 only while every file that it was made from still has the content it had then.
 """
 
@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any
 from planarc.core import cache
 from planarc.core.data import Data
 from planarc.core.options import Backend
-from planarc.request.request import Reader, Request, roots_of
+from planarc.request.reader import Reader
+from planarc.request.request import Request, roots_of
 
 if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic
+    from planarc.ir.derivatives import Scope
     from planarc.ir.mechanism import Mechanism, Mobility
     from planarc.ir.program import Program
 
-_MODELS, _CHECKS = "models", "checks"
+KINDS = _MODELS, _CHECKS, _SLOPES = "models", "checks", "slopes"
 
 
 class Remembered(Data):
@@ -71,6 +73,26 @@ def remember(request: Request, backend: Backend, reader: Reader, made: Remembere
 
     entry = (dumps(made.program, made.program.table), made.code, made.warnings)
     _remember(_MODELS, _key(request, backend.value, *_machine(backend)), reader, entry)
+
+
+def recall_slopes(program: Program, code: str | bytes, scope: Scope) -> bytes | None:
+    """The code of derivatives that was made of this code before; empty where there is none."""
+    return cache.load(_SLOPES, _slopes_key(program, code, scope))
+
+
+def remember_slopes(program: Program, code: str | bytes, scope: Scope, made: bytes) -> None:
+    """Keep the code of derivatives; empty bytes say that there is none."""
+    cache.store(_SLOPES, _slopes_key(program, code, scope), made)
+
+
+def _slopes_key(program: Program, code: str | bytes, scope: Scope) -> str:
+    # Equal code may be of programs that differ in what may be asked of it.
+    asked = (
+        [(c.slot, c.derivative) for c in program.candidates],
+        [p.slot for p in program.parameter_slots if p.settable],
+        [program.slots[name] for name in program.inputs],
+    )
+    return cache.key(_SLOPES, scope.value, code, repr(asked))
 
 
 def _recall(kind: str, key: str) -> tuple[Any, ...] | None:

@@ -21,10 +21,12 @@ from msgspec.structs import replace
 
 from planarc.api.result import Result, RunStopped
 from planarc.api.values import Value, count, finite, parameter_values, start_values
-from planarc.api.variables import Names, Parameter, Variable, unknown_name
-from planarc.compiler import Compiled, compile_model
+from planarc.api.variables import Names, Parameter, Variable
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.unknown import unknown_name
 from planarc.request.request import Request
 
 if TYPE_CHECKING:
@@ -231,13 +233,13 @@ class Model:
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """As `simulate`, with options that were checked already."""
-        from planarc.solve.simulate import simulate
+        from planarc.compiler import run
 
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
         kernel = self.forced(compiled.load(), options, inputs)
-        rows = simulate(compiled.program, kernel, options, progress=progress)
+        rows = run(compiled, options, progress=progress, kernel=kernel)
         result = Result(rows, compiled)
         ended = result.ended
         if ended is not None and ended.severity is Severity.ERROR:
@@ -271,7 +273,7 @@ class Model:
         """The code for a back end, made when it is first asked for."""
         backend = backend or self.backend
         if backend not in self._compiled:
-            from planarc.compiler import to_code
+            from planarc.stages import to_code
 
             known = next(iter(self._compiled.values()))
             code = to_code(known.program, backend)

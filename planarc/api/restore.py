@@ -28,7 +28,7 @@ from planarc.ir.result import Result, Statistics
 from planarc.request.request import Request
 
 if TYPE_CHECKING:
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.ir.program import Kernel
     from planarc.view.table.files import Table
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from planarc.api.variables import unknown_name
 from planarc.core.diagnostic import Diagnostic, RunError, UsageError
 from planarc.core.extras import need
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.ir.insight import Insight, Layer
     from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
     from planarc.ir.result import Result as Rows
@@ -317,7 +317,7 @@ class Result:
         options = PictureOptions(when, at, width, dark, tuple(traces), tuple(layers))
         found: Sequence[Layer] = ()
         if layers:
-            from planarc.compiler import study
+            from planarc.stages import study
 
             found = study(self.rows).layers
         write_picture(Path(path), self.rows, options, found)
@@ -342,7 +342,7 @@ class Result:
         return Path(path)
 
     def _insight(self) -> Insight:
-        from planarc.compiler import study
+        from planarc.stages import study
 
         return study(self.rows, None if self._compiled is None else self._compiled.load())
 

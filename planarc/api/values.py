@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.api.variables import unknown_name
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     from planarc.ir.program import Program

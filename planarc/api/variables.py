@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     from planarc.ir.program import Kernel, Program
-
-
-class UnknownName(UsageError, KeyError):
-    """There is no such parameter or variable; the hint names the nearest ones."""
 
 
 class Parameter(Data):
@@ -80,19 +75,6 @@ class Names(Mapping[str, Item], Generic[Item]):
         shown = ", ".join(list(self._items)[:8])
         more = len(self._items) - 8
         return f"<{len(self)} {self._kind}s: {shown}{f' and {more} more' if more > 0 else ''}>"
-
-
-def unknown_name(kind: str, name: object, known: Iterable[str], code: str = "C201") -> UnknownName:
-    names = list(known)
-    if not isinstance(name, str):
-        return UnknownName(
-            Diagnostic(code, f"the name of a {kind} is a text, not {type(name).__name__}")
-        )
-    near = get_close_matches(name, names, n=3, cutoff=0.6)
-    hint = f"did you mean {' or '.join(f'`{n}`' for n in near)}?" if near else None
-    if hint is None and 0 < len(names) <= 8:
-        hint = f"choose among {', '.join(f'`{n}`' for n in names)}"
-    return UnknownName(Diagnostic(code, f"there is no {kind} `{name}`", hint=hint))
 
 
 def parameters_of(program: Program, kernel: Kernel) -> dict[str, Parameter]:

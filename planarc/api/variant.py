@@ -19,7 +19,7 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.request.request import Request, open_target
 
 if TYPE_CHECKING:
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.core.options import Backend
     from planarc.ir.program import ParameterSlot, Program
 
@@ -83,7 +83,7 @@ def texts_of(
 
 def _types(request: Request) -> dict[str, str]:
     """The names of the types of all variables."""
-    from planarc.compiler import flatten
+    from planarc.stages import flatten
 
     return {v.name: v.type.name for v in flatten(open_target(request)).variables}
 

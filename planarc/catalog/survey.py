@@ -22,7 +22,8 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.processes import Crew, Lost, cores
 from planarc.ir import syntax
-from planarc.request.request import Reader, Request, Target, open_library
+from planarc.request.reader import Reader
+from planarc.request.request import Request, Target, open_library
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Library
@@ -239,7 +240,7 @@ def _examine(job: _Job) -> Finding:
         )
         if definition.partial or definition.kind not in _COMPLETE:
             return finding
-        from planarc.compiler import flatten
+        from planarc.stages import flatten
 
         warnings = flatten(Target(library, job.name, reader, units=job.request.units)).warnings
         return replace(finding, verdict=Verdict.GOOD, diagnostics=warnings)

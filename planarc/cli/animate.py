@@ -116,7 +116,7 @@ def animate(
     .mp4 also imageio-ffmpeg: pip install "planarc[pictures]". A .png, and any picture with --at,
     shows one instant.
     """
-    from planarc.compiler import study
+    from planarc.stages import study
     from planarc.view.picture.make import (
         PictureOptions,
         check_installed,

@@ -11,7 +11,7 @@ from planarc.cli.settings import Setting, sort_settings
 from planarc.core.diagnostic import Diagnostic, Severity
 
 if TYPE_CHECKING:
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.core.options import RunOptions
     from planarc.request.request import Request
 

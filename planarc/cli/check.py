@@ -54,7 +54,8 @@ def check(
     """
     if every:
         return _check_all(target, class_name, library, units, as_json)
-    from planarc.compiler import Clock, check_model
+    from planarc.core.clock import Clock
+    from planarc.probe.check import check_model
 
     clock = Clock()
     request = replace(make_request(target, class_name, library), units=units)

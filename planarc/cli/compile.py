@@ -26,12 +26,12 @@ def compile_model(
     library: Libraries = None,
 ) -> int:
     """Print the generated code of a model."""
-    from planarc import compiler
+    from planarc import stages
     from planarc.request.request import open_target
 
-    flat = compiler.flatten(open_target(make_request(target, class_name, library)))
+    flat = stages.flatten(open_target(make_request(target, class_name, library)))
     console.complain(flat.warnings)
-    program = compiler.to_program(compiler.to_sorted(compiler.to_dae(flat)))
+    program = stages.to_program(stages.to_sorted(stages.to_dae(flat)))
     console.say(code_text(program, emit))
     return 0
 

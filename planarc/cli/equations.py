@@ -11,12 +11,12 @@ def equations(target: Target, class_name: ClassName = None, library: Libraries =
 
     Each with its unknowns, torn variables, states, and source lines.
     """
-    from planarc import compiler
+    from planarc import stages
     from planarc.ir.text.sorted import sorted_text
     from planarc.request.request import open_target
 
-    flat = compiler.flatten(open_target(make_request(target, class_name, library)))
-    model = compiler.to_sorted(compiler.to_dae(flat))
+    flat = stages.flatten(open_target(make_request(target, class_name, library)))
+    model = stages.to_sorted(stages.to_dae(flat))
     console.complain((*flat.warnings, *model.dae.warnings))
     console.say(sorted_text(model))
     return 0

@@ -8,11 +8,11 @@ from planarc.cli.arguments import ClassName, Libraries, Target, make_request
 
 def flatten(target: Target, class_name: ClassName = None, library: Libraries = None) -> int:
     """Print the flat model as Modelica text."""
-    from planarc import compiler
+    from planarc import stages
     from planarc.ir.text.flat import print_model
     from planarc.request.request import open_target
 
-    model = compiler.flatten(open_target(make_request(target, class_name, library)))
+    model = stages.flatten(open_target(make_request(target, class_name, library)))
     console.complain(model.warnings)
     console.say(print_model(model))
     return 0

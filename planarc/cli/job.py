@@ -50,7 +50,7 @@ class Run:
     """One run of the command; keeps what is known so far, so that a failure can say it."""
 
     def __init__(self, job: Job, as_json: bool) -> None:
-        from planarc.compiler import Clock
+        from planarc.core.clock import Clock
 
         self.job = job
         self.as_json = as_json
@@ -170,7 +170,7 @@ class Run:
 
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
-    from planarc import compiler
+    from planarc import stages
     from planarc.view.page import write_report
     from planarc.view.scene import make_scene
 
@@ -181,7 +181,7 @@ def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None
         if label == "states" and (why := state_reasons(result)):
             rows.append(("why these", why))
     rows += [row for row in details(result) if row[0] == "calls"]
-    insight = compiler.study(result, kernel)
+    insight = stages.study(result, kernel)
     write_report(path, result, make_scene(result), rows, insight=insight)
 
 

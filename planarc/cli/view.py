@@ -14,7 +14,7 @@ from planarc.cli.files import page_destination
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.request.request import Request
     from planarc.view.table.files import Table
 
@@ -62,7 +62,7 @@ def view(
     the class. A .mat names it; a .csv should be called <Class>.csv. Without a model there are
     curves only.
     """
-    from planarc import compiler
+    from planarc import stages
     from planarc.api.restore import compile_guess, compile_request, restore
     from planarc.view.page import write_report
     from planarc.view.scene import make_scene
@@ -89,7 +89,7 @@ def view(
         compiled = compile_guess(guessed, table)
     restored = restore(table, result.name, compiled)
     rows = restored.result
-    insight = compiler.study(rows, restored.kernel) if compiled is not None else None
+    insight = stages.study(rows, restored.kernel) if compiled is not None else None
     scene = make_scene(rows)
     notes = restored.notes if compiled is not None else (_WITHOUT,)
     summary = [
@@ -126,7 +126,7 @@ def _where(guessed: Request | None, model: str | None) -> str:
 
 
 def _refuse_unknown(curves: list[str] | None, table: Table) -> None:
-    from planarc.api.variables import unknown_name
+    from planarc.core.unknown import unknown_name
 
     for name in curves or ():
         if name not in table:

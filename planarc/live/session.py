@@ -285,7 +285,7 @@ class Session:
         }
 
     def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
-        from planarc.compiler import study
+        from planarc.stages import study
         from planarc.view.page.data import choose_rows, curve_data, scene_data
         from planarc.view.page.figures import choose_figures
         from planarc.view.scene import make_scene

@@ -21,7 +21,7 @@ from planarc.core.options import RunOptions
 from planarc.ir.mechanism import Mobility
 
 if TYPE_CHECKING:
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
 
 #: The message that names redundant joints.
 _REDUNDANT = "R415"

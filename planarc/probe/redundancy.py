@@ -35,7 +35,7 @@ from planarc.ir.program import Condition, Sharing
 from planarc.ir.sorted import Fixed
 
 if TYPE_CHECKING:
-    from planarc.compiler import Clock
+    from planarc.core.clock import Clock
     from planarc.ir.dae import Dae, Equation
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.program import EquationInfo, Program
@@ -99,7 +99,7 @@ def _make(
     everywhere: bool = False,
 ) -> _Made:
     from planarc.codegen.pipeline import equation_info
-    from planarc.compiler import to_program, to_sorted
+    from planarc.stages import to_program, to_sorted
     from planarc.structure.pipeline import structure
     from planarc.structure.sharing import share_forces
 

@@ -11,20 +11,17 @@ import os
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING
-
-from msgspec import Struct, field
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import Redundant, Units
 from planarc.core.resources import stdlib
-from planarc.core.source import Source, decode
+from planarc.core.source import Source
+from planarc.request.reader import Reader
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Library
-    from planarc.ir import syntax
 
 #: Kinds of classes that can be simulated.
 MODELS = ("model", "block", "class")
@@ -44,31 +41,6 @@ class Request(Data):
     redundant: Redundant = Redundant.REFUSE
 
 
-class Reader(Struct):
-    """Parses files, keeps them, and counts the seconds that it takes."""
-
-    seconds: float = 0.0
-    files: dict[Path, str] = field(default_factory=dict)  # path -> content hash
-
-    def __call__(self, path: Path) -> syntax.StoredDefinition:
-        from planarc.core.cache import key
-        from planarc.request.substitutes import substitute
-
-        data = _bytes_of(path)
-        self.files[path.absolute()] = key(data)
-        stored = self.parse(Source(shown_name(path), decode(data), path))
-        return stored if path.is_relative_to(stdlib()) else substitute(stored, self)
-
-    def parse(self, source: Source) -> syntax.StoredDefinition:
-        from planarc.parse.parser import parse_text
-
-        begin = perf_counter()
-        try:
-            return parse_text(source)
-        finally:
-            self.seconds += perf_counter() - begin
-
-
 class Target(Data):
     """A class to compile, with the libraries around it."""
 
@@ -77,12 +49,6 @@ class Target(Data):
     reader: Reader
     warnings: tuple[Diagnostic, ...] = ()  # of the request, such as versions of libraries
     units: Units = Units.WARN
-
-
-def shown_name(path: Path) -> str:
-    """How messages call a file: planarc's own ones without where it is installed."""
-    root = stdlib()
-    return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:
@@ -182,29 +148,6 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     return _usage(
         "C103", f"there is no class `{wanted}`", hint or "see `planarc list` for the names"
     )
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        near = get_close_matches(path.name, _siblings(path), 3)
-        hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
-        raise _usage("C101", f"there is no file `{path}`", hint) from None
-    except IsADirectoryError:
-        raise _usage(
-            "C102",
-            f"`{path}` is a folder, not a file",
-            f"name a file in it, or a class with `--library {path}`",
-        ) from None
-    except OSError as problem:
-        reason = (problem.strerror or str(problem)).lower()
-        raise _usage("C108", f"cannot read `{path}`: {reason}", None) from None
-
-
-def _siblings(path: Path) -> list[str]:
-    folder = path.parent
-    return sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
 
 
 def _usage(code: str, message: str, hint: str | None) -> UsageError:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
-from planarc.ir.dae import Kind
+from planarc.ir.dae import START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
 from planarc.solve.once import once
@@ -73,7 +73,7 @@ def resolve(program: Program, options: RunOptions) -> Request:
         tolerance=tolerance,
         solver=_solver(options),
         fixed_step=options.fixed_step,
-        values=_parameter_values(program, options.values),
+        values=_start_time(program, start) | _parameter_values(program, options.values),
         starts=_start_values(program, options.starts),
     )
 
@@ -149,6 +149,12 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
         parameter = _settable(known, program, name)
         found[parameter.slot] = _of_kind(parameter, value)
     return found
+
+
+def _start_time(program: Program, start: float) -> dict[int, float]:
+    """The time of the start, where parameters or start values depend on it."""
+    slot = program.slots.get(START_TIME)
+    return {} if slot is None else {slot: start}
 
 
 def _of_kind(parameter: ParameterSlot, value: float) -> float:

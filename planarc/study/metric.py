@@ -11,9 +11,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.api.variables import unknown_name
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     from planarc.api.result import Result

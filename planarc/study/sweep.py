@@ -51,6 +51,7 @@ def sweep(
     points: Mapping[str, Sequence[Any]] | Iterable[Point],
     metric: Metric | None = None,
     *,
+    start_time: float | None = None,
     stop_time: float | None = None,
     tolerance: float | None = None,
     intervals: int | None = None,
@@ -76,6 +77,7 @@ def sweep(
     table = _points(points)
     model, settable = model.with_parameters(parameters)
     options = RunOptions(
+        start=None if start_time is None else finite("start_time", start_time),
         stop=None if stop_time is None else finite("stop_time", stop_time),
         tolerance=None if tolerance is None else finite("tolerance", tolerance),
         intervals=count("intervals", intervals),

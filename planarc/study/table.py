@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planarc.api.variables import unknown_name
 from planarc.core.data import Data
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     import numpy as np

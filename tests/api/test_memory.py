@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from planarc import compiler
-from planarc.compiler import Compiled, compile_model
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
 from planarc.core import cache
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions

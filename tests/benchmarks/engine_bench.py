@@ -68,7 +68,8 @@ def model(family: str, n: int) -> str:
 
 def compile_and_run(family: str, n: int) -> dict[str, Any]:
     """CPU seconds by phase, and the work of the integrator."""
-    from planarc.compiler import Clock, compile_model, run
+    from planarc.compiler import compile_model, run
+    from planarc.core.clock import Clock
     from planarc.core.options import RunOptions
     from planarc.request.request import Request
 

@@ -54,8 +54,8 @@ def chain(links: int) -> str:
 @cache
 def flattening(links: int) -> float:
     """CPU seconds."""
-    from planarc.compiler import flatten
     from planarc.request.request import Request, Target, open_library
+    from planarc.stages import flatten
 
     library, reader, _ = open_library(Request(text=chain(links)))
     times = []

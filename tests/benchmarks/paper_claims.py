@@ -37,8 +37,8 @@ TABLE = (
 
 
 def sorted_model(name: str) -> Any:
-    from planarc.compiler import flatten, to_dae, to_sorted
     from planarc.request.request import Request, open_target
+    from planarc.stages import flatten, to_dae, to_sorted
 
     return to_sorted(to_dae(flatten(open_target(Request(class_name=EXAMPLES + name)))))
 
@@ -58,17 +58,11 @@ def torn_blocks(name: str) -> dict[str, list[tuple[int, int]]]:
 
 def measure(request: Any) -> tuple[tuple[int, int, float, float], Any]:
     """Equations before and after, CPU milliseconds to compile and to simulate; the result."""
-    from planarc.compiler import (
-        Compiled,
-        flatten,
-        run,
-        to_code,
-        to_dae,
-        to_program,
-        to_sorted,
-    )
+    from planarc.compiled import Compiled
+    from planarc.compiler import run
     from planarc.core.options import Backend, RunOptions
     from planarc.request.request import open_target
+    from planarc.stages import flatten, to_code, to_dae, to_program, to_sorted
 
     def compiled() -> Any:
         program = to_program(to_sorted(to_dae(flatten(open_target(request)))))

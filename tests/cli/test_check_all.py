@@ -155,9 +155,9 @@ def test_the_survey_goes_on_without_a_class_that_kills_or_hangs(
 ) -> None:
     if crew.sys.platform != "linux":
         pytest.skip("the processes are no copies of this one")
-    from planarc import compiler
+    from planarc import stages
 
-    whole = compiler.flatten
+    whole = stages.flatten
 
     def flatten(target: survey.Target) -> object:
         if target.class_name == "Ship.Hull":
@@ -168,7 +168,7 @@ def test_the_survey_goes_on_without_a_class_that_kills_or_hangs(
             raise KeyError("a mistake")
         return whole(target)
 
-    monkeypatch.setattr(compiler, "flatten", flatten)
+    monkeypatch.setattr(stages, "flatten", flatten)
     monkeypatch.setattr(survey, "LIMIT", 2.0)
     found = survey.survey(Request(None, "Ship", (library,)), workers=2)
     codes = {f.name: f.errors[0].code for f in found.findings if f.errors}

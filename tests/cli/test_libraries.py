@@ -148,8 +148,8 @@ def test_another_version_than_the_model_uses_is_warned_of(
 
 def test_only_the_classes_that_are_used_are_read() -> None:
     """The others need not even be readable."""
-    from planarc.compiler import flatten
     from planarc.request.request import Request, open_target
+    from planarc.stages import flatten
 
     package = Path("first/Watches")
     for i in range(300):

@@ -30,7 +30,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 from extremes import EXTREMES
 from mutations import mutate
 
-from planarc.compiler import flatten, to_dae, to_sorted
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.processes import Crew, Lost
 from planarc.core.render import render_all
@@ -40,6 +39,7 @@ from planarc.flatten.library.library import Library
 from planarc.ir import syntax
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 from planarc.request.request import MODELS, Reader, Target
+from planarc.stages import flatten, to_dae, to_sorted
 
 LIMIT = 10.0  # wall seconds an input
 MEMORY = 2 * 1024**3

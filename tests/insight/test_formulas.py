@@ -7,7 +7,7 @@ import pytest
 
 import planarc
 from planarc import Result
-from planarc.compiler import study
+from planarc.stages import study
 from planarc.view.page.figures import choose_figures, shown_names
 
 TEXT = """model Swings

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from planarc.cli.app import run
-from planarc.compiler import check_model
+from planarc.probe.check import check_model
 from planarc.request.request import Request
 
 

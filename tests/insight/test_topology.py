@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from planarc import compiler
+from planarc import stages
 from planarc.insight.topology import find_mechanism
 from planarc.ir.mechanism import Mechanism
 from planarc.request.request import Request, open_target
@@ -33,7 +33,7 @@ KNOWN = {
 
 def mechanism_of(class_name: str | None, text: str | None = None) -> Mechanism | None:
     target = open_target(Request(None, class_name, text=text))
-    return find_mechanism(compiler.to_dae(compiler.flatten(target)))
+    return find_mechanism(stages.to_dae(stages.flatten(target)))
 
 
 @pytest.mark.parametrize("name", KNOWN)

@@ -25,10 +25,10 @@ from msgspec.structs import replace
 
 from planarc.api.result import Result, RunStopped
 from planarc.api.values import Value, start_values
-from planarc.api.variables import unknown_name
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import RunOptions
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from planarc.api.model import Model
     from planarc.api.signals import Motion, Signal
-    from planarc.compiler import Compiled
+    from planarc.compiled import Compiled
     from planarc.ir.dae import Dae, Equation
     from planarc.ir.program import Kernel, Program
 
@@ -81,7 +81,7 @@ def drive(
 ) -> Driven:
     """See `Model.drive`."""
     from planarc.api.signals import ForcedKernel, read_motion, table_span
-    from planarc.solve.simulate import simulate
+    from planarc.compiler import run
 
     model, settable = model.with_parameters(parameters)
     coordinates = tuple(motions)
@@ -107,7 +107,7 @@ def drive(
     options = replace(options, values=settable, starts=starts)
     inner = compiled.load()
     kernel = ForcedKernel(inner, _force(program, inner, functions), begin)
-    rows = simulate(program, kernel, options)
+    rows = run(compiled, options, kernel=kernel)
     shown = tuple(c for c in program.columns if not c.name.startswith(_ADDED))
     result = Result(replace(rows, program=replace(program, columns=shown)), compiled)
     if rows.ended is not None and rows.ended.severity is Severity.ERROR:
@@ -207,17 +207,18 @@ def compile_driven(
     texts: Sequence[str | None],
 ) -> tuple[Compiled, dict[str, str]]:
     """The model with motions in it, and the variable that holds each effort."""
-    from planarc import compiler
+    from planarc import compiler, stages
     from planarc.api.variant import variant_of
+    from planarc.compiled import Compiled
     from planarc.request.request import open_target
 
     declarations = "\n".join(_declaration(k, text) for k, text in enumerate(texts))
     request = variant_of(model.request, None, declarations)
     try:
-        flat = compiler.flatten(open_target(request))
+        flat = stages.flatten(open_target(request))
     except PlanarcError as problem:
         raise _unreadable(problem, coordinates, texts) from None
-    dae, found = _with_motions(compiler.to_dae(flat), coordinates, efforts)
+    dae, found = _with_motions(stages.to_dae(flat), coordinates, efforts)
     try:
         program, notes = compiler.find_program(dae, model.request.redundant)
     except PlanarcError as problem:
@@ -226,8 +227,8 @@ def compile_driven(
         raise PlanarcError((first, *problem.diagnostics)) from None
     of = model.program
     program = replace(program, name=of.name, description=of.description, experiment=of.experiment)
-    code = compiler.to_code(program, model.backend)
-    return compiler.Compiled(program, model.backend, code, notes), found
+    code = stages.to_code(program, model.backend)
+    return Compiled(program, model.backend, code, notes), found
 
 
 def _unreadable(

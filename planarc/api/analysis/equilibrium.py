@@ -63,7 +63,7 @@ class Equilibrium(Data):
         return html_table(("start value", ""), self.start.items(), note)
 
     def __getitem__(self, name: str) -> float:
-        from planarc.api.variables import unknown_name
+        from planarc.core.unknown import unknown_name
 
         if name not in self.values:
             raise unknown_name("variable", name, self.values)

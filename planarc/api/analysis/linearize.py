@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, overload
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.htmltable import html_table
 from planarc.api.values import Value, finite, start_values
-from planarc.api.variables import unknown_name
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     import numpy as np

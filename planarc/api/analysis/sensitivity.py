@@ -27,10 +27,10 @@ from msgspec.structs import replace
 from planarc.api.analysis.partials import Differences, Formulas, NoFormulaError, Partials
 from planarc.api.analysis.point import Point, open_point
 from planarc.api.values import parameter_values
-from planarc.api.variables import unknown_name
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, error
 from planarc.core.options import RunOptions
+from planarc.core.unknown import unknown_name
 from planarc.solve.states.selector import lost_diagnostic
 
 if TYPE_CHECKING:

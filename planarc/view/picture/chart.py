@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planarc.api.variables import unknown_name
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
+from planarc.core.unknown import unknown_name
 from planarc.view.storage import replacing
 from planarc.view.table.files import Table
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from planarc.api.variables import unknown_name
+from planarc.core.unknown import unknown_name
 from planarc.ir.insight import Layer, Mark
 from planarc.view.scene import Item, Kind, Scene, with_items
 

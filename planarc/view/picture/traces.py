@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planarc.api.variables import unknown_name
+from planarc.core.unknown import unknown_name
 from planarc.view.scene import Item, Kind
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import pytest
 
 import planarc
 from planarc import Result, UsageError
-from planarc.compiler import study
+from planarc.stages import study
 from planarc.view.picture.overlays import with_layers
 from planarc.view.scene import Kind, make_scene
 

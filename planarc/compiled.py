@@ -1,0 +1,53 @@
+"""A compiled model: a program with its code for one back end, and the code of its derivatives.
+
+The code of derivatives is made when it is first asked for, by a solver that pays for it, by
+`linearize` or by `sensitivities`: most runs never do.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from msgspec import field
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.options import Backend
+from planarc.remembered import recall_slopes, remember_slopes
+from planarc.stages import to_slopes, without_collection
+
+if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
+    from planarc.ir.program import Kernel, Program
+
+
+class Compiled(Data):
+    """A program and its code, ready to be loaded any number of times."""
+
+    program: Program
+    backend: Backend
+    code: str | bytes  # NumPy source, or a native object file
+    warnings: tuple[Diagnostic, ...] = ()
+    remembered: bool = False  # True when it came from the cache
+    _slopes: dict[Scope, str | bytes | None] = field(default_factory=dict)
+
+    def load(self) -> Kernel:
+        """A kernel with a workspace of its own."""
+        from planarc.solve.kernels import load
+
+        return load(self.program, self.code, self.slopes)
+
+    def slopes(self, scope: Scope) -> str | bytes | None:
+        """The code of derivatives; None where the model calls a function that has none."""
+        if scope not in self._slopes:
+            self._slopes[scope] = self._find_slopes(scope)
+        return self._slopes[scope]
+
+    def _find_slopes(self, scope: Scope) -> str | bytes | None:
+        known = recall_slopes(self.program, self.code, scope)
+        if known is None:
+            with without_collection():
+                made = to_slopes(self.program, self.backend, scope) or b""
+            known = made.encode() if isinstance(made, str) else made
+            remember_slopes(self.program, self.code, scope, known)
+        return (known if self.backend is Backend.NATIVE else known.decode()) or None

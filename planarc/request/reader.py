@@ -1,0 +1,77 @@
+"""Reading of model files: parsed, counted, and with planarc's own classes in place of foreign code.
+
+A reader belongs to one request. It keeps the hash of each file that it read, by which a remembered
+model is known to be as its files are.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+
+from planarc.core.cache import key
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.resources import stdlib
+from planarc.core.source import Source, decode
+
+if TYPE_CHECKING:
+    from planarc.ir import syntax
+
+
+class Reader(Struct):
+    """Parses files, keeps them, and counts the seconds that it takes."""
+
+    seconds: float = 0.0
+    files: dict[Path, str] = field(default_factory=dict)  # path -> content hash
+
+    def __call__(self, path: Path) -> syntax.StoredDefinition:
+        from planarc.request.substitutes import substitute
+
+        data = _bytes_of(path)
+        self.files[path.absolute()] = key(data)
+        stored = self.parse(Source(shown_name(path), decode(data), path))
+        return stored if path.is_relative_to(stdlib()) else substitute(stored, self)
+
+    def parse(self, source: Source) -> syntax.StoredDefinition:
+        from planarc.parse.parser import parse_text
+
+        begin = perf_counter()
+        try:
+            return parse_text(source)
+        finally:
+            self.seconds += perf_counter() - begin
+
+
+def shown_name(path: Path) -> str:
+    """How messages call a file: planarc's own ones without where it is installed."""
+    root = stdlib()
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        near = get_close_matches(path.name, _siblings(path), 3)
+        hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
+        raise UsageError(Diagnostic("C101", f"there is no file `{path}`", hint=hint)) from None
+    except IsADirectoryError:
+        raise UsageError(
+            Diagnostic(
+                "C102",
+                f"`{path}` is a folder, not a file",
+                hint=f"name a file in it, or a class with `--library {path}`",
+            )
+        ) from None
+    except OSError as problem:
+        reason = (problem.strerror or str(problem)).lower()
+        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
+
+
+def _siblings(path: Path) -> list[str]:
+    folder = path.parent
+    return sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []

@@ -1,0 +1,150 @@
+"""The stages one by one: each a call with its clock, and with errors as a user needs them.
+
+`compiler` calls them in a row; whoever wants to stop in between, or to begin with data of
+another origin, calls them here. Imports of stages stand in the functions: a command loads
+what it runs.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.clock import Clock
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.core.options import ACCEPTING, Backend
+
+if TYPE_CHECKING:
+    from planarc.ir.dae import Dae
+    from planarc.ir.derivatives import Scope
+    from planarc.ir.flat import FlatModel
+    from planarc.ir.insight import Insight
+    from planarc.ir.mechanism import Mechanism
+    from planarc.ir.program import Kernel, Program
+    from planarc.ir.result import Result
+    from planarc.ir.sorted import SortedDae
+    from planarc.request.request import Target
+
+#: The warning of `flatten` that a connection was left out.
+_LEFT_OUT = "F311"
+
+
+def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
+    """The flat model of a class; files of libraries are parsed on the way. Raises PlanarcError."""
+    from planarc.flatten.pipeline import flatten as run_stage
+    from planarc.flatten.typing.units import UnitCheck
+
+    seconds = (clock or Clock()).seconds
+    begin, parsed = perf_counter(), target.reader.seconds
+    try:
+        model = run_stage(target.library, target.class_name, UnitCheck(target.units.value))
+        return replace(model, warnings=(*target.warnings, *model.warnings))
+    finally:
+        seconds["parse"] = target.reader.seconds
+        seconds["flatten"] = perf_counter() - begin - (target.reader.seconds - parsed)
+
+
+def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
+    """The scalar hybrid system of a flat model. Raises PlanarcError."""
+    from planarc.lower.pipeline import lower
+
+    with (clock or Clock()).phase("lower"):
+        return lower(model)
+
+
+def find_mechanism(dae: Dae) -> Mechanism | None:
+    """The links and joints of a model, for insight; the run needs nothing of it."""
+    from planarc.insight.topology import find_mechanism as find
+
+    return find(dae)
+
+
+def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
+    """The model reduced to index 1 and sorted. Raises PlanarcError, in words of the mechanism
+    where it has too many joints or lacks a connection."""
+    from planarc.structure.pipeline import structure
+
+    try:
+        with (clock or Clock()).phase("structure"):
+            return structure(dae)
+    except PlanarcError as problem:
+        # Without a connection that was left out, equations cannot fit: that is the one message.
+        left_out = [
+            replace(w, severity=Severity.ERROR) for w in dae.warnings if w.code == _LEFT_OUT
+        ]
+        raise PlanarcError(left_out or _held_too_often(dae, problem.diagnostics)) from None
+
+
+def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Messages of equations that do not fit, with the count of joints where these are too many."""
+    mechanism = find_mechanism(dae)
+    if mechanism is None or mechanism.mobility >= 0:
+        return tuple(found)
+    from planarc.insight.facts import count_text
+    from planarc.structure.report import TWICE
+
+    known = found[0].hint or ""
+    too_many = "there are too many joints or bars, leave some out:"
+    hint = f"{known + ';' if TWICE in known else too_many} {count_text(mechanism)}"
+    hint += f"; those that fit are accepted with {ACCEPTING}"
+    return (replace(found[0], hint=hint), *found[1:])
+
+
+def to_program(model: SortedDae, clock: Clock | None = None) -> Program:
+    """The statements of a sorted model over a workspace, the same for both back ends."""
+    from planarc.codegen.pipeline import generate
+
+    with (clock or Clock()).phase("codegen"):
+        return generate(model)
+
+
+def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> str | bytes:
+    """NumPy source, or a native object file."""
+    with (clock or Clock()).phase("codegen"):
+        try:
+            if backend is Backend.NUMPY:
+                from planarc.codegen.numpy.printer import source
+
+                return source(program)
+            from planarc.codegen.native.machine import compile_object
+
+            return compile_object(program)
+        except PlanarcError as problem:
+            from planarc.codegen.refusal import located
+
+            raise located(problem, program) from None
+
+
+def to_slopes(program: Program, backend: Backend, scope: Scope) -> str | bytes | None:
+    """The code of derivatives; None where the model calls a function that has none."""
+    if backend is Backend.NATIVE:
+        from planarc.codegen.native.machine import compile_slopes
+
+        return compile_slopes(program, scope)
+    from planarc.codegen.numpy.printer import slopes_source
+
+    return slopes_source(program, scope)
+
+
+def study(result: Result, kernel: Kernel | None = None) -> Insight:
+    """What is known of a run's mechanism; of the ranks only with the run's kernel."""
+    from planarc.insight.study import study as run_stage
+
+    return run_stage(result, kernel)
+
+
+@contextmanager
+def without_collection() -> Iterator[None]:
+    """A while without Python's search for cycles: trees have few, and it takes a third of it."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
