@@ -18,10 +18,6 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     try:
-        from planarc.core.bytecode import keep_bytecode
-
-        keep_bytecode()
-
         from planarc.cli.app import run
 
         code = run(sys.argv[1:])

@@ -71,7 +71,7 @@ def blocks(
 POINT = {"x0": 0.3, "x1": -0.7, "x2": 1.1, "p": 0.4}
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(blocks())
 def test_both_forms_are_the_derivatives_that_sympy_finds(
     block: tuple[Exprs, tuple[Expr, ...], tuple[tuple[Expr, Expr], ...], tuple[Expr, ...]],

@@ -90,7 +90,7 @@ def rounding(e: Expr, x: float, y: float, t: float) -> float:
 
 
 @pytest.mark.parametrize("printer", PRINTERS)
-@settings(max_examples=120, deadline=None, derandomize=True)
+@settings(max_examples=120, derandomize=True)
 @given(data=st.data(), x=numbers(), y=numbers(), t=numbers())
 def test_printed_formulas_have_the_values_of_the_tree(
     printer: str, build: Any, data: st.DataObject, x: float, y: float, t: float

@@ -250,9 +250,9 @@ import sys
 from pathlib import Path
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
-from planarc.flatten.library import Library
+from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
-from planarc.ir.flattext import print_model
+from planarc.ir.text.flat import print_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 library = Library([stdlib()], parse_file, parse_annotation)
 names = library.add_file(parse_text(Source("t.mo", sys.stdin.read())))

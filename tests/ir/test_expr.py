@@ -111,7 +111,7 @@ def test_simplification_keeps_the_value(recipe: Recipe, at: dict[str, float]) ->
     assert close(value, expected, 1e3)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(recipes, points)
 def test_derivatives_agree_with_sympy(recipe: Recipe, at: dict[str, float]) -> None:
     t = Exprs()

@@ -60,25 +60,25 @@ def test_the_model_of_these_tests_is_right() -> None:
     assert outcome(MODEL) == ()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.integers(0, len(MODEL)), st.integers(0, 30), st.sampled_from(["", *WORDS]))
 def test_a_piece_replaced(at: int, length: int, piece: str) -> None:
     outcome(MODEL[:at] + piece + MODEL[at + length :])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(st.sampled_from(WORDS), max_size=60))
 def test_words_in_any_order(words: list[str]) -> None:
     outcome(" ".join(words))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.text(max_size=200))
 def test_any_text(text: str) -> None:
     outcome(text)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.binary(max_size=400))
 def test_any_bytes(data: bytes) -> None:
     outcome(decode(data))

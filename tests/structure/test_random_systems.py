@@ -36,7 +36,7 @@ _systems = st.lists(_equation, min_size=SIZE, max_size=SIZE)
 
 
 @given(_systems, st.lists(st.floats(-1, 1), min_size=3 * SIZE, max_size=3 * SIZE))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 def test_every_equation_of_the_user_holds(
     make: Callable[..., Dae], point: Any, equations: list[str], guesses: list[float]
 ) -> None:

@@ -21,7 +21,7 @@ def compare(a: Table, b: Table, tolerance: float = 1e-3, width: float = 1e-3) ->
     return compare_tables(a, b, tolerance, width)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=30),
     st.floats(0, 0.1),

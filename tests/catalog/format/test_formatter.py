@@ -51,7 +51,7 @@ def test_the_examples_are_formatted() -> None:
 TEXTS = [p.read_text("utf-8") for folder in FOLDERS for p in files(folder)][::7]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(TEXTS), st.data())
 def test_disturbed_blank_space_is_put_right(text: str, data: st.DataObject) -> None:
     """Whatever blanks stand between the pieces of a line, the tree and the fixed point hold."""
@@ -178,7 +178,7 @@ def test_ends_of_lines_stay_as_they_are() -> None:
     assert format_text("\ufeffmodel M end M;") == "\ufeffmodel M end M;\n"
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.text(alphabet=" \n\t(){}[];,.=+-*/<>:\"'ax1\\modelendif"))
 def test_no_text_stops_the_formatter(text: str) -> None:
     """Where it is no Modelica, nothing is lost or it is refused."""
