@@ -26,6 +26,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.prose import be, both
 from planarc.core.unknown import unknown_name
 from planarc.request.request import Request
 
@@ -48,8 +49,7 @@ class Recompiled(UserWarning):
 
 def recompiled(names: Collection[str]) -> str:
     """The remark that some parameters are structural."""
-    verb = "is" if len(names) == 1 else "are"
-    return f"{' and '.join(f'`{n}`' for n in names)} {verb} structural: the model is compiled again"
+    return f"{both(names)} {be(len(names))} structural: the model is compiled again"
 
 
 def load(

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
 from planarc.core.options import Backend
+from planarc.core.prose import ticked
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
 from planarc.ir.program import Column, Program
@@ -127,7 +128,7 @@ def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
     notes = []
     own = [c for c in lost if not c.startswith("$")]
     if own:
-        shown = ", ".join(f"`{n}`" for n in sorted(own)[:_WORST])
+        shown = ticked(sorted(own)[:_WORST])
         notes.append(f"{name} does not hold {len(own)} variables of the model, such as {shown}")
     return Restored(
         Result(program, table.time, data, stored, constants, _READ), kernel, tuple(notes)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from planarc.core.data import Data
+from planarc.core.prose import shortened
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
@@ -72,9 +73,7 @@ class Names(Mapping[str, Item], Generic[Item]):
         return html_table(("name", "value", "unit", "description"), rows, note)
 
     def __repr__(self) -> str:
-        shown = ", ".join(list(self._items)[:8])
-        more = len(self._items) - 8
-        return f"<{len(self)} {self._kind}s: {shown}{f' and {more} more' if more > 0 else ''}>"
+        return f"<{len(self)} {self._kind}s: {shortened(list(self._items), 8)}>"
 
 
 def parameters_of(program: Program, kernel: Kernel) -> dict[str, Parameter]:

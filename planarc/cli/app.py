@@ -12,7 +12,6 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Annotated
 
@@ -23,6 +22,7 @@ from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.mistake import mistake
+from planarc.core.nearest import meant, nearest
 
 #: Of each command, in the order of the help: its file here, and the function in it. They are
 #: imported when they are asked for: together they would take half of a check's time.
@@ -164,10 +164,9 @@ def _usage(error: Exception) -> Diagnostic:
     near = re.findall(r"'([^']*)'", advice)
     option = getattr(error, "option_name", None)
     if option is not None and hasattr(error, "possibilities"):
-        near = get_close_matches(option, error.possibilities or (), 1)
+        near = nearest(option, error.possibilities or ())
         message = f"no such option '{option}'"
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
-    hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
-    return Diagnostic("C100", message, hint=hint)
+    return Diagnostic("C100", message, hint=meant(near[:1]) or f"see `{command} --help`")

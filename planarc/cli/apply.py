@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from planarc.cli.settings import Setting, sort_settings
 from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.prose import be, both
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -39,11 +40,9 @@ def apply_settings(
 
     texts = texts_of(request, program, structural, options.backend)
     again = compile_variant(request, texts, options.backend, program)
-    one = len(structural) == 1
     note = Diagnostic(
         "C116",
-        f"{' and '.join(f'`{n}`' for n in structural)} {'is' if one else 'are'} structural: "
-        "the model was compiled again",
+        f"{both(structural)} {be(len(structural))} structural: the model was compiled again",
         severity=Severity.NOTE,
     )
     return again, options, (note,)

@@ -12,6 +12,7 @@ from planarc.cli import console
 from planarc.cli.arguments import AsJson, Pattern, read_pattern
 from planarc.cli.exits import Exit
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.prose import counted, shortened
 
 if TYPE_CHECKING:
     from planarc.view.table.compare import Comparison, Parting
@@ -68,18 +69,20 @@ def _text(found: Comparison, a: Path, b: Path) -> str:
         lines.append(f"{a} ends at t = {found.ends[0]:.6g} s, {b} at {found.ends[1]:.6g} s")
     for names, here, there in ((found.only_a, a, b), (found.only_b, b, a)):
         if names:
-            lines.append(f"{_number(len(names))} of {here} not in {there}: {_listed(names)}")
+            lines.append(
+                f"{counted(len(names), 'variable')} of {here} not in {there}: {shortened(names, 5)}"
+            )
     if found.parted:
         first = found.parted[0]
         lines.append(
-            f"{len(found.parted)} of {_number(found.compared)} part, "
+            f"{len(found.parted)} of {counted(found.compared, 'variable')} part, "
             f"the first at t = {first.time:.6g} s:"
         )
         lines += _table(found.parted[:MOST])
         if len(found.parted) > MOST:
             lines.append(f"  and {len(found.parted) - MOST} more")
     else:
-        lines.append(f"{_number(found.compared)} compared: all stay in the tube")
+        lines.append(f"{counted(found.compared, 'variable')} compared: all stay in the tube")
     return console.plain_lines(lines)
 
 
@@ -92,15 +95,6 @@ def _table(parted: tuple[Parting, ...]) -> list[str]:
         for p in parted
     ]
     return [head, *rows]
-
-
-def _number(n: int) -> str:
-    return f"{n} variable{'' if n == 1 else 's'}"
-
-
-def _listed(names: tuple[str, ...], most: int = 5) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
 
 
 def _to_json(found: Comparison) -> str:

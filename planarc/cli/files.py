@@ -13,6 +13,7 @@ from pathlib import Path
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
 PAGES = (".html", ".htm")
@@ -77,9 +78,10 @@ def _destination(
 ) -> Path:
     path = Path(default) if named is None else named
     if path.suffix.lower() not in suffixes:
-        known = " or ".join(f"`{s}`" for s in suffixes)
         raise _refusal(
-            "C121", f"`{option} {path}` has no ending that planarc writes", f"use {known}"
+            "C121",
+            f"`{option} {path}` has no ending that planarc writes",
+            f"use {either(suffixes)}",
         )
     check_writable(path, option)
     if named is None and path.exists() and not _is_own(path):

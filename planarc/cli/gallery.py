@@ -12,6 +12,7 @@ from planarc.cli.arguments import Libraries
 from planarc.cli.exits import Exit
 from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.prose import ticked
 
 if TYPE_CHECKING:
     from planarc.catalog.examples import Shown
@@ -63,7 +64,7 @@ def gallery(
         raise UsageError(
             Diagnostic(
                 "C293",
-                f"there is no example in {', '.join(f'`{n}`' for n in named)}",
+                f"there is no example in {ticked(named)}",
                 hint="an example is a model with `annotation(experiment(StopTime=...))`",
             )
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from planarc.core.prose import shortened
 from planarc.ir.result import Held, Result, StateChoice
 
 MOST_EVENTS = 20  # that `--verbose` shows
@@ -105,6 +106,4 @@ def milliseconds(seconds: float) -> str:
 
 
 def _names(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:MOST_NAMES])
-    more = len(names) - MOST_NAMES
-    return f"{shown} and {more} more" if more > 0 else shown or "none"
+    return shortened(names, MOST_NAMES) or "none"

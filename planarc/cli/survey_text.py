@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from planarc.catalog.survey import Cause, Count, Survey
 from planarc.cli.console import plain
+from planarc.core.prose import shortened
 from planarc.core.render import in_order, render
 from planarc.core.render import to_json as diagnostic_to_json
 
@@ -20,10 +21,8 @@ def as_text(survey: Survey) -> tuple[str, str]:
 
 
 def _cause(cause: Cause) -> str:
-    names = ", ".join(f"`{plain(name)}`" for name in cause.names[:NAMED])
-    more = len(cause.names) - NAMED
-    others = f" and {more} more" if more > 0 else ""
-    return f"{render(cause.diagnostic)}  in: {names}{others}\n"
+    names = shortened([f"`{plain(name)}`" for name in cause.names], NAMED)
+    return f"{render(cause.diagnostic)}  in: {names}\n"
 
 
 def _table(survey: Survey) -> Iterator[str]:

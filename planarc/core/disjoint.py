@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from typing import Generic, TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
 
 
 class DisjointSets(Generic[Key]):
-    def __init__(self) -> None:
-        self._parent: dict[Key, Key] = {}
+    def __init__(self, keys: Iterable[Key] = ()) -> None:
+        self._parent = {key: key for key in keys}
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._parent
 
     def add(self, key: Key) -> bool:
         """True when the key is new."""
@@ -28,12 +31,13 @@ class DisjointSets(Generic[Key]):
             self._parent[key], key = root, self._parent[key]
         return root
 
-    def join(self, a: Key, b: Key) -> None:
+    def join(self, a: Key, b: Key) -> bool:
+        """True when they were in two sets; the member that stands for `a` stays that."""
         self.add(a)
         self.add(b)
         first, second = self.find(a), self.find(b)
-        if first != second:
-            self._parent[second] = first
+        self._parent[second] = first
+        return first != second
 
     def sets(self) -> list[list[Key]]:
         """All sets; sets and members in the order in which they came."""

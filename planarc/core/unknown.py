@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.nearest import did_you_mean
+from planarc.core.prose import ticked
 
 
 class UnknownName(UsageError, KeyError):
@@ -18,8 +19,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str], code: str = "C20
         return UnknownName(
             Diagnostic(code, f"the name of a {kind} is a text, not {type(name).__name__}")
         )
-    near = get_close_matches(name, names, n=3, cutoff=0.6)
-    hint = f"did you mean {' or '.join(f'`{n}`' for n in near)}?" if near else None
+    hint = did_you_mean(name, names)
     if hint is None and 0 < len(names) <= 8:
-        hint = f"choose among {', '.join(f'`{n}`' for n in names)}"
+        hint = f"choose among {ticked(names)}"
     return UnknownName(Diagnostic(code, f"there is no {kind} `{name}`", hint=hint))

@@ -20,6 +20,7 @@ from contextlib import contextmanager
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
 from planarc.flatten.checks.balance import check_balance
 from planarc.flatten.checks.occurrences import names_in
@@ -36,7 +37,6 @@ from planarc.flatten.tree import annotation
 from planarc.flatten.tree.inherit import layout_of
 from planarc.flatten.tree.instantiate import check_modifier, instantiate_model
 from planarc.flatten.tree.lookup import member, static_instance
-from planarc.flatten.tree.naming import suggestion
 from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Part, Scope, Session
 from planarc.flatten.tree.redeclare import class_of
 from planarc.flatten.typing.units import UnitCheck, check_units
@@ -135,7 +135,7 @@ def find_model(session: Session, class_name: str) -> Class:
     for name in split_name(class_name):
         element = member(instance, name)
         if element is None or not element.is_class:
-            near = suggestion(name, session.library.class_names(instance.cls.name))
+            near = did_you_mean(name, session.library.class_names(instance.cls.name))
             raise error("F200", f"there is no class `{class_name}`", None, hint=near)
         cls = class_of(element)
         instance = static_instance(cls)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planarc.core.prose import shortened
+
 if TYPE_CHECKING:
     from planarc.insight.energy import Energies
     from planarc.insight.rank import Closeness
@@ -105,5 +107,4 @@ def _number(count: int, one: str, many: str) -> str:
 
 
 def _names(names: list[str] | tuple[str, ...]) -> str:
-    more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    return shortened(names, MOST_NAMES)

@@ -24,6 +24,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 
 from planarc.core.data import Data
+from planarc.core.disjoint import DisjointSets
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
 from planarc.ir.mechanism import Joint, Link, Mechanism
@@ -77,23 +78,17 @@ class _Links:
     """Frames joined to links (disjoint sets); the ground is one of them."""
 
     def __init__(self, frames: Sequence[str], connections: Iterable[Sequence[str]]) -> None:
-        self._parent = {frame: frame for frame in (_GROUND, *frames)}
+        self._sets = DisjointSets((_GROUND, *frames))
+        self.root = self._sets.find
         for connected in connections:
-            self.join([c for c in connected if c in self._parent])
-
-    def root(self, frame: str) -> str:
-        parent = self._parent
-        while parent[frame] != frame:
-            parent[frame] = parent[parent[frame]]
-            frame = parent[frame]
-        return frame
+            self.join([c for c in connected if c in self._sets])
 
     def join(self, frames: Sequence[str]) -> None:
         for other in frames[1:]:
-            a, b = self.root(frames[0]), self.root(other)
-            if b == self.root(_GROUND):
-                a, b = b, a
-            self._parent[b] = a
+            if self.root(other) == self.root(_GROUND):
+                self._sets.join(other, frames[0])
+            else:
+                self._sets.join(frames[0], other)
 
 
 def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.disjoint import DisjointSets
 
 #: The number of the link that does not move.
 GROUND = 0
@@ -61,20 +62,8 @@ class Mechanism(Data):
     @property
     def loops(self) -> int:
         """Independent loops: the cycles of the graph of links and joints (Euler)."""
-        parent = list(range(len(self.links)))
-
-        def find(i: int) -> int:
-            while parent[i] != i:
-                parent[i] = parent[parent[i]]
-                i = parent[i]
-            return i
-
-        merged = 0
-        for joint in self.joints:
-            for other in joint.links[1:]:
-                first, root = find(joint.links[0]), find(other)
-                merged += root != first
-                parent[root] = first
+        joined = DisjointSets(range(len(self.links)))
+        merged = sum(joined.join(j.links[0], other) for j in self.joints for other in j.links[1:])
         return self.pairs - merged
 
 

@@ -26,6 +26,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.mistake import mistake
 from planarc.core.options import Backend
+from planarc.core.prose import be, both
 from planarc.core.render import render_all
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
@@ -240,14 +241,10 @@ class Session:
         while len(self._variants) >= _KEPT:
             del self._variants[next(k for k in self._variants if k != self._base.key)]
         self._variants[key] = made
+        named = ""
         if structural:
-            named = " and ".join(f"`{n}`" for n in structural)
-            verb = "is" if len(structural) == 1 else "are"
-            notes.append(
-                ("remark", f"{named} {verb} structural: compiled again in {made.seconds:.2f} s")
-            )
-        else:
-            notes.append(("remark", f"compiled again in {made.seconds:.2f} s"))
+            named = f"{both(structural)} {be(len(structural))} structural: "
+        notes.append(("remark", f"{named}compiled again in {made.seconds:.2f} s"))
         return made
 
     def _kept(self, choices: Mapping[str, str]) -> dict[str, str]:

@@ -19,6 +19,7 @@ from msgspec import Struct
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Related, error
+from planarc.core.prose import ticked
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Substitution
@@ -241,10 +242,9 @@ def in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
 
 
 def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
-    chain = ", ".join(f"`{n}`" for n in names)
     return error(
         "L332",
-        f"the value of a parameter depends on itself: {chain}",
+        f"the value of a parameter depends on itself: {ticked(names)}",
         by_name[names[0]].span,
         related=[Related(f"`{n}` is declared here", by_name[n].span) for n in names[1:]],
     )

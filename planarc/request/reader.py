@@ -6,7 +6,6 @@ model is known to be as its files are.
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from msgspec import Struct, field
 
 from planarc.core.cache import key
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.nearest import did_you_mean
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
 
@@ -56,8 +56,7 @@ def _bytes_of(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        near = get_close_matches(path.name, _siblings(path), 3)
-        hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
+        hint = did_you_mean(path.name, _siblings(path))
         raise UsageError(Diagnostic("C101", f"there is no file `{path}`", hint=hint)) from None
     except IsADirectoryError:
         raise UsageError(

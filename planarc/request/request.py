@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.nearest import did_you_mean, meant
 from planarc.core.options import Redundant, Units
+from planarc.core.prose import ticked
 from planarc.core.resources import stdlib
 from planarc.core.source import Source
 from planarc.request.reader import Reader
@@ -123,16 +124,14 @@ def _plain(name: str) -> str:
 
 def _several(request: Request, models: Sequence[str], names: Sequence[str]) -> UsageError:
     if models:
-        listed = ", ".join(f"`{n}`" for n in models)
         return _usage(
             "C106",
-            f"`{request.file}` holds several models: {listed}",
+            f"`{request.file}` holds several models: {ticked(models)}",
             f"name one of them: `planarc simulate {request.file} {models[0]}`",
         )
-    listed = ", ".join(f"`{n}`" for n in names)
     return _usage(
         "C107",
-        f"`{request.file}` holds no model to simulate, only {listed}",
+        f"`{request.file}` holds no model to simulate, only {ticked(names)}",
         "name a model inside of it, as in `Package.Model`",
     )
 
@@ -141,13 +140,9 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     package, _, last = wanted.rpartition(".")
     inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
     known = list(dict.fromkeys((*names, *inside)))
-    near = get_close_matches(wanted, known, 3) or [
-        n for n in known if n.rpartition(".")[2].lower() == last.lower()
-    ]
-    hint = "did you mean " + " or ".join(f"`{n}`" for n in near) + "?" if near else None
-    return _usage(
-        "C103", f"there is no class `{wanted}`", hint or "see `planarc list` for the names"
-    )
+    alike = (n for n in known if n.rpartition(".")[2].lower() == last.lower())
+    hint = did_you_mean(wanted, known) or meant(alike) or "see `planarc list` for the names"
+    return _usage("C103", f"there is no class `{wanted}`", hint)
 
 
 def _usage(code: str, message: str, hint: str | None) -> UsageError:

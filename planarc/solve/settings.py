@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
+from planarc.core.prose import both, either
 from planarc.ir.dae import START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
@@ -201,7 +202,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
     if not parameter.settable:
         sources = _computed_from(program, name, known)
         if sources:
-            listed = " and ".join(f"`{n}`" for n in sources)
+            listed = both(sources)
             raise _usage(
                 "R405",
                 f"`{name}` cannot be set: it is computed from {listed}",
@@ -226,9 +227,7 @@ def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[st
 
 
 def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:
-    near = get_close_matches(name, list(known), n=3, cutoff=0.6)
-    hint = f"did you mean {' or '.join(f'`{n}`' for n in near)}?" if near else None
-    return _usage(code, f"there is no {kind} `{name}` in the model", hint)
+    return _usage(code, f"there is no {kind} `{name}` in the model", did_you_mean(name, known))
 
 
 @once
@@ -259,11 +258,11 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
         slot, sign = columns[name]
         if slot not in slots:
             choices = [c.display for c in program.candidates]
-            near = get_close_matches(name, choices, n=3, cutoff=0.0)
+            near = nearest(name, choices, cutoff=0.0)
             raise _usage(
                 "R406",
                 f"`{name}` follows from other variables: its start value has no effect",
-                f"set the start value of {' or '.join(f'`{n}`' for n in near)}" if near else None,
+                f"set the start value of {either(near)}" if near else None,
             )
         result[slots[slot]] = sign * _finite(f"{name}.start", value)
     return result

@@ -15,6 +15,7 @@ Promises:  a loop over discrete variables, an equation that cannot be solved for
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.prose import ticked
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import Expr, Exprs, Substitution, text
 from planarc.ir.sorted import Assignment
@@ -81,7 +82,7 @@ def _text(equation: Equation) -> str:
 
 def _unsolvable(equation: Equation, options: dict[Expr, Expr]) -> Diagnostic:
     if options:
-        names = ", ".join(f"`{text(s)}`" for s in options)
+        names = ticked(text(s) for s in options)
         return Diagnostic(
             "S314",
             f"the discrete equation {_text(equation)} is one too many: others set {names}",
@@ -100,8 +101,7 @@ def _loop(dae: Dae, block: list[int], names: list[str]) -> Diagnostic:
     first, *others = (dae.discrete_equations[e] for e in block)
     return Diagnostic(
         "S311",
-        f"discrete variables depend on each other at one instant: "
-        f"{', '.join(f'`{n}`' for n in names)}",
+        f"discrete variables depend on each other at one instant: {ticked(names)}",
         first.span,
         hint="break the loop with `pre(...)`",
         related=tuple(Related("and in this equation", e.span) for e in others),

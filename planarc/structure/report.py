@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.prose import counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import text
@@ -75,7 +76,7 @@ def _over(
     surplus = len(equations) - len(variables)
     return Diagnostic(
         "S302",
-        f"{_count(len(equations), 'equation')} for {_count(len(variables), 'unknown')} "
+        f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
         f"({_names([elimination.kept[v] for v in variables])}): {surplus} too many",
         _span(chosen[-1]),
         hint=f"remove {'one' if surplus == 1 else surplus} of these equations or connections",
@@ -94,7 +95,7 @@ def _under(
         f"nothing determines {_names(names)}"
         if not equations
         else (
-            f"{_count(len(equations), 'equation')} for {_count(len(names), 'unknown')} "
+            f"{counted(len(equations), 'equation')} for {counted(len(names), 'unknown')} "
             f"({_names(names)}): {missing} missing"
         )
     )
@@ -118,8 +119,7 @@ def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
         holders = dict.fromkeys(n.rsplit(".", 2)[0] for n in names)
         joints = [f"`{h}`" for h in holders if ".Joints." in classes.get(h, "")]
         if len(joints) > 1:
-            listed = f"{', '.join(joints[:-1])} and {joints[-1]}"
-            return f"{listed} {TWICE}: replace one of them by a freer joint"
+            return f"{listed(joints)} {TWICE}: replace one of them by a freer joint"
         return "a constraint repeats others: replace one of the joints in the loop by a freer one"
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
@@ -152,9 +152,4 @@ def _span(equation: Equation) -> Span | None:
 
 
 def _names(names: Sequence[str]) -> str:
-    shown = ", ".join(f"`{n}`" for n in names[:_SHOWN])
-    return shown + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+    return shortened([f"`{n}`" for n in names], _SHOWN)

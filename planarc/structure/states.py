@@ -26,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.prose import be, ticked
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import StateSelect
@@ -123,12 +124,12 @@ def check_always(
             continue
         always = [t for t in step.tears if select_of(t, attributes) is StateSelect.ALWAYS]
         if len(always) > step.free:
-            names = ", ".join(f"`{attributes[t].display}`" for t in always)
+            names = ticked(attributes[t].display for t in always)
             wrong.append(
                 Diagnostic(
                     "S308",
                     f"{names} cannot all be states: only {step.free} of them "
-                    f"{'is' if step.free == 1 else 'are'} independent",
+                    f"{be(step.free)} independent",
                     attributes[always[-1]].span,
                     hint="take `StateSelect.always` away from the others",
                     related=tuple(

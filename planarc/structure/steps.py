@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from planarc.core.data import Data
+from planarc.core.disjoint import DisjointSets
 from planarc.ir.sorted import Assignment, Block, Residual, Step
 from planarc.structure.linear import Degrees
 from planarc.structure.system import System, Systems
@@ -67,29 +68,14 @@ def _union(masks: Iterable[int]) -> int:
 
 def _group(masks: list[int], count: int) -> list[int]:
     """Disjoint unions of the masks that overlap, and single bits; by their lowest bit."""
-    parent = list(range(count))
-
-    def root(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
+    groups = DisjointSets(range(count))
     for m in masks:
-        first = -1
+        first = m & -m
         while m:
             low = m & -m
-            bit = root(low.bit_length() - 1)
-            if first < 0:
-                first = bit
-            elif bit != first:
-                first, other = min(first, bit), max(first, bit)
-                parent[other] = first
+            groups.join(first.bit_length() - 1, low.bit_length() - 1)
             m ^= low
-    groups: dict[int, int] = {}
-    for i in range(count):
-        groups[root(i)] = groups.get(root(i), 0) | 1 << i
-    return list(groups.values())
+    return [_union(1 << i for i in members) for members in groups.sets()]
 
 
 def _needed(

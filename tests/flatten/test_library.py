@@ -130,7 +130,3 @@ def test_a_class_added_twice_is_refused(library: Make) -> None:
     with pytest.raises(PlanarcError) as caught:
         made.add_file(parse_text(Source("b.mo", "model A end A;")))
     assert [d.code for d in caught.value.diagnostics] == ["F203"]
-
-
-def test_near_names(library: Make, tmp_path: Path) -> None:
-    assert library(write(tmp_path, PLANAR)).nearest("Planar.Jiont") == ("Joint",)

@@ -28,6 +28,7 @@ from planarc.api.values import Value, start_values
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.options import RunOptions
+from planarc.core.prose import both, ticked
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
@@ -145,12 +146,11 @@ def _effort(program: Program, coordinate: Any) -> str:
         if EFFORTS.get(c.rpartition(".")[2])
         and f"{c.rpartition('.')[0]}.{EFFORTS[c.rpartition('.')[2]]}" in known
     ]  # fmt: skip
-    listed = ", ".join(f"`{c}`" for c in choices[:8])
     raise UsageError(
         Diagnostic(
             "C242",
             f"`{coordinate}` is no coordinate of a joint, so nothing can drive it",
-            hint=f"choose among {listed}" if choices else None,
+            hint=f"choose among {ticked(choices[:8])}" if choices else None,
         )
     )
 
@@ -222,8 +222,7 @@ def compile_driven(
     try:
         program, notes = compiler.find_program(dae, model.request.redundant)
     except PlanarcError as problem:
-        listed = " and ".join(f"`{c}`" for c in coordinates)
-        first = Diagnostic("C243", f"the model cannot move with {listed} given")
+        first = Diagnostic("C243", f"the model cannot move with {both(coordinates)} given")
         raise PlanarcError((first, *problem.diagnostics)) from None
     of = model.program
     program = replace(program, name=of.name, description=of.description, experiment=of.experiment)

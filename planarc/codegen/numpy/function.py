@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from planarc.codegen.numpy.formulas import formula, is_hidden, is_truth
 from planarc.codegen.numpy.names import Names, comment
+from planarc.core.prose import counted
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
@@ -257,5 +258,5 @@ def _tuple(parts: Iterable[str]) -> str:
 
 
 def _count(code: BlockCode) -> str:
-    tears = f"{len(code.tears)} tear{'s' if len(code.tears) > 1 else ''}"
+    tears = counted(len(code.tears), "tear")
     return f"{tears}, {code.free} free" if code.height else tears

@@ -18,11 +18,11 @@ from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
+from planarc.core.prose import counted
 from planarc.flatten.checks.occurrences import names_in
 from planarc.flatten.connect.connect import Connection, is_public_input, match_leaves
 from planarc.flatten.sections.equations import count_equations, scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
-from planarc.flatten.typing.conform import counted
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import variables_of_target
 

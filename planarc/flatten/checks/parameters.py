@@ -6,6 +6,7 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4 and 8.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.prose import ticked
 from planarc.flatten.checks.occurrences import references_in
 from planarc.flatten.tree.bindings import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
@@ -85,8 +86,6 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
     if len(circle) == 1:
         message = f"the value of `{first}` depends on itself"
     else:
-        message = "these parameters depend on each other in a circle: " + ", ".join(
-            f"`{n}`" for n in circle
-        )
+        message = f"these parameters depend on each other in a circle: {ticked(circle)}"
     others = tuple(Related(f"`{n}` is declared here", parameters[n].span) for n in circle[1:])
     return Diagnostic("F282", message, parameters[first].span, related=others)

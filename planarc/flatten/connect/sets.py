@@ -22,6 +22,7 @@ from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
+from planarc.core.prose import both
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.connect.connect import (
     Connection,
@@ -183,7 +184,7 @@ def _check_sources(joined: list[Member], span: Span) -> None:
     an input of the class itself."""
     sources = [m for m in joined if _is_source(m)]
     if len(sources) > 1:
-        names = " and ".join(f"`{m.key[0]}`" for m in sources[:2])
+        names = both(m.key[0] for m in sources[:2])
         raise error(
             "F313",
             f"{names} are connected, but both give the value",

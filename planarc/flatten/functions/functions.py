@@ -17,6 +17,7 @@ Reference: Modelica Language Specification 3.6, sections 12.1 to 12.4, 12.7 and 
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.functions import (
     foreign,
@@ -30,7 +31,7 @@ from planarc.flatten.functions import (
 from planarc.flatten.functions.order import assigned_first
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.sections import statements
-from planarc.flatten.tree import annotation, inherit, lookup, naming
+from planarc.flatten.tree import annotation, inherit, lookup
 from planarc.flatten.tree.nodes import Binding, Class, Instance, Leaf, Mod, Session
 from planarc.flatten.typing.environment import Env
 from planarc.flatten.values import compute
@@ -81,7 +82,7 @@ def _binds_inputs_only(
                 "F222",
                 f"`{cls.name}` has no element `{name}` to modify",
                 sub.span,
-                hint=naming.suggestion(name, members),
+                hint=did_you_mean(name, members),
             )
         definition = members[name][1]
         if (
@@ -203,7 +204,7 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> function_signa
                 "F290",
                 f"`{body.function}` has no input `{variable}`",
                 body.span,
-                hint=naming.suggestion(variable, names),
+                hint=did_you_mean(variable, names),
             )
     name = _unique_name(cls.name, session)
     signature = function_signature.Signature(

@@ -18,6 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.prose import both
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.nodes import Instance
@@ -58,11 +59,10 @@ def _visit(
 
 def _circle(names: Sequence[str], instance: Instance) -> Exception:
     spans = [instance.layout.members[n][1].span for n in names]
-    listed = " and ".join(f"`{n}`" for n in names)
     verb = "depends on itself" if len(names) == 1 else "depend on each other"
     return error(
         "F207",
-        f"the first value{'s' if len(names) > 1 else ''} of {listed} {verb}",
+        f"the first value{'s' if len(names) > 1 else ''} of {both(names)} {verb}",
         spans[0],
         related=[Related("and on this one", s) for s in spans[1:]],
         hint="give one of them its value in the algorithm",

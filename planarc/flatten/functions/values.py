@@ -9,12 +9,13 @@ Reference: Modelica Language Specification 3.6, section 12.4.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.nearest import did_you_mean
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.functions import functions
 from planarc.flatten.functions import signature as function_signature
-from planarc.flatten.tree import naming
 from planarc.flatten.typing import call_arguments, calls, expressions, references
-from planarc.flatten.typing.conform import base_conforms, counted, expect, mismatch
+from planarc.flatten.typing.conform import base_conforms, expect, mismatch
 from planarc.flatten.typing.environment import Env
 from planarc.ir import flat, syntax
 
@@ -57,7 +58,7 @@ def _partial_call(
                 "F290",
                 f"`{ref}` has no input `{argument.name}`",
                 argument.span,
-                hint=naming.suggestion(argument.name, by_name),
+                hint=did_you_mean(argument.name, by_name),
             )
         bound[argument.name] = call_arguments.type_argument(
             argument.value, by_name[argument.name], env

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 
 from planarc.core.diagnostic import error
@@ -195,11 +194,6 @@ class Library:
     def user_files(self) -> set[str]:
         """The names of the files that were added."""
         return {definition.span.source.name for definition in self._added.values()}
-
-    def nearest(self, name: str) -> tuple[str, ...]:
-        """Names of classes that look like `name`, for hints."""
-        package, _, last = name.rpartition(".")
-        return tuple(get_close_matches(last, self.class_names(package), 3))
 
     def added(self, full_name: str) -> syntax.ClassDef | None:
         return self._added.get(full_name)

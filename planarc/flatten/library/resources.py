@@ -10,11 +10,11 @@ Reference: Modelica Language Specification 3.6, section 13.5.
 from __future__ import annotations
 
 import re
-from difflib import get_close_matches
 from pathlib import Path
 from urllib.parse import unquote
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.library.library import Library, split_name
 
@@ -62,6 +62,5 @@ def _folder(name: str, library: Library) -> Path | None:
 
 def _missing(uri: str, path: Path, span: Span) -> PlanarcError:
     siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-    near = get_close_matches(path.name, siblings, 1)
-    hint = f"did you mean `{near[0]}`?" if near else f"there is no `{path}`"
+    hint = did_you_mean(path.name, siblings, most=1) or f"there is no `{path}`"
     return error("F278", f"there is no file `{uri}`", span, hint=hint)

@@ -17,6 +17,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.sections import special
@@ -31,7 +32,6 @@ from planarc.flatten.typing import (
 )
 from planarc.flatten.typing.conform import (
     conforms,
-    counted,
     expect_scalar,
     mismatch,
     type_text,

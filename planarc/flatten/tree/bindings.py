@@ -15,7 +15,8 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9 and 7.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
-from planarc.flatten.tree import lookup, naming
+from planarc.core.nearest import did_you_mean
+from planarc.flatten.tree import lookup
 from planarc.flatten.tree.modify import merge
 from planarc.flatten.tree.nodes import (
     NO_MOD,
@@ -192,7 +193,7 @@ def check_attribute_names(leaf: Leaf) -> None:
                 "F222",
                 f"the variable `{leaf.name}` has no attribute `{name}` to modify",
                 mod.span,
-                hint=naming.suggestion(name, ATTRIBUTES),
+                hint=did_you_mean(name, ATTRIBUTES),
             )
 
 

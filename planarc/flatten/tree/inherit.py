@@ -23,8 +23,9 @@ from typing import cast
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
-from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree import lookup
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
@@ -171,7 +172,7 @@ def _check_names(modification: syntax.Modification | None, known: Layout, base: 
                 "F222",
                 f"`{base.name}` has no element `{name}` to modify",
                 argument.span,
-                hint=naming.suggestion(name, known.members),
+                hint=did_you_mean(name, known.members),
             )
 
 

@@ -17,12 +17,12 @@ from itertools import product
 from math import prod
 
 from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.nearest import did_you_mean
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import (
     annotation,
     inherit,
     lookup,
-    naming,
     outer,
     redeclare,
     shape,
@@ -295,7 +295,7 @@ def check_modifier(instance: Instance) -> None:
                 "F222",
                 f"`{instance.cls.name}` has no element `{name}` to modify",
                 mod.span,
-                hint=naming.suggestion(name, members),
+                hint=did_you_mean(name, members),
             )
         if name in members and mod.redeclaration is None:
             _check_modified(instance, name, mod)

@@ -18,6 +18,7 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import inherit, instantiate, naming, predefined, redeclare
 from planarc.flatten.tree.modify import compile_modification, merge
@@ -204,9 +205,7 @@ def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
             "F210",
             f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist",
             span,
-            hint=naming.suggestion(
-                path[-1], scope.session.library.class_names(".".join(path[:-1]))
-            ),
+            hint=did_you_mean(path[-1], scope.session.library.class_names(".".join(path[:-1]))),
         )
     return element
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from difflib import get_close_matches
-
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, predefined
 from planarc.flatten.tree.nodes import Class, Instance, Scope
@@ -17,7 +15,7 @@ def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcE
         "F210",
         f"unknown {what} `{name}`" + (f" in `{where}`" if where else ""),
         span,
-        hint=suggestion(name, names_in_sight(scope)),
+        hint=did_you_mean(name, names_in_sight(scope)),
     )
 
 
@@ -26,7 +24,7 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         "F213",
         f"`{cls.name}` has no element `{name}`",
         span,
-        hint=suggestion(name, member_names(lookup.static_instance(cls))),
+        hint=did_you_mean(name, member_names(lookup.static_instance(cls))),
     )
 
 
@@ -55,14 +53,3 @@ def member_names(instance: Instance) -> list[str]:
         if part.cls.entry is not None and part.cls.entry.open:
             names += part.cls.entry.child_names()
     return names
-
-
-def suggestion(name: str, candidates: Iterable[str]) -> str | None:
-    """A hint that names what the user may have meant."""
-    near = get_close_matches(name, list(dict.fromkeys(candidates)), 3, 0.65)
-    if not near:
-        lower = name.lower()
-        near = [c for c in dict.fromkeys(candidates) if c.lower() == lower][:1]
-    if not near:
-        return None
-    return "did you mean " + " or ".join(f"`{n}`" for n in near) + "?"

@@ -12,10 +12,11 @@ from collections.abc import Callable
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.typing import arrays
-from planarc.flatten.typing.conform import NUMERIC, counted, expect, type_text, unify
+from planarc.flatten.typing.conform import NUMERIC, expect, type_text, unify
 from planarc.flatten.typing.environment import Env
 from planarc.flatten.typing.select import MAPPED, array, boolean, integer, opened
 from planarc.flatten.typing.variability import variability_of

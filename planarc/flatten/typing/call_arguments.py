@@ -8,6 +8,8 @@ Reference: Modelica Language Specification 3.6, sections 12.4.1 and 12.4.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
+from planarc.core.nearest import did_you_mean
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.functions import (
     signature as function_signature,
@@ -16,9 +18,9 @@ from planarc.flatten.functions import (
     values as function_values,
 )
 from planarc.flatten.several import for_each
-from planarc.flatten.tree import bindings, naming
+from planarc.flatten.tree import bindings
 from planarc.flatten.typing import expressions, references
-from planarc.flatten.typing.conform import base_conforms, counted, dims_conform, mismatch
+from planarc.flatten.typing.conform import base_conforms, dims_conform, mismatch
 from planarc.flatten.typing.environment import Env
 from planarc.flatten.typing.select import array, opened
 from planarc.ir import flat, syntax
@@ -65,7 +67,7 @@ def _given(
                 "F290",
                 f"`{node.function}` has no input `{named.name}`",
                 named.span,
-                hint=naming.suggestion(named.name, by_name),
+                hint=did_you_mean(named.name, by_name),
             )
         if named.name in given:
             raise error("F290", f"the input `{named.name}` is given twice", named.span)

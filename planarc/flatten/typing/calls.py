@@ -12,6 +12,7 @@ Reference: Modelica Language Specification 3.6, sections 12.3 to 12.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
+from planarc.core.nearest import did_you_mean
 from planarc.flatten.connect import operators as connection_operators
 from planarc.flatten.functions import functions
 from planarc.flatten.functions import values as function_values
@@ -75,9 +76,7 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
     """The class that the name of a called function means."""
     if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
         if len(ref.parts) == 1:
-            hint = naming.suggestion(
-                ref.parts[0].name, [*builtins.NAMES, *_functions_in_sight(env)]
-            )
+            hint = did_you_mean(ref.parts[0].name, [*builtins.NAMES, *_functions_in_sight(env)])
             raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
         raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
     view = references.resolve(ref, env)
@@ -125,7 +124,7 @@ def _string(node: syntax.Call, env: Env) -> flat.Expression:
     options = {}
     for named in node.named:
         if named.name not in builtins.STRING_OPTIONS:
-            hint = naming.suggestion(named.name, builtins.STRING_OPTIONS)
+            hint = did_you_mean(named.name, builtins.STRING_OPTIONS)
             message = f"`String` has no argument `{named.name}`"
             raise error("F290", message, named.span, hint=hint)
         options[named.name] = expressions.type_expression(named.value, env)

@@ -20,11 +20,6 @@ def type_text(type_: flat.Type) -> str:
     return f"{name}[{', '.join(':' if d is None else str(d) for d in type_.dims)}]"
 
 
-def counted(number: int, noun: str) -> str:
-    """`1 equation`, `2 equations`, for messages."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def base_conforms(expected: flat.Type, actual: flat.Type) -> bool:
     """Without dimensions: an Integer may stand for a Real, records by their fields."""
     if expected.base is flat.Base.REAL:

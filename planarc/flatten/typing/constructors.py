@@ -6,8 +6,9 @@ Reference: Modelica Language Specification 3.6, sections 12.6 and 4.9.5.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.nearest import did_you_mean
 from planarc.flatten.functions import variables as function_variables
-from planarc.flatten.tree import lookup, naming, redeclare
+from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.modify import merge
 from planarc.flatten.tree.nodes import Class, Element, Session
 from planarc.flatten.typing import expressions
@@ -72,7 +73,7 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
                 "F290",
                 f"the record `{cls.name}` has no field `{named.name}`",
                 named.span,
-                hint=naming.suggestion(named.name, names),
+                hint=did_you_mean(named.name, names),
             )
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)

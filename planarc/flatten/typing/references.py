@@ -18,12 +18,13 @@ from typing import TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import bindings, instantiate, lookup, naming, redeclare
 from planarc.flatten.tree.nodes import Absent, Class, Element, Family, Instance, Leaf, Node
 from planarc.flatten.typing import expressions
-from planarc.flatten.typing.conform import counted, type_text
+from planarc.flatten.typing.conform import type_text
 from planarc.flatten.typing.environment import Env
 from planarc.flatten.typing.select import array, integer, subscripted
 from planarc.flatten.values import evaluate

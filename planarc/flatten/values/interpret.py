@@ -11,8 +11,8 @@ from __future__ import annotations
 from contextlib import suppress
 
 from planarc.core.diagnostic import error
+from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.typing.conform import counted
 from planarc.flatten.values import compute, evaluator
 from planarc.flatten.values.constant import NotConstant, Value
 from planarc.flatten.values.foreign import external_values

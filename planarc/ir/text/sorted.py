@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from planarc.core.prose import counted
 from planarc.ir.expr import symbol_text, text
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Alias, Assignment, Block, Level, Residual, SortedDae
@@ -36,11 +37,12 @@ def _head(model: SortedDae) -> Iterator[str]:
     yield f"model {model.dae.name}"
     yield (
         f"  {model.equations_before} equations, {model.equations_after} after the elimination of "
-        f"{_count(len(model.aliases), 'variable')} "
-        f"({_count(len(model.aliases) - constant, 'alias')}, {_count(constant, 'constant')})"
+        f"{counted(len(model.aliases), 'variable')} "
+        f"({counted(len(model.aliases) - constant, 'alias')}, {counted(constant, 'constant')})"
     )
     yield f"  {derived} derivatives of equations added to lower the index"
-    yield f"  {_count(model.state_count, 'state')} of {_count(len(model.candidates), 'candidate')}"
+    candidates = counted(len(model.candidates), "candidate")
+    yield f"  {counted(model.state_count, 'state')} of {candidates}"
 
 
 def _candidates(model: SortedDae) -> Iterator[str]:
@@ -73,8 +75,8 @@ def _block(model: SortedDae, block: Block, height: int) -> Iterator[str]:
         yield f"  state {tears}" if len(block.tears) == 1 else f"  states {tears}"
         return
     kind = "linear" if block.linear else "nonlinear"
-    states = f", {_count(block.free, 'state')} among them" if height else ""
-    size = f"{_count(len(block.residuals), 'residual')}{states}"
+    states = f", {counted(block.free, 'state')} among them" if height else ""
+    size = f"{counted(len(block.residuals), 'residual')}{states}"
     yield f"  {kind} block, tears {tears} ({size})"
     for a in block.inner:
         yield _assignment(model, a, "    ")
@@ -110,7 +112,3 @@ def _is_variable(model: SortedDae, alias: Alias) -> bool:
 
 def _alias(a: Alias) -> str:
     return f"{a.name} = {'-' if a.sign < 0 else ''}{text(a.target)}"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "es" if noun.endswith("s") else "s")

@@ -6,6 +6,7 @@ The last resort of `hints`: nothing more special is known of the error.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.prose import listed
 from planarc.parse.repair.trouble import Trouble, shown
 
 #: What may end an expression: worth naming before all operators that could go on.
@@ -47,6 +48,4 @@ def _in_words(trouble: Trouble, accepted: frozenset[str]) -> str:
     texts = [f"`{trouble.text_of(kind)}`" for kind in sorted(accepted - {"ANNOTATION", "STRING"})]
     likely = [text for text in texts if text in _CLOSING]
     shown = (likely or texts)[:4]
-    return (
-        " or ".join(filter(None, [", ".join(shown[:-1]), shown[-1]])) if shown else "something else"
-    )
+    return listed(shown, "or") or "something else"

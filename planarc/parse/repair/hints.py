@@ -12,6 +12,7 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.nearest import nearest
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
 
@@ -205,17 +206,18 @@ def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     return Diagnostic("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
 
 
+_ALMOST = 0.8  # names may look like keywords, so that only a very near one counts
+
+
 def _misspelt_hint(trouble: Trouble) -> str | None:
     """A name near the error that is almost a keyword."""
-    from difflib import get_close_matches
-
     words = [t for t in sorted(trouble.terminals.keywords) if len(t) > 2]
     near = range(trouble.at, max(trouble.at - 4, -1), -1)
     for index in dict.fromkeys((*near, trouble.begin)):
         token = trouble.tokens[index]
         if token.type != "IDENT":
             continue
-        close = get_close_matches(token.text.lower(), words, 1, 0.8)
+        close = nearest(token.text.lower(), words, most=1, cutoff=_ALMOST)
         if close:
             return f"write `{close[0]}`, if that is what `{token.text}` means"
     return None

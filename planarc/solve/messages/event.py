@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.core.prose import listed
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
 from planarc.ir.program import Kernel, Program, RelationSlot
 from planarc.solve.messages import trouble
@@ -59,7 +60,7 @@ def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
     switch = "switches" if len(told) == 1 else "switch"
     return Diagnostic(
         "R432",
-        f"events follow each other without end at t = {t:.6g} s: {trouble.listed(told)} {switch} "
+        f"events follow each other without end at t = {t:.6g} s: {listed(told)} {switch} "
         "to and fro",
         first.span if first else None,
         hint="let the model come to rest there (a stuck or resting mode), or smooth the "

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
+from planarc.core.prose import listed
 from planarc.ir.program import EquationInfo, Kernel, Let, Program, Solve, Statement
 from planarc.solve.messages.replay import Replay
 
 _MOST_NAMES = 6
-
-
-def listed(parts: Iterable[str]) -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    *first, last = list(parts) or [""]
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def names(items: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.prose import listed
 from planarc.ir.dae import MISFIT
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
@@ -200,8 +201,8 @@ def _not_reachable(
     held = [c for c in columns if choice.held[c]]
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals) or "the mechanism"
-    wanted = trouble.listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
-    nearest = trouble.listed(
+    wanted = listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
+    nearest = listed(
         f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
     return PlanarcError(

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.core.prose import be
 from planarc.ir.dae import MISFIT, SHARING
 from planarc.ir.program import Condition, Kernel, Program
 from planarc.solve.messages import trouble
@@ -110,7 +111,7 @@ def _shared(program: Program, names: str) -> Diagnostic:
     return Diagnostic(
         "R416",
         f"{names} hold motions more than once: {count} of their forces and torques "
-        f"{'is' if count == 1 else 'are'} not determined, and those of the smallest sum of squares "
+        f"{be(count)} not determined, and those of the smallest sum of squares "
         "are given; the motion does not depend on them",
         severity=Severity.NOTE,
     )

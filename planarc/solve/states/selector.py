@@ -39,6 +39,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.prose import both
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.newton import NEGLIGIBLE
@@ -256,7 +257,7 @@ class Selector:
             for j in range(len(block.tears))
             if self._must_stay(block, j)
         ]
-        names = " and ".join(f"`{c.display}`" for c in forced)
+        names = both(c.display for c in forced)
         return error(
             "R423",
             f"{names} cannot all be states: constraints tie them together",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
+from planarc.core.prose import ticked
 from planarc.core.unknown import unknown_name
 from planarc.view.storage import replacing
 from planarc.view.table.files import Table
@@ -62,9 +63,12 @@ def write_chart(
     """Raises UsageError V706 (ending), C201 (no such variable), C221 (no matplotlib)."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        known = ", ".join(f"`{s}`" for s in SUFFIXES)
         raise UsageError(
-            Diagnostic("V706", f"`{path.name}` has no ending of a plot", hint=f"use one of {known}")
+            Diagnostic(
+                "V706",
+                f"`{path.name}` has no ending of a plot",
+                hint=f"use one of {ticked(SUFFIXES)}",
+            )
         )
     check_names(table, (*names, x))
     figure = need("matplotlib.figure", EXTRA).Figure(layout="constrained")

@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.extras import need
+from planarc.core.prose import ticked
 from planarc.view.picture.camera import Camera, fit_camera
 from planarc.view.picture.motion import Motion, When, sample_motion, still
 from planarc.view.picture.overlays import with_layers
@@ -115,10 +116,11 @@ def _check_pace(when: When) -> None:
 def check_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        known = ", ".join(f"`{s}`" for s in SUFFIXES)
         raise UsageError(
             Diagnostic(
-                "V701", f"`{path.name}` has no ending of a picture", hint=f"use one of {known}"
+                "V701",
+                f"`{path.name}` has no ending of a picture",
+                hint=f"use one of {ticked(SUFFIXES)}",
             )
         )
     return suffix
