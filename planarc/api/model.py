@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from planarc.api.analysis.linearize import Linearization
     from planarc.api.analysis.sensitivity import Sensitivities
     from planarc.api.signals import Signal
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
 
 _TEXT = re.compile(r"[\n;]")
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
