@@ -18,8 +18,7 @@ from planarc.stages import to_slopes, without_collection
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
+    from planarc.ir.program import Kernel, Program
 
 
 class Compiled(Data):

@@ -10,8 +10,7 @@ from planarc.core.prose import shortened
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
+    from planarc.ir.program import Kernel, Program
 
 
 class Parameter(Data):

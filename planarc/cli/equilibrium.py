@@ -28,13 +28,12 @@ def equilibrium(
             {
                 "model": model.name,
                 "stable": found.stable,
-                "neutral": found.neutral,
                 "start": dict(found.start),
                 "values": dict(found.values),
             }
         )
         return 0
-    article = "an" if found.kind == "unstable" else "a"
-    console.say(f"{model.name} rests in {article} {found.kind} equilibrium")
+    kind = "a stable" if found.stable else "an unstable"
+    console.say(f"{model.name} rests in {kind} equilibrium")
     say_table(("start value", ""), [(n, f"{v:.10g}") for n, v in found.start.items()])
     return 0

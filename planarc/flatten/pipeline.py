@@ -29,22 +29,50 @@ from planarc.flatten.checks.ranges import check_ranges
 from planarc.flatten.connect.expand import is_expandable
 from planarc.flatten.connect.redundancy import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
+from planarc.flatten.functions.calls import type_call
+from planarc.flatten.functions.functions import find_function
 from planarc.flatten.functions.reachable import with_functions
+from planarc.flatten.instances.bindings import make_attributes, make_binding
+from planarc.flatten.instances.instantiate import check_modifier, instantiate_model, make_node
 from planarc.flatten.library.library import Library, split_name
+from planarc.flatten.sections.experiment import experiment_of
 from planarc.flatten.sections.figures import figures_of
 from planarc.flatten.sections.gather import Gathered, gather, variable_of
 from planarc.flatten.tree import annotation
-from planarc.flatten.tree.inherit import layout_of
-from planarc.flatten.tree.instantiate import check_modifier, instantiate_model
-from planarc.flatten.tree.lookup import member, static_instance
-from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Part, Scope, Session
-from planarc.flatten.tree.redeclare import class_of
+from planarc.flatten.tree.demand import class_of, layout_of, static_instance
+from planarc.flatten.tree.inherit import make_layout
+from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Class,
+    Instance,
+    Layout,
+    Makers,
+    Part,
+    Scope,
+    Session,
+)
+from planarc.flatten.tree.redeclare import make_class
+from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled
 
 _MODEL_KINDS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
+
+
+#: Passes that need each other, and therefore ask for each other through the session.
+MAKERS = Makers(
+    layout=make_layout,
+    cls=make_class,
+    node=make_node,
+    binding=make_binding,
+    attributes=make_attributes,
+    typed=type_expression,
+    call=type_call,
+    function=find_function,
+)
 
 
 def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN) -> flat.FlatModel:
@@ -75,7 +103,7 @@ def _compare_units(model: flat.FlatModel, units: UnitCheck, session: Session) ->
 
 def open_session(library: Library) -> Session:
     """A run with its outermost scope, in which all top-level classes are found."""
-    session = Session(library)
+    session = Session(library, MAKERS)
     definition = syntax.ClassDef(
         NOWHERE, "", syntax.ClassKind.PACKAGE, syntax.Composition(NOWHERE), NOWHERE
     )
@@ -175,7 +203,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     check_modifier(root)
     found = gather(root)
     connections = found.joined.connections
-    experiment = annotation.experiment_of(root, session)
+    experiment = experiment_of(root, session)
     buses = any(is_expandable(i) for i in found.instances)
     used = names_in(found.equations) if buses else set()
     connected = connect_all(connections, found.leaves, found.rooting, used, session)
@@ -195,7 +223,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
             found.algorithms,
             connections,
             session.leaves,
-            redundant_unknowns(found.instances, leaves, found.rooting, session),
+            redundant_unknowns(found.instances, leaves, found.rooting),
         )
         if problem is not None:
             session.errors.append(problem)

@@ -11,8 +11,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import error
-from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
+from planarc.ir.program import Kernel, Program
 from planarc.solve.once import once
 
 if TYPE_CHECKING:

@@ -20,8 +20,10 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted
 from planarc.flatten.checks.occurrences import names_in
-from planarc.flatten.connect.connect import Connection, is_public_input, match_leaves
-from planarc.flatten.sections.equations import count_equations, scalar_count
+from planarc.flatten.connect.connect import Connection, match_leaves
+from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
+from planarc.flatten.sections.equations import count_equations
+from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import variables_of_target
@@ -34,15 +36,6 @@ class Count(Struct):
     equations: Counter[str] = field(default_factory=Counter)
 
 
-def owner_of(leaf: Leaf) -> Instance:
-    """The component whose balance a variable belongs to: connectors and records of a
-    model count for the model."""
-    instance = leaf.parent
-    while instance.parent is not None and (instance.is_connector or instance.is_record):
-        instance = instance.parent
-    return instance
-
-
 def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
     """A variable that an equation must determine."""
     return (
@@ -50,11 +43,6 @@ def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
         and variable.binding is None
         and not is_given(leaf)
     )
-
-
-def is_given(leaf: Leaf) -> bool:
-    """A public input of the model itself has its value from outside."""
-    return is_public_input(leaf) and owner_of(leaf).depth == 0
 
 
 def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import ticked
 from planarc.flatten.checks.occurrences import references_in
-from planarc.flatten.tree.bindings import attributes_of
+from planarc.flatten.tree.demand import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.ir import flat
 

@@ -9,9 +9,9 @@ Reference: Modelica Language Specification 3.6, section 4.9.1.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError
+from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.flatten.values.compute import flat_values
-from planarc.flatten.values.constant import NotConstant
 from planarc.flatten.values.evaluator import Evaluator
 from planarc.ir import flat
 

@@ -19,22 +19,21 @@ from collections.abc import Iterator
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
-from planarc.flatten.tree.inherit import layout_of
-from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.terms.conform import base_conforms, type_text
+from planarc.flatten.terms.select import element_at
+from planarc.flatten.tree.demand import layout_of, node_of
 from planarc.flatten.tree.lookup import find, member
 from planarc.flatten.tree.nodes import (
     CONNECTOR_KINDS,
     Absent,
     Class,
+    Env,
     Family,
     Instance,
     Leaf,
     Node,
 )
-from planarc.flatten.typing.conform import base_conforms, type_text
-from planarc.flatten.typing.environment import Env
 from planarc.flatten.typing.references import View, resolve
-from planarc.flatten.typing.select import element_at
 from planarc.ir import flat, syntax
 
 
@@ -220,20 +219,6 @@ def _entry_sides(view: flat.Reference, ref: syntax.Ref, outside: bool, env: Env)
     if leaf is None or not leaf.is_connector:
         raise error("F311", f"`{ref}` is no connector, but a variable", ref.span)
     return _entries(leaf, view, outside)
-
-
-def is_public_input(leaf: Leaf) -> bool:
-    """An input that the component around must give; a protected one is the class's own."""
-    if leaf.causality is not syntax.Causality.INPUT or leaf.element.protected:
-        return False
-    instance = leaf.parent
-    while instance.element is not None and (instance.is_connector or instance.is_record):
-        if instance.element.protected:
-            return False
-        if instance.parent is None:
-            break
-        instance = instance.parent
-    return True
 
 
 # Matching ----------------------------------------------------------------------------------

@@ -18,14 +18,16 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
-from planarc.flatten.connect.connect import Member, component_names, is_public_input
+from planarc.flatten.connect.connect import Member, component_names
+from planarc.flatten.connect.inputs import is_public_input
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.demand import node_of
 from planarc.flatten.tree.lookup import member
 from planarc.flatten.tree.nodes import (
     NO_MOD,
     Absent,
     Element,
+    Env,
     Family,
     Instance,
     Leaf,
@@ -33,7 +35,6 @@ from planarc.flatten.tree.nodes import (
     Node,
     State,
 )
-from planarc.flatten.typing.environment import Env
 from planarc.flatten.typing.references import View, resolve
 from planarc.ir import flat, syntax
 

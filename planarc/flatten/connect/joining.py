@@ -20,14 +20,11 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, collect_connection
 from planarc.flatten.connect.expand import Statement, expand_connectors
-from planarc.flatten.connect.operators import overconstrained_name
-from planarc.flatten.sections.statements import condition_of
-from planarc.flatten.tree.nodes import Instance, Node, Session
+from planarc.flatten.tree.nodes import Env, Instance, Node, Session
 from planarc.flatten.typing.comprehension import iteration_values
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.expressions import type_expression
-from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.typing.connections import overconstrained_name
 from planarc.flatten.values import evaluate
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 
@@ -156,7 +153,7 @@ def _loop(
 def _chosen(node: syntax.IfEquation, env: Env) -> tuple[syntax.Equation, ...]:
     """The branch that counts: whether something is connected never changes."""
     for expression, body in node.branches:
-        condition = condition_of(expression, env, "the condition of `if`")
+        condition = evaluate.condition_of(expression, env, "the condition of `if`")
         if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
             raise error("F306", "`connect` stands in an `if` whose condition changes", node.span)
         if evaluate.structural_value(condition, env, "the condition of `if`"):
@@ -182,7 +179,7 @@ def _operator(call: syntax.Call, env: Env, to: Joined) -> None:
 def _priority(rest: list[syntax.Expression], env: Env) -> int:
     if not rest:
         return 0
-    typed = type_expression(rest[0], env)
+    typed = env.typed(rest[0])
     value = evaluate.structural_value(typed, env, "the priority of a potential root")
     if not isinstance(value, int):
         raise error("F315", "the priority of a potential root must be an Integer", rest[0].span)

@@ -12,18 +12,14 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.flatten.connect.rooting import EQUALITY, Rooting
-from planarc.flatten.functions.functions import function_of
-from planarc.flatten.functions.signature import FunctionInfo
-from planarc.flatten.sections.equations import scalar_count
-from planarc.flatten.tree.lookup import member, static_instance
-from planarc.flatten.tree.nodes import Instance, Leaf, Session
-from planarc.flatten.tree.redeclare import class_of
+from planarc.flatten.terms.conform import scalar_count
+from planarc.flatten.tree.demand import class_of, function_of, static_instance
+from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.nodes import FunctionInfo, Instance, Leaf
 from planarc.ir import flat
 
 
-def redundant_unknowns(
-    instances: list[Instance], leaves: list[Leaf], rooting: Rooting, session: Session
-) -> int:
+def redundant_unknowns(instances: list[Instance], leaves: list[Leaf], rooting: Rooting) -> int:
     """Redundant unknowns, for each group of parts without a root that the model shows."""
     parts: list[Instance | Leaf] = [i for i in instances if EQUALITY in i.layout.members]
     parts += [leaf for leaf in leaves if EQUALITY in leaf.layout.members]
@@ -36,7 +32,7 @@ def redundant_unknowns(
         group = rooting.groups.find(part.name)
         if group not in counted:
             counted.add(group)
-            total += _size(part, leaves) - _degrees(part, session)
+            total += _size(part, leaves) - _degrees(part)
     return total
 
 
@@ -57,17 +53,17 @@ def _size(part: Instance | Leaf, leaves: list[Leaf]) -> int:
     )
 
 
-def _degrees(part: Instance | Leaf, session: Session) -> int:
+def _degrees(part: Instance | Leaf) -> int:
     """The size of what `equalityConstraint` gives."""
-    return scalar_count(equality_of(part, session).signature.outputs[0].type)
+    return scalar_count(equality_of(part).signature.outputs[0].type)
 
 
-def equality_of(part: Instance | Leaf, session: Session) -> FunctionInfo:
+def equality_of(part: Instance | Leaf) -> FunctionInfo:
     """The function `equalityConstraint` of a part's class. Raises F317."""
     cls = part.cls if isinstance(part, Instance) else part.layout.parts[0].cls
     element = member(static_instance(cls), EQUALITY)
     assert element is not None
-    info = function_of(class_of(element, cls.span), session, cls.span)
+    info = function_of(class_of(element, cls.span), cls.span)
     inputs, outputs = info.signature.inputs, info.signature.outputs
     if len(inputs) != 2 or len(outputs) != 1 or len(outputs[0].type.dims) != 1:
         raise error(

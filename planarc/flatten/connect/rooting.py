@@ -19,14 +19,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TypeGuard
 
-from msgspec import Struct, field
+from msgspec import field
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import error
 from planarc.core.disjoint import DisjointSets
 from planarc.flatten.connect.connect import Connection, member_nodes
 from planarc.flatten.connect.joining import Branch, Joined, Root
-from planarc.flatten.tree.nodes import Family, Instance, Leaf, Node
+from planarc.flatten.tree.nodes import Family, Forest, Instance, Leaf, Node
 
 EQUALITY = "equalityConstraint"
 
@@ -39,12 +39,9 @@ class Pair(Data):
     connection: Connection
 
 
-class Rooting(Struct):
-    """The spanning forest of the overconstrained parts."""
+class Rooting(Forest):
+    """The spanning forest of the overconstrained parts, and what was cut to get it."""
 
-    roots: set[str] = field(default_factory=set)
-    distance: dict[str, int] = field(default_factory=dict)
-    partner: dict[str, str] = field(default_factory=dict)  # by branches
     broken: list[Pair] = field(default_factory=list)
     groups: DisjointSets[str] = field(default_factory=DisjointSets)
 

@@ -24,21 +24,16 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both
 from planarc.core.source import NOWHERE, Span
-from planarc.flatten.connect.connect import (
-    Connection,
-    Member,
-    Side,
-    is_public_input,
-    match_leaves,
-)
+from planarc.flatten.connect.connect import Connection, Member, Side, match_leaves
 from planarc.flatten.connect.expand import outside_signals, unused_members
+from planarc.flatten.connect.inputs import is_public_input
 from planarc.flatten.connect.redundancy import equality_of
 from planarc.flatten.connect.rooting import Pair, Rooting
-from planarc.flatten.tree.nodes import Instance, Leaf, Session
-from planarc.flatten.typing.conform import expect
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.functions.signature import result_type
+from planarc.flatten.terms.conform import expect
+from planarc.flatten.terms.select import all_indices, array, integer, pick
+from planarc.flatten.tree.nodes import Env, Instance, Leaf, Session
 from planarc.flatten.typing.references import node_value
-from planarc.flatten.typing.select import array, integer
 from planarc.ir import flat, syntax
 
 
@@ -104,13 +99,13 @@ def connect_all(
 def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     """`zeros(n) = equalityConstraint(a, b)`, in place of a connection's equality."""
     span = pair.connection.span
-    info = equality_of(pair.left, session)
+    info = equality_of(pair.left)
     assert session.root_scope is not None
     env = Env(session.root_scope)
     arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
     for variable, argument in zip(info.signature.inputs, arguments, strict=True):
         expect(variable.type, argument, f"the input `{variable.name}` of `{info.name}`")
-    type_ = info.signature.result_type(0, arguments, span)
+    type_ = result_type(info.signature, 0, arguments, span)
     residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
     return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
 
@@ -123,8 +118,6 @@ def _lone_members(leaf: Leaf, members: dict[tuple[str, bool], Member]) -> list[M
     """A flow variable seen from its outside, whole, or the entries not connected."""
     if not leaf.is_connector or not leaf.type.dims:
         return [Member(leaf, False)]
-    from planarc.flatten.typing.select import all_indices, pick
-
     whole = flat.Reference(leaf.type, leaf.span, leaf.name)
     indices = all_indices(tuple(d or 0 for d in leaf.type.dims))
     return [Member(leaf, False, pick(whole, i)) for i in indices]

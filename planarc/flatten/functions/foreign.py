@@ -17,12 +17,9 @@ Reference: Modelica Language Specification 3.6, section 12.9.
 from __future__ import annotations
 
 from planarc.core.data import Data
-from planarc.flatten.functions import signature as function_signature
 from planarc.flatten.functions.order import names_in
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree.nodes import Instance, Scope, Session
-from planarc.flatten.typing import expressions
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.tree.nodes import Env, Instance, Scope, Session, Signature
 from planarc.flatten.values import compute
 from planarc.flatten.values.foreign import LOAD_RESOURCE
 from planarc.ir import flat, syntax
@@ -64,10 +61,10 @@ def external_clause(instance: Instance) -> Clause | None:
 def external_call(
     clause: Clause,
     names: dict[str, flat.Expression],
-    builder: function_signature.FunctionBuilder,
+    signature: Signature,
 ) -> ExternalCall:
     """What stands for an external function. Raises PlanarcError when planarc has nothing."""
-    node, name, signature = clause.node, clause.name, builder.signature
+    node, name = clause.node, clause.name
     if name in compute.SCALAR:
         wanted = [v.name for v in signature.inputs]
         given = [a.parts[0].name for a in node.arguments if isinstance(a, syntax.Ref)]
@@ -79,7 +76,7 @@ def external_call(
         raise unsupported(f'the external "{language}" function `{name}`', "12.9", node.span)
     if name in external.SILENT:
         _tell_missed(external.SILENT[name], node, clause.scope.session)
-    return _matched(clause, names, builder)
+    return _matched(clause, names, signature)
 
 
 def _tell_missed(what: str, node: syntax.External, session: Session) -> None:
@@ -91,10 +88,10 @@ def _tell_missed(what: str, node: syntax.External, session: Session) -> None:
 def _matched(
     clause: Clause,
     names: dict[str, flat.Expression],
-    builder: function_signature.FunctionBuilder,
+    signature: Signature,
 ) -> ExternalCall:
     """The arguments told apart: expressions of inputs, outputs, scratch variables."""
-    node, signature = clause.node, builder.signature
+    node = clause.node
     outputs = {v.name for v in signature.outputs}
     scratch = names.keys() - outputs - {v.name for v in signature.inputs}
     if node.function is None:  # the inputs, and the one output that there may be (12.9)
@@ -102,10 +99,10 @@ def _matched(
         return ExternalCall(clause.name, inputs, tuple(v.name for v in signature.outputs))
     results = [] if node.result is None else [node.result.parts[0].name]
     given = []
-    env = Env(clause.scope, dict(names), builder)
+    env = Env(clause.scope, names, signature)
     for argument in node.arguments:
         if isinstance(argument, syntax.Ref) and argument.names[0] in outputs:
             results.append(argument.names[0])
         elif scratch.isdisjoint(names_in(argument)):
-            given.append(expressions.type_expression(argument, env))
+            given.append(env.typed(argument))
     return ExternalCall(clause.name, tuple(given), tuple(results))

@@ -19,36 +19,39 @@ from __future__ import annotations
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
-from planarc.flatten.functions import (
-    foreign,
-)
-from planarc.flatten.functions import (
-    signature as function_signature,
-)
-from planarc.flatten.functions import (
-    variables as function_variables,
-)
+from planarc.flatten.functions import foreign, statements
+from planarc.flatten.functions.derivatives import derivatives_of
 from planarc.flatten.functions.order import assigned_first
+from planarc.flatten.functions.variables import declare_variables, interface
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.sections import statements
-from planarc.flatten.tree import annotation, inherit, lookup
-from planarc.flatten.tree.nodes import Binding, Class, Instance, Leaf, Mod, Session
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.tree import annotation, lookup
+from planarc.flatten.tree.demand import function_of, layout_of, session_of, static_instance
+from planarc.flatten.tree.nodes import (
+    Binding,
+    Class,
+    Env,
+    FunctionInfo,
+    Instance,
+    Leaf,
+    Mod,
+    Session,
+    Signature,
+)
+from planarc.flatten.tree.part_mods import part_mod
 from planarc.flatten.values import compute
 from planarc.ir import flat, syntax
 
 # Finding the function ----------------------------------------------------------------------------
 
 
-def function_of(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
+def find_function(cls: Class, span: Span) -> FunctionInfo:
     """What a call of a function class needs; the function is made when first called."""
+    session = session_of(cls)
     if cls.function is None:
         base, bound = _unwrap(cls)
         if base is not cls:
-            inner = function_of(base, session, span)
-            cls.function = function_signature.FunctionInfo(
-                cls.name, inner.signature, {**inner.bound, **bound}
-            )
+            inner = find_function(base, span)
+            cls.function = FunctionInfo(cls.name, inner.signature, {**inner.bound, **bound})
         else:
             cls.function = _make(cls, session, span)
         annotation.warn_obsolete(cls, span, session)
@@ -59,15 +62,15 @@ def function_of(cls: Class, session: Session, span: Span) -> function_signature.
 
 def _unwrap(cls: Class) -> tuple[Class, dict[str, Binding]]:
     """The function that a short class stands for, and the inputs it binds."""
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     index = 0
     while isinstance(layout.parts[index].definition.body, syntax.ShortClass):
         index += 1
     if index == 0:
         return cls, {}
-    mod = lookup.part_mod(lookup.static_instance(cls), index)
+    mod = part_mod(static_instance(cls), index)
     base = layout.parts[index].cls
-    if not _binds_inputs_only(mod, inherit.layout_of(base).members, cls):
+    if not _binds_inputs_only(mod, layout_of(base).members, cls):
         return cls, {}
     bound = {name: sub.binding for name, sub in mod.subs.items() if sub.binding is not None}
     return base, bound
@@ -99,17 +102,17 @@ def _binds_inputs_only(
 # Making it ---------------------------------------------------------------------------------------
 
 
-def _make(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
-    layout = inherit.layout_of(cls)
+def _make(cls: Class, session: Session, span: Span) -> FunctionInfo:
+    layout = layout_of(cls)
     if layout.derivative is not None:
         return _make_derivative(cls, session, span)
-    signature = function_signature.Signature(_unique_name(cls.name, session))
+    signature = Signature(_unique_name(cls.name, session))
     session.signatures[signature.name] = signature
-    cls.function = info = function_signature.FunctionInfo(signature.name, signature, {})
+    cls.function = info = FunctionInfo(signature.name, signature, {})
     try:
-        if _partial(cls):
+        if cls.definition.partial:
             raise error("F295", f"the function `{cls.name}` is partial and cannot be called", span)
-        _fill(cls, lookup.static_instance(cls), signature, session)
+        _fill(cls, static_instance(cls), signature, session)
     except PlanarcError:
         cls.function = None
         raise
@@ -117,10 +120,6 @@ def _make(cls: Class, session: Session, span: Span) -> function_signature.Functi
         raise unsupported("recursive functions that use variables of the model", "12.4", span)
     signature.done = True
     return info
-
-
-def _partial(cls: Class) -> bool:
-    return cls.definition.partial
 
 
 def _unique_name(name: str, session: Session) -> str:
@@ -131,14 +130,11 @@ def _unique_name(name: str, session: Session) -> str:
     return unique
 
 
-def _fill(
-    cls: Class, instance: Instance, signature: function_signature.Signature, session: Session
-) -> None:
-    builder = function_signature.FunctionBuilder(signature)
-    variables = function_variables.declare_variables(instance, builder, signature)
-    signature.inputs = function_variables.interface(instance, variables, syntax.Causality.INPUT)
+def _fill(cls: Class, instance: Instance, signature: Signature, session: Session) -> None:
+    variables = declare_variables(instance, signature)
+    signature.inputs = interface(instance, variables, syntax.Causality.INPUT)
     outputs, locals_, first = assigned_first(
-        function_variables.interface(instance, variables, syntax.Causality.OUTPUT),
+        interface(instance, variables, syntax.Causality.OUTPUT),
         [v for v, c in variables if c is syntax.Causality.NONE],
         [v.name for v, _ in variables],
     )
@@ -150,11 +146,11 @@ def _fill(
     called = foreign.NOTHING
     body: tuple[flat.Statement, ...] = ()
     if external is None:
-        body = (*first, *function_body(instance, names, builder))
+        body = (*first, *function_body(instance, names, signature))
         signature.builtin = _plain_builtin(body, signature)
     else:
-        called = foreign.external_call(external, names, builder)
-    hidden = tuple(_hidden_input(leaf) for leaf in signature.captures)
+        called = foreign.external_call(external, names, signature)
+    hidden = tuple(_hidden_input(leaf) for leaf in signature.captures.values())
     session.functions[signature.name] = flat.Function(
         signature.name,
         signature.inputs + hidden,
@@ -164,14 +160,12 @@ def _fill(
         called.name,
         given=called.given,
         results=called.results,
-        derivatives=annotation.derivatives_of(instance, session),
+        derivatives=derivatives_of(instance, session),
         span=cls.span,
     )
 
 
-def _plain_builtin(
-    body: tuple[flat.Statement, ...], signature: function_signature.Signature
-) -> str | None:
+def _plain_builtin(body: tuple[flat.Statement, ...], signature: Signature) -> str | None:
     """A body that is nothing but `y := sin(u)`: the function stands for the built-in."""
     if len(body) != 1 or not isinstance(body[0], flat.Assignment):
         return None
@@ -191,12 +185,12 @@ def _hidden_input(leaf: Leaf) -> flat.Variable:
 # Special functions -----------------------------------------------------------------------------
 
 
-def _make_derivative(cls: Class, session: Session, span: Span) -> function_signature.FunctionInfo:
+def _make_derivative(cls: Class, session: Session, span: Span) -> FunctionInfo:
     """`function f_s = der(f, s)`: the same inputs and outputs as `f` (12.7.2)."""
-    derivative = inherit.layout_of(cls).derivative
+    derivative = layout_of(cls).derivative
     assert derivative is not None
     body, scope = derivative
-    inner = function_of(lookup.find_class(scope, body.function), session, span)
+    inner = function_of(lookup.find_class(scope, body.function), span)
     names = [v.name for v in inner.signature.inputs]
     for variable in body.variables:
         if variable not in names:
@@ -207,7 +201,7 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> function_signa
                 hint=did_you_mean(variable, names),
             )
     name = _unique_name(cls.name, session)
-    signature = function_signature.Signature(
+    signature = Signature(
         name,
         inner.signature.inputs,
         inner.signature.outputs,
@@ -219,18 +213,18 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> function_signa
     session.signatures[name] = signature
     session.functions[name] = flat.Function(
         name,
-        signature.inputs + tuple(_hidden_input(leaf) for leaf in signature.captures),
+        signature.inputs + tuple(_hidden_input(leaf) for leaf in signature.captures.values()),
         signature.outputs,
         derivative_of=(inner.signature.name, body.variables),
         span=cls.span,
     )
-    return function_signature.FunctionInfo(name, signature, dict(inner.bound))
+    return FunctionInfo(name, signature, dict(inner.bound))
 
 
 def function_body(
     instance: Instance,
     names: dict[str, flat.Expression],
-    builder: function_signature.FunctionBuilder,
+    signature: Signature,
 ) -> tuple[flat.Statement, ...]:
     """The statements of a function's one algorithm section (12.2)."""
     found: list[tuple[int, syntax.AlgorithmSection]] = []
@@ -255,5 +249,5 @@ def function_body(
     if not found:
         return ()
     index, section = found[0]
-    env = Env(instance.scope(index), dict(names), builder, in_algorithm=True)
+    env = Env(instance.scope(index), names, signature, in_algorithm=True)
     return statements.type_statements(section.statements, env, "")

@@ -1,4 +1,4 @@
-"""The signature of a function: what a call must know before the body is looked at.
+"""The types of a function's results, known before its body is looked at.
 
 Sizes of results may depend on arguments: with `output Real w[size(v, 1)]` a call with a
 vector of three entries has a result of three.
@@ -8,63 +8,29 @@ Reference: Modelica Language Specification 3.6, sections 12.2 and 12.4.
 
 from __future__ import annotations
 
-from msgspec import Struct, field
-
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten.tree.nodes import Binding, Leaf, Scope
+from planarc.flatten.terms.constant import NotConstant
+from planarc.flatten.tree.nodes import Signature
 from planarc.flatten.values import evaluator
-from planarc.flatten.values.constant import NotConstant
-from planarc.ir import flat, syntax
+from planarc.ir import flat
 
 
-class Signature(Struct):
-    """Inputs and outputs of a function, and what it reads from the model."""
-
-    name: str
-    inputs: tuple[flat.Variable, ...] = ()
-    outputs: tuple[flat.Variable, ...] = ()
-    defaults: dict[str, tuple[syntax.Expression, Scope]] = field(default_factory=dict)
-    constants: dict[str, flat.Expression] = field(default_factory=dict)
-    captures: list[Leaf] = field(default_factory=list)
-    builtin: str | None = None  # the function only stands for this built-in
-    done: bool = False
-    called_early: bool = False  # by itself, while it was being made
-
-    def result_type(self, output: int, arguments: list[flat.Expression], span: Span) -> flat.Type:
-        """The type of a result; sizes that depend on the arguments are computed."""
-        if output >= len(self.outputs):
-            raise error("F290", f"`{self.name}` has no result", span)
-        variable = self.outputs[output]
-        if None not in variable.type.dims:
-            return variable.type
-        frame = {v.name: a for v, a in zip(self.inputs, arguments, strict=False)}
-        dims = tuple(
-            size if size is not None else _known_size(variable, k, frame)
-            for k, size in enumerate(variable.type.dims)
-        )
-        return variable.type.with_dims(dims)
-
-
-class FunctionInfo(Struct):
-    """A function class as seen by a call."""
-
-    name: str
-    signature: Signature
-    bound: dict[str, Binding]
-
-
-class FunctionBuilder(Struct):
-    """Collects what the body of a function reads from the model."""
-
-    signature: Signature
-    names: dict[str, Leaf] = field(default_factory=dict)
-
-    def capture(self, leaf: Leaf, span: Span) -> flat.Expression:
-        if leaf.name not in self.names:
-            self.names[leaf.name] = leaf
-            self.signature.captures.append(leaf)
-        return flat.Reference(leaf.type, span, leaf.name)
+def result_type(
+    signature: Signature, output: int, arguments: list[flat.Expression], span: Span
+) -> flat.Type:
+    """The type of a result; sizes that depend on the arguments are computed."""
+    if output >= len(signature.outputs):
+        raise error("F290", f"`{signature.name}` has no result", span)
+    variable = signature.outputs[output]
+    if None not in variable.type.dims:
+        return variable.type
+    frame = {v.name: a for v, a in zip(signature.inputs, arguments, strict=False)}
+    dims = tuple(
+        size if size is not None else _known_size(variable, k, frame)
+        for k, size in enumerate(variable.type.dims)
+    )
+    return variable.type.with_dims(dims)
 
 
 def _known_size(

@@ -12,12 +12,38 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions import functions
-from planarc.flatten.functions import signature as function_signature
-from planarc.flatten.typing import call_arguments, calls, expressions, references
-from planarc.flatten.typing.conform import base_conforms, expect, mismatch
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.functions.signature import result_type
+from planarc.flatten.terms.conform import base_conforms, expect, mismatch
+from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree.demand import function_of
+from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf
+from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
+
+
+def function_class(ref: syntax.Ref, env: Env) -> Class:
+    """The class that the name of a called function means."""
+    if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
+        if len(ref.parts) == 1:
+            names = [*builtins.NAMES, *naming.names_in_sight(env.scope)]
+            hint = did_you_mean(ref.parts[0].name, names)
+            raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
+        raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
+    view = references.resolve(ref, env)
+    if isinstance(view, Class):
+        return view
+    if isinstance(view, Leaf | Instance | Family):
+        raise error("F292", f"`{ref}` is a component, not a function", ref.span)
+    raise error("F292", f"`{ref}` is not a function", ref.span)
+
+
+def type_argument(
+    argument: syntax.Expression, variable: flat.Variable, env: Env
+) -> flat.Expression:
+    """What is given for an input, which may be a function itself."""
+    if variable.type.base is flat.Base.FUNCTION:
+        return function_value(argument, variable.type, env)
+    return env.typed(argument)
 
 
 def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> flat.Expression:
@@ -33,10 +59,6 @@ def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> 
     return _partial_call(argument, (), argument.span, formal, env)
 
 
-def type_partial(node: syntax.PartialApplication, env: Env) -> flat.Expression:
-    raise error("F292", "a function can be given only to an input that is a function", node.span)
-
-
 def _partial_call(
     ref: syntax.Ref,
     named: tuple[syntax.NamedArgument, ...],
@@ -45,13 +67,11 @@ def _partial_call(
     env: Env,
 ) -> flat.Expression:
     """The function with all its inputs bound but for those of the formal input."""
-    info = functions.function_of(calls.function_class(ref, env), env.session, span)
+    info = function_of(function_class(ref, env), span)
     by_name = {v.name: v for v in info.signature.inputs}
     bound: dict[str, flat.Expression] = {}
     for name, binding in info.bound.items():
-        bound[name] = expressions.type_expression(
-            binding.expression, Env(binding.scope, {}, env.function)
-        )
+        bound[name] = Env(binding.scope, {}, env.function).typed(binding.expression)
     for argument in named:
         if argument.name not in by_name:
             raise error(
@@ -60,18 +80,16 @@ def _partial_call(
                 argument.span,
                 hint=did_you_mean(argument.name, by_name),
             )
-        bound[argument.name] = call_arguments.type_argument(
-            argument.value, by_name[argument.name], env
-        )
+        bound[argument.name] = type_argument(argument.value, by_name[argument.name], env)
     _bind_defaults(info, formal, bound, span, env)
-    for leaf in info.signature.captures:
+    for leaf in info.signature.captures.values():
         bound[leaf.name] = references.leaf_value(leaf, span, env)
     type_ = flat.Type(flat.Base.FUNCTION, name=info.signature.name)
     return flat.PartialCall(type_, span, info.signature.name, tuple(bound.items()))
 
 
 def _bind_defaults(
-    info: function_signature.FunctionInfo,
+    info: FunctionInfo,
     formal: flat.Type,
     bound: dict[str, flat.Expression],
     span: Span,
@@ -96,9 +114,7 @@ def _bind_defaults(
             raise error("F290", f"`{info.name}` needs a value for `{variable.name}`", span)
         expression, scope = default
         locals_ = {**info.signature.constants, **bound}
-        bound[variable.name] = expressions.type_expression(
-            expression, Env(scope, locals_, env.function)
-        )
+        bound[variable.name] = Env(scope, locals_, env.function).typed(expression)
 
 
 def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> flat.Expression:
@@ -106,7 +122,7 @@ def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> fla
     if value.type.base is not flat.Base.FUNCTION or not isinstance(value, flat.Reference):
         raise not_a_function(node)
     signature = env.session.formals[value.type.name]
-    arguments = [expressions.type_expression(a, env) for a in node.arguments]
+    arguments = [env.typed(a) for a in node.arguments]
     by_name = {a.name: a.value for a in node.named}
     for variable in signature.inputs[len(arguments) :]:
         if variable.name not in by_name:
@@ -115,9 +131,9 @@ def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> fla
                 f"`{node.function}` needs a value for its input `{variable.name}`",
                 node.span,
             )
-        arguments.append(expressions.type_expression(by_name[variable.name], env))
+        arguments.append(env.typed(by_name[variable.name]))
     return flat.Call(
-        signature.result_type(0, arguments, node.span), node.span, value.name, tuple(arguments)
+        result_type(signature, 0, arguments, node.span), node.span, value.name, tuple(arguments)
     )
 
 

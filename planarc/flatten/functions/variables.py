@@ -8,17 +8,26 @@ Reference: Modelica Language Specification 3.6, sections 12.1, 12.2 and 12.4.2.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.functions import signature as function_signature
 from planarc.flatten.functions.order import names_in_order
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree import bindings, inherit, lookup, redeclare
+from planarc.flatten.terms.conform import expect
+from planarc.flatten.tree import lookup, redeclare
+from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge
-from planarc.flatten.tree.nodes import Class, Instance, Layout, Mod, Scope, Session
-from planarc.flatten.typing import constructors, expressions
-from planarc.flatten.typing.conform import expect
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.tree.nodes import (
+    Class,
+    Element,
+    Env,
+    Instance,
+    Layout,
+    Mod,
+    Scope,
+    Session,
+    Signature,
+)
+from planarc.flatten.tree.part_mods import type_mod
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import nodes_of
@@ -26,14 +35,13 @@ from planarc.ir.flatwalk import nodes_of
 
 def declare_variables(
     instance: Instance,
-    builder: function_signature.FunctionBuilder,
-    signature: function_signature.Signature,
+    signature: Signature,
 ) -> list[tuple[flat.Variable, syntax.Causality]]:
     """The variables of a function, in the order in which they get their first values."""
     found: list[tuple[flat.Variable, syntax.Causality]] = []
     names: dict[str, flat.Expression] = {}
     for name in names_in_order(instance):
-        variable, causality = _declare(instance, name, names, builder, signature)
+        variable, causality = _declare(instance, name, names, signature)
         names[name] = flat.Reference(variable.type, variable.span, name)
         found.append((variable, causality))
     return found
@@ -53,13 +61,12 @@ def _declare(
     instance: Instance,
     name: str,
     names: dict[str, flat.Expression],
-    builder: function_signature.FunctionBuilder,
-    signature: function_signature.Signature,
+    signature: Signature,
 ) -> tuple[flat.Variable, syntax.Causality]:
     element = lookup.member(instance, name)
     assert element is not None
     definition, scope, mod = redeclare.effective_component(element)
-    env = Env(scope, dict(names), builder)
+    env = Env(scope, dict(names), signature)
     cls = lookup.find_class(scope, definition.type)
     type_, layout = variable_type(cls, env.session, definition.span)
     written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
@@ -74,11 +81,11 @@ def _declare(
     if binding is not None and is_input:
         signature.defaults[name] = (binding.expression, binding.scope)
     elif binding is not None:
-        own = env if binding.scope is scope else Env(binding.scope, dict(names), builder)
-        value = expressions.type_expression(binding.expression, own)
+        own = env if binding.scope is scope else Env(binding.scope, dict(names), signature)
+        value = own.typed(binding.expression)
     own_type = type_.with_dims((None,) * len(written))
     itself = flat.Reference(own_type, definition.span, name)
-    dims, sizes = _dims(written, {**names, name: itself}, builder, value)
+    dims, sizes = _dims(written, {**names, name: itself}, signature, value)
     type_ = type_.with_dims(dims + type_.dims)
     if value is not None:
         expect(type_, value, f"the value of `{name}`")
@@ -124,7 +131,7 @@ def _refuse_variables(name: str, value: flat.Expression, variables: set[str]) ->
 
 def _unit(mod: Mod, layout: Layout) -> str:
     """The unit of a variable, where it is written as a plain text."""
-    binding = mod.sub("unit").binding or bindings.type_mod(layout).sub("unit").binding
+    binding = mod.sub("unit").binding or type_mod(layout).sub("unit").binding
     written = None if binding is None else binding.expression
     return written.value if isinstance(written, syntax.String) else ""
 
@@ -132,7 +139,7 @@ def _unit(mod: Mod, layout: Layout) -> str:
 def _dims(
     written: list[tuple[syntax.Expression, Scope]],
     names: dict[str, flat.Expression],
-    builder: function_signature.FunctionBuilder,
+    signature: Signature,
     value: flat.Expression | None,
 ) -> tuple[tuple[int | None, ...], tuple[flat.Expression | None, ...]]:
     """Sizes that are known, and expressions for those that are known only when run."""
@@ -146,8 +153,9 @@ def _dims(
             dims.append(known)
             sizes.append(None)
             continue
-        typed = expressions.type_expression(expression, Env(scope, dict(names), builder))
-        size = evaluate.try_value(typed, Env(scope, dict(names), builder), mark=True)
+        env = Env(scope, names, signature)
+        typed = env.typed(expression)
+        size = evaluate.try_value(typed, env, mark=True)
         dims.append(size if isinstance(size, int) else None)
         sizes.append(None if isinstance(size, int) else typed)
     if all(s is None for s in sizes):
@@ -157,11 +165,11 @@ def _dims(
 
 def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, Layout]:
     """The type of a variable of a function: built-in, record, or a function itself."""
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     if layout.builtin is not None:
         return layout.builtin, layout
     if layout.kind is syntax.ClassKind.RECORD:
-        return constructors.record_type(cls, session), layout
+        return record_type(cls, session), layout
     if layout.kind is syntax.ClassKind.FUNCTION:
         return _formal_type(cls, session), layout
     if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
@@ -171,13 +179,46 @@ def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, 
     )
 
 
+def record_type(cls: Class, session: Session) -> flat.Type:
+    """The type of a record class; sizes that are not constant are left open."""
+    if cls.record is None:
+        fields = []
+        instance = static_instance(cls)
+        for name, (_, definition) in instance.layout.members.items():
+            if isinstance(definition, syntax.ClassDef):
+                continue
+            element = lookup.member(instance, name)
+            assert element is not None
+            fields.append((name, _field_type(element, session)))
+        cls.record = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
+    return cls.record
+
+
+def _field_type(element: Element, session: Session) -> flat.Type:
+    definition, scope, _ = redeclare.effective_component(element)
+    cls = lookup.find_class(scope, definition.type)
+    type_, layout = variable_type(cls, session, definition.span)
+    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
+    written += layout.dimensions
+    dims: list[int | None] = []
+    for expression, own in written:
+        if isinstance(expression, syntax.Colon):
+            dims.append(None)
+            continue
+        try:
+            value = evaluate.try_value(Env(own).typed(expression), Env(own))
+        except PlanarcError:
+            value = None  # depends on a parameter of the record
+        dims.append(value if isinstance(value, int) else None)
+    return type_.with_dims((*dims, *type_.dims))
+
+
 def _formal_type(cls: Class, session: Session) -> flat.Type:
     """The type of an input that is a function: the interface that it declares."""
     if cls.name not in session.formals:
-        signature = function_signature.Signature(cls.name)
-        instance = lookup.static_instance(cls)
-        builder = function_signature.FunctionBuilder(signature)
-        variables = declare_variables(instance, builder, signature)
+        signature = Signature(cls.name)
+        instance = static_instance(cls)
+        variables = declare_variables(instance, signature)
         signature.inputs = interface(instance, variables, syntax.Causality.INPUT)
         signature.outputs = interface(instance, variables, syntax.Causality.OUTPUT)
         session.formals[cls.name] = signature

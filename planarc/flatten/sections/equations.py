@@ -25,22 +25,16 @@ from planarc.flatten.connect.joining import (
     holds_connection,
     is_connection_operator,
 )
-from planarc.flatten.sections.special import type_assert, type_reinit, type_terminate
-from planarc.flatten.sections.statements import (
-    check_result_count,
-    condition_of,
-    when_condition,
-)
+from planarc.flatten.functions.call_arguments import result_types
+from planarc.flatten.functions.calls import type_call
+from planarc.flatten.functions.special import type_assert, type_reinit, type_terminate
+from planarc.flatten.functions.statements import check_result_count, when_condition
 from planarc.flatten.several import for_each
-from planarc.flatten.tree.nodes import Instance
-from planarc.flatten.typing.call_arguments import result_types
-from planarc.flatten.typing.calls import type_call
+from planarc.flatten.terms.conform import scalar_count, type_text, unify
+from planarc.flatten.tree.nodes import Env, Instance
 from planarc.flatten.typing.comprehension import iteration_values
-from planarc.flatten.typing.conform import type_text, unify
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.expressions import type_expression
-from planarc.flatten.typing.variability import variability_of
 from planarc.flatten.values import evaluate
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
@@ -75,7 +69,7 @@ def type_equations(
 def _equality(node: syntax.Equality, env: Env, to: Collector) -> Equations:
     if isinstance(node.left, syntax.Tuple) and isinstance(node.right, syntax.Call):
         return _several_results(node, node.left, node.right, env, to)
-    left, right = for_each((node.left, node.right), lambda side: type_expression(side, env))
+    left, right = for_each((node.left, node.right), env.typed)
     if unify(left.type, right.type) is None:
         raise error(
             "F300",
@@ -97,7 +91,7 @@ def _several_results(
     check_result_count(len(left.items), len(types), right, node.span)
     items: list[flat.Expression | None] = []
     for item, type_ in zip(left.items, types, strict=False):
-        typed = None if item is None else type_expression(item, env)
+        typed = None if item is None else env.typed(item)
         if typed is not None and unify(typed.type, type_) is None:
             raise error(
                 "F300",
@@ -113,7 +107,7 @@ def _if(node: syntax.IfEquation, env: Env, to: Collector) -> Equations:
     errors = len(env.session.errors)
     branches: list[tuple[flat.Expression, Equations]] = []
     for expression, body in node.branches:
-        condition = condition_of(expression, env, "the condition of `if`")
+        condition = evaluate.condition_of(expression, env, "the condition of `if`")
         known = _structural_condition(condition, node, env, to)
         if known is False:
             continue
@@ -180,16 +174,6 @@ def _equality_count(equation: flat.Equality) -> int:
     if isinstance(equation.left, flat.Targets):
         return sum(scalar_count(i.type) for i in equation.left.items if i is not None)
     return scalar_count(equation.left.type)
-
-
-def scalar_count(type_: flat.Type) -> int:
-    """How many scalars a value of a type holds."""
-    count = 1
-    for size in type_.dims:
-        count *= size or 0
-    if type_.base is flat.Base.RECORD:
-        count *= sum(scalar_count(t) for _, t in type_.fields)
-    return count
 
 
 def _for(node: syntax.ForEquation, env: Env, to: Collector) -> Equations:

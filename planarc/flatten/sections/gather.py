@@ -11,30 +11,29 @@ from __future__ import annotations
 from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.flatten.checks.balance import is_given
+from planarc.flatten.connect.inputs import is_given
 from planarc.flatten.connect.joining import Joined, join, sections_of
 from planarc.flatten.connect.rooting import Rooting, find_roots
+from planarc.flatten.functions.statements import type_statements
+from planarc.flatten.instances.outer import inner_half
 from planarc.flatten.sections.equations import Collector, type_equations
-from planarc.flatten.sections.statements import type_statements
 from planarc.flatten.sections.visuals import visual_of
+from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
-from planarc.flatten.tree.bindings import attributes_of, leaf_binding
-from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
 from planarc.flatten.tree.lookup import member
 from planarc.flatten.tree.nodes import (
     Absent,
     Element,
+    Env,
     Family,
     Instance,
     Leaf,
     Node,
     Session,
 )
-from planarc.flatten.tree.outer import inner_half
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.variability import variability_of
-from planarc.flatten.values.constant import NotConstant
 from planarc.flatten.values.evaluator import Evaluator
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 

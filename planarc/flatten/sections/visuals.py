@@ -10,8 +10,7 @@ Example: `Shape shape(length=L, color={255,0,0})` in the component `rod` becomes
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.flatten.tree.bindings import attributes_of, leaf_binding
-from planarc.flatten.tree.instantiate import node_of
+from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
 from planarc.flatten.tree.lookup import member
 from planarc.flatten.tree.nodes import Family, Instance, Leaf, Node
 from planarc.ir import flat, syntax

@@ -5,7 +5,7 @@ Out:  Layout   parts (the class and its bases), members in order of declaration
 
 Base classes cannot be replaced, so a layout is the same for all instances of a
 class and is made once. Modifiers of extends clauses are not applied here; each
-part remembers its own, and an instance resolves them (`lookup.part_mod`).
+part remembers its own, and an instance resolves them (`part_mods`).
 
 Example:
     model B  extends A(x=1); Real y; end B;      parts 0: B, 1: A (derived by 0)
@@ -26,23 +26,23 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
 MAX_PARTS = 2000
 
 
-def layout_of(cls: Class) -> Layout:
-    """The layout of a class; while it is being made, as far as it has come."""
-    if cls.layout is None:
-        cls.layout = Layout([], {}, kind=cls.definition.kind)
-        try:
-            _fill(cls.layout, cls)
-        except BaseException:
-            cls.layout = None
-            cls.static = None
-            raise
-        cls.layout.done = True
+def make_layout(cls: Class) -> Layout:
+    """Fill in the layout of a class."""
+    cls.layout = Layout([], {}, kind=cls.definition.kind)
+    try:
+        _fill(cls.layout, cls)
+    except BaseException:
+        cls.layout = None
+        cls.static = None
+        raise
+    cls.layout.done = True
     return cls.layout
 
 
@@ -88,7 +88,7 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
     part.redeclarations = tuple(redeclarations)
     for element in body.elements:
         if isinstance(element, syntax.Extends):
-            base = lookup.find_class(lookup.static_instance(part.cls).scope(), element.base)
+            base = lookup.find_class(static_instance(part.cls).scope(), element.base)
             modification = element.modification
             _take_base(layout, part, base, modification, None, element.protected, element.span)
         elif not isinstance(element, syntax.Import) and part.own.get(element.name) is element:

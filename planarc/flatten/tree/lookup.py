@@ -20,18 +20,10 @@ from __future__ import annotations
 from planarc.core.diagnostic import Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
-from planarc.flatten.tree import inherit, instantiate, naming, predefined, redeclare
-from planarc.flatten.tree.modify import compile_modification, merge
-from planarc.flatten.tree.nodes import (
-    Class,
-    Element,
-    Instance,
-    Mod,
-    Part,
-    Redeclaration,
-    Scope,
-    Session,
-)
+from planarc.flatten.tree import naming, predefined
+from planarc.flatten.tree.demand import class_of, node_of, static_instance
+from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope, Session
+from planarc.flatten.tree.part_mods import part_mod
 from planarc.ir import syntax
 
 
@@ -87,39 +79,6 @@ def _member_on_disk(instance: Instance, name: str, part: Part | None) -> Element
             instance.elements[name] = element
             return element
     return None
-
-
-def part_mod(instance: Instance, index: int) -> Mod:
-    """The modifier that reaches a part: of the deriving part, over its extends clause."""
-    if index == 0:
-        return instance.mod
-    found = instance.part_mods.get(index)
-    if found is None:
-        part = instance.layout.parts[index]
-        assert part.derived is not None
-        deriving = instance.layout.parts[part.derived]
-        found = part_mod(instance, part.derived)
-        scope = part.mod_scope or instance.scope(part.derived)
-        if part.modification is not None or deriving.redeclarations:
-            found = merge(found, _extends_mod(part, deriving, scope))
-        found = merge(found, part.cls.mod)
-        instance.part_mods[index] = found
-    return found
-
-
-def _extends_mod(part: Part, deriving: Part, scope: Scope) -> Mod:
-    own = compile_modification(part.modification, scope)
-    if not deriving.redeclarations:
-        return own
-    subs = dict(own.subs)
-    for definition in deriving.redeclarations:
-        redeclaration = Redeclaration(definition, scope, final=definition.prefixes.final)
-        mod = Mod(
-            redeclaration=redeclaration, final=definition.prefixes.final, span=definition.span
-        )
-        name = definition.name
-        subs[name] = merge(mod, subs[name], name) if name in subs else mod
-    return Mod(own.binding, subs, None, own.final, own.span, own.broken)
 
 
 # Simple names ------------------------------------------------------------------------------
@@ -199,7 +158,7 @@ def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
         if element is None:
             break
         done += f".{name}"
-        element = member(static_instance(redeclare.class_of(element, span)), name)
+        element = member(static_instance(class_of(element, span)), name)
     if element is None:
         raise error(
             "F210",
@@ -212,18 +171,8 @@ def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
 
 def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
     package = _import_target(scope, clause.path, clause.span)
-    element = member(static_instance(redeclare.class_of(package, clause.span)), name)
+    element = member(static_instance(class_of(package, clause.span)), name)
     return None if element is None or element.protected else element
-
-
-def static_instance(cls: Class) -> Instance:
-    """A class opened as a class: for packages and the constants in them."""
-    if cls.static is None:
-        layout = inherit.layout_of(cls)
-        parent = cls.parent
-        assert parent is not None
-        cls.static = Instance(cls, layout, None, cls.mod, None, parent.session)
-    return cls.static
 
 
 # Composite names --------------------------------------------------------------------------------
@@ -265,7 +214,7 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
 def _class_through_component(element: Element, names: tuple[str, ...], ref: syntax.Ref) -> Class:
     """`world.Types.X`: the component's own class as it is after redeclaration."""
 
-    node = instantiate.node_of(element)
+    node = node_of(element)
     for index, step in enumerate(names[1:], 1):
         if not isinstance(node, Instance):
             break
@@ -273,14 +222,14 @@ def _class_through_component(element: Element, names: tuple[str, ...], ref: synt
         if found is None:
             raise naming.missing_member(node.cls, step, ref.span)
         if found.is_class:
-            cls = redeclare.class_of(found, ref.span)
+            cls = class_of(found, ref.span)
             for rest in names[index + 1 :]:
                 inside = member(static_instance(cls), rest)
                 if inside is None:
                     raise naming.missing_member(cls, rest, ref.span)
                 cls = _as_class(inside, rest, ref.span)
             return cls
-        node = instantiate.node_of(found)
+        node = node_of(found)
     raise error("F211", f"`{ref}` is a component, not a class", ref.span)
 
 
@@ -292,7 +241,4 @@ def _as_class(element: Element, name: str, span: Span) -> Class:
             span,
             related=[Related("declared here", element.definition.span)],
         )
-    return redeclare.class_of(element, span)
-
-
-# Messages ----------------------------------------------------------------------------------------
+    return class_of(element, span)

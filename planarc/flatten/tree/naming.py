@@ -5,7 +5,8 @@ from __future__ import annotations
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
-from planarc.flatten.tree import lookup, predefined
+from planarc.flatten.tree import predefined
+from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.nodes import Class, Instance, Scope
 
 
@@ -24,7 +25,7 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         "F213",
         f"`{cls.name}` has no element `{name}`",
         span,
-        hint=did_you_mean(name, member_names(lookup.static_instance(cls))),
+        hint=did_you_mean(name, member_names(static_instance(cls))),
     )
 
 

@@ -7,29 +7,31 @@
     Element    one member of an instance: a component or a class, opened on demand
     Leaf       a component of a built-in type: a variable of the flat model
     Family     an array of component instances
+    Env        a scope with local names: what an expression is typed in
+    Signature  what a call of a function must know
+    Session    one run of `flatten`, with the `Makers` that fill the nodes
 
-Everything is made when first asked for, so that array sizes and conditions may
-depend on parameters anywhere in the tree. The nodes are filled in lazily and
-never change once filled.
+Everything is made when first asked for (`demand`), so that array sizes and conditions may
+depend on parameters anywhere in the tree. The nodes are filled in lazily and never change
+once filled. All these types refer to each other: hence one file.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.source import Span
+from planarc.flatten.library.library import Entry, Library
+from planarc.flatten.terms.constant import Value
 from planarc.ir import flat, syntax
-
-if TYPE_CHECKING:
-    from planarc.flatten.connect.rooting import Rooting
-    from planarc.flatten.functions.signature import FunctionInfo, Signature
-    from planarc.flatten.library.library import Entry, Library
-    from planarc.flatten.values.constant import Value
 
 #: Depth of bindings of classes that belong to no component (types, packages).
 STATIC_DEPTH = 1_000_000
@@ -138,47 +140,20 @@ class Layout(Struct, eq=False):
     visual: str | None = None  # what instances are drawn as, "" for nothing, None: not asked
 
 
-class Class:
+class Class(Struct, eq=False):
     """A class definition in its place."""
 
-    __slots__ = (
-        "definition",
-        "entry",
-        "function",
-        "layout",
-        "lookups",
-        "mod",
-        "name",
-        "original",
-        "parent",
-        "record",
-        "static",
-    )
-
-    def __init__(
-        self,
-        definition: syntax.ClassDef,
-        parent: Scope | None,
-        name: str,
-        mod: Mod = NO_MOD,
-        entry: Entry | Library | None = None,
-        original: Class | None = None,
-    ) -> None:
-        self.definition = definition
-        self.parent = parent
-        self.name = name
-        self.mod = mod
-        self.entry = entry
-        self.original = original  # the class that `redeclare ... extends` widens
-        self.layout: Layout | None = None
-        self.static: Instance | None = None
-        self.function: FunctionInfo | None = None
-        self.record: flat.Type | None = None
-        self.lookups: dict[str, tuple[Element, bool] | None] = {}
-
-    @property
-    def kind(self) -> syntax.ClassKind:
-        return self.definition.kind
+    definition: syntax.ClassDef
+    parent: Scope | None
+    name: str
+    mod: Mod = field(default_factory=lambda: NO_MOD)
+    entry: Entry | Library | None = None
+    original: Class | None = None  # the class that `redeclare ... extends` widens
+    layout: Layout | None = None
+    static: Instance | None = None
+    function: FunctionInfo | None = None
+    record: flat.Type | None = None
+    lookups: dict[str, tuple[Element, bool] | None] = field(default_factory=dict)
 
     @property
     def span(self) -> Span:
@@ -195,55 +170,30 @@ class State(Enum):
     BROKEN = 3
 
 
-class Element:
+class Element(Struct, eq=False):
     """One member of an instance."""
 
-    __slots__ = (
-        "cls",
-        "definition",
-        "entry",
-        "inner",
-        "mod",
-        "name",
-        "node",
-        "protected",
-        "scope",
-        "state",
-    )
-
-    def __init__(
-        self,
-        name: str,
-        definition: syntax.Component | syntax.ClassDef,
-        scope: Scope,
-        mod: Mod,
-        protected: bool = False,
-        entry: Entry | None = None,
-    ) -> None:
-        self.name = name
-        self.definition = definition
-        self.scope = scope
-        self.mod = mod
-        self.protected = protected
-        self.entry = entry
-        self.node: Node | None = None
-        self.cls: Class | None = None
-        self.state = State.NEW
-        self.inner: Element | None = None  # of an `inner outer` one: the inner half
+    name: str
+    definition: syntax.Component | syntax.ClassDef
+    scope: Scope
+    mod: Mod
+    protected: bool = False
+    entry: Entry | None = None
+    node: Node | None = None
+    cls: Class | None = None
+    state: State = State.NEW
+    inner: Element | None = None  # of an `inner outer` one: the inner half
 
     @property
     def is_class(self) -> bool:
         return isinstance(self.definition, syntax.ClassDef)
 
 
-class Scope:
+class Scope(Struct, eq=False):
     """A part of an instance: where the names of its text are looked up."""
 
-    __slots__ = ("instance", "part")
-
-    def __init__(self, instance: Instance, part: Part) -> None:
-        self.instance = instance
-        self.part = part
+    instance: Instance
+    part: Part
 
     @property
     def cls(self) -> Class:
@@ -258,55 +208,31 @@ class Scope:
         return self.instance.session
 
 
-class Instance:
+class Instance(Struct, eq=False):
     """A class opened; `prefix` is its full component name, None for a class as such."""
 
-    __slots__ = (
-        "causality",
-        "cls",
-        "depth",
-        "drawn",
-        "element",
-        "elements",
-        "layout",
-        "mod",
-        "parent",
-        "part_mods",
-        "prefix",
-        "scopes",
-        "session",
-        "value",
-        "variability",
-    )
+    cls: Class
+    layout: Layout
+    prefix: str | None
+    mod: Mod
+    parent: Instance | None
+    session: Session
+    variability: flat.Variability = flat.Variability.CONTINUOUS
+    element: Element | None = None
+    #: of all its variables that declare none: `input Orientation R`
+    causality: syntax.Causality = syntax.Causality.NONE
+    depth: int = 0  # of components around
+    drawn: bool = False  # belongs to a visual: it has values, but no variables
+    elements: dict[str, Element] = field(default_factory=dict)
+    scopes: dict[int, Scope] = field(default_factory=dict)
+    part_mods: dict[int, Mod] = field(default_factory=dict)
+    value: flat.Expression | None = None  # typed record binding
 
-    def __init__(
-        self,
-        cls: Class,
-        layout: Layout,
-        prefix: str | None,
-        mod: Mod,
-        parent: Instance | None,
-        session: Session,
-        variability: flat.Variability = flat.Variability.CONTINUOUS,
-        element: Element | None = None,
-    ) -> None:
-        self.cls = cls
-        self.layout = layout
-        self.prefix = prefix
-        self.mod = mod
-        self.parent = parent
-        self.session = session
-        self.variability = variability
-        self.element = element
-        #: of all its variables that declare none: `input Orientation R`
-        self.causality = syntax.Causality.NONE
-        self.depth: int = 0 if parent is None else parent.depth + 1
-        #: belongs to a visual: it has values, but no variables
-        self.drawn: bool = bool(layout.visual) or (parent is not None and parent.drawn)
-        self.elements: dict[str, Element] = {}
-        self.scopes: dict[int, Scope] = {}
-        self.part_mods: dict[int, Mod] = {}
-        self.value: flat.Expression | None = None  # typed record binding
+    def __post_init__(self) -> None:
+        self.drawn = bool(self.layout.visual)
+        if self.parent is not None:
+            self.depth = self.parent.depth + 1
+            self.drawn = self.drawn or self.parent.drawn
 
     @property
     def name(self) -> str:
@@ -336,98 +262,156 @@ CONNECTOR_KINDS = (syntax.ClassKind.CONNECTOR, syntax.ClassKind.EXPANDABLE_CONNE
 RECORD_KINDS = (syntax.ClassKind.RECORD, syntax.ClassKind.OPERATOR_RECORD)
 
 
-class Leaf:
+class Leaf(Struct, eq=False):
     """A variable of a built-in type."""
 
-    __slots__ = (
-        "attributes",
-        "binding",
-        "binding_state",
-        "causality",
-        "element",
-        "evaluated",
-        "evaluating",
-        "flow",
-        "is_connector",
-        "layout",
-        "mod",
-        "name",
-        "parent",
-        "shapes",
-        "structural",
-        "type",
-        "variability",
-    )
-
-    def __init__(
-        self,
-        name: str,
-        type_: flat.Type,
-        variability: flat.Variability,
-        element: Element,
-        parent: Instance,
-        mod: Mod,
-        layout: Layout,
-    ) -> None:
-        self.name = name
-        self.type = type_
-        self.variability = variability
-        self.element = element
-        self.parent = parent
-        self.mod = mod
-        self.layout = layout
-        self.causality = syntax.Causality.NONE
-        self.flow = syntax.Flow.NONE
-        self.is_connector = False
-        self.structural = False
-        self.shapes = False  # structural, and so is all that its value comes from
-        self.binding: flat.Expression | None = None
-        self.binding_state = State.NEW
-        self.evaluated: Value | None = None
-        self.evaluating = False
-        self.attributes: flat.Attributes | None = None
+    name: str
+    type: flat.Type
+    variability: flat.Variability
+    element: Element
+    parent: Instance
+    mod: Mod
+    layout: Layout
+    causality: syntax.Causality = syntax.Causality.NONE
+    flow: syntax.Flow = syntax.Flow.NONE
+    is_connector: bool = False
+    structural: bool = False
+    shapes: bool = False  # structural, and so is all that its value comes from
+    binding: flat.Expression | None = None
+    binding_state: State = State.NEW
+    evaluated: Value | None = None
+    evaluating: bool = False
+    attributes: flat.Attributes | None = None
 
     @property
     def span(self) -> Span:
         return self.element.definition.span
 
 
-class Family:
+class Family(Struct, eq=False):
     """An array of instances; `dims` are its sizes, `items` in row-major order."""
 
-    __slots__ = ("cls", "dims", "element", "items", "name")
-
-    def __init__(
-        self, name: str, dims: tuple[int, ...], items: list[Instance], cls: Class, element: Element
-    ) -> None:
-        self.name = name
-        self.dims = dims
-        self.items = items
-        self.cls = cls
-        self.element = element
+    name: str
+    dims: tuple[int, ...]
+    items: list[Instance]
+    cls: Class
+    element: Element
 
 
-class Absent:
+class Absent(Struct, eq=False):
     """A conditional component whose condition is false."""
 
-    __slots__ = ("element", "name")
-
-    def __init__(self, name: str, element: Element) -> None:
-        self.name = name
-        self.element = element
+    name: str
+    element: Element
 
 
 Node: TypeAlias = Leaf | Instance | Family | Absent
 
 
+# Expressions and functions --------------------------------------------------------------------
+
+
+class Env(Data):
+    """What an expression is typed in: its scope, local names, the function around it."""
+
+    scope: Scope
+    #: iterators and, inside functions, the function's own variables
+    locals: dict[str, flat.Expression] = field(default_factory=dict)
+    function: Signature | None = None
+    #: inside a subscript: the array and the dimension (from 0) that `end` refers to
+    end: tuple[flat.Expression, int] | None = None
+    #: in an algorithm: a loop whose body needs constant indices must be unrolled
+    in_algorithm: bool = False
+    #: the iterators of the loops around
+    iterators: frozenset[str] = frozenset()
+    #: inside the body of a loop that `break` can leave
+    in_loop: bool = False
+
+    @property
+    def session(self) -> Session:
+        return self.scope.session
+
+    def typed(self, expression: syntax.Expression) -> flat.Expression:
+        """The typed form of an expression: every name resolved, every node with its type."""
+        return self.scope.session.makers.typed(expression, self)
+
+    @property
+    def hidden(self) -> frozenset[str]:
+        """Local names that have no value yet; they hide variables of the model."""
+        return frozenset(n for n, v in self.locals.items() if isinstance(v, flat.Reference))
+
+    def with_local(self, name: str, value: flat.Expression) -> Env:
+        return replace(self, locals={**self.locals, name: value})
+
+    def with_iterator(self, name: str, value: flat.Expression) -> Env:
+        inner = replace(self, iterators=self.iterators | {name}, in_loop=True)
+        return inner.with_local(name, value)
+
+    def with_end(self, base: flat.Expression, dimension: int) -> Env:
+        return replace(self, end=(base, dimension))
+
+
+class Signature(Struct, eq=False):
+    """Inputs and outputs of a function, and what it reads from the model."""
+
+    name: str
+    inputs: tuple[flat.Variable, ...] = ()
+    outputs: tuple[flat.Variable, ...] = ()
+    defaults: dict[str, tuple[syntax.Expression, Scope]] = field(default_factory=dict)
+    constants: dict[str, flat.Expression] = field(default_factory=dict)
+    captures: dict[str, Leaf] = field(default_factory=dict)
+    builtin: str | None = None  # the function only stands for this built-in
+    done: bool = False
+    called_early: bool = False  # by itself, while it was being made
+
+    def capture(self, leaf: Leaf, span: Span) -> flat.Expression:
+        """A variable of the model, as the function's body reads it."""
+        self.captures.setdefault(leaf.name, leaf)
+        return flat.Reference(leaf.type, span, leaf.name)
+
+
+class FunctionInfo(Struct, eq=False):
+    """A function class as seen by a call."""
+
+    name: str
+    signature: Signature
+    bound: dict[str, Binding]
+
+
 # The run ------------------------------------------------------------------------------------------
+
+
+class Forest(Struct):
+    """The spanning forest of overconstrained connectors, as far as expressions ask for it."""
+
+    roots: set[str] = field(default_factory=set)
+    distance: dict[str, int] = field(default_factory=dict)
+    partner: dict[str, str] = field(default_factory=dict)  # by branches
+
+
+class Makers(Data):
+    """The passes that fill the nodes on demand; `pipeline` hands them in.
+
+    A size needs a value, a value its expression's type, a type the sizes of variables: these
+    passes need each other. Their modules do not; each asks the session through `demand`.
+    """
+
+    layout: Callable[[Class], Layout]
+    cls: Callable[[Element, Span | None], Class]
+    node: Callable[[Element], Node]
+    binding: Callable[[Leaf], flat.Expression | None]
+    attributes: Callable[[Leaf], flat.Attributes]
+    typed: Callable[[syntax.Expression, Env], flat.Expression]
+    call: Callable[[syntax.Call, Env], flat.Expression]
+    function: Callable[[Class, Span], FunctionInfo]
 
 
 class Session:
     """One run of `flatten`: what its passes share."""
 
-    def __init__(self, library: Library) -> None:
+    def __init__(self, library: Library, makers: Makers) -> None:
         self.library = library
+        self.makers = makers
         self.root_scope: Scope | None = None
         self.root: Instance | None = None
         self.errors: list[Diagnostic] = []
@@ -440,7 +424,7 @@ class Session:
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
         self.component_count = 0
         # known when all connections are, before equations are typed:
-        self.rooting: Rooting | None = None
+        self.rooting: Forest | None = None
         self.cardinalities: Counter[str] | None = None
 
     def warn(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:

@@ -22,7 +22,8 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, subtype
-from planarc.flatten.tree.modify import compile_modification, merge
+from planarc.flatten.tree.demand import class_of
+from planarc.flatten.tree.modify import compile_modification, merge, subscript
 from planarc.flatten.tree.nodes import (
     NO_MOD,
     Class,
@@ -36,18 +37,17 @@ from planarc.flatten.tree.nodes import (
 from planarc.ir import syntax
 
 
-def class_of(element: Element, span: Span | None = None) -> Class:
-    """The class that a class element stands for."""
-    if element.cls is None:
-        definition = element.definition
-        assert isinstance(definition, syntax.ClassDef)
-        if element.state is State.BUSY:
-            raise error("F232", f"`{element.name}` is defined by itself", span)
-        element.state = State.BUSY
-        try:
-            element.cls = _make_class(element, definition)
-        finally:
-            element.state = State.NEW
+def make_class(element: Element, span: Span | None) -> Class:
+    """Fill in the class that a class element stands for."""
+    definition = element.definition
+    assert isinstance(definition, syntax.ClassDef)
+    if element.state is State.BUSY:
+        raise error("F232", f"`{element.name}` is defined by itself", span)
+    element.state = State.BUSY
+    try:
+        element.cls = _make_class(element, definition)
+    finally:
+        element.state = State.NEW
     return element.cls
 
 
@@ -208,8 +208,6 @@ def _merge_declared(mod: Mod, own: Mod, element: Element) -> Mod:
 def _own_mod(new: syntax.Component, redeclaration: Redeclaration) -> Mod:
     own = compile_modification(new.modification, redeclaration.scope)
     if redeclaration.subscripts:
-        from planarc.flatten.tree.modify import subscript
-
         own = subscript(own, redeclaration.subscripts)
     return own
 

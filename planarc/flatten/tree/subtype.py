@@ -12,9 +12,10 @@ Reference: Modelica Language Specification 3.6, sections 6.4 and 6.5.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.flatten.tree import inherit, lookup
+from planarc.flatten.terms.conform import base_conforms, type_text
+from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.nodes import Class, Layout
-from planarc.flatten.typing.conform import base_conforms, type_text
 from planarc.ir import flat, syntax
 
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
@@ -24,7 +25,7 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
     """Why `cls` cannot stand for `constraint`; None when it can."""
     if cls.definition is constraint.definition:
         return None
-    own, wanted = inherit.layout_of(cls), inherit.layout_of(constraint)
+    own, wanted = layout_of(cls), layout_of(constraint)
     if not own.done or not wanted.done:
         return None
     if not _same_kind(own.kind, wanted.kind):
@@ -38,7 +39,7 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
             reason = _member_obstacle(name, own, wanted) or _type_obstacle(name, cls, constraint)
             if reason is not None:
                 return reason
-        elif lookup.member(lookup.static_instance(cls), name) is None:
+        elif lookup.member(static_instance(cls), name) is None:
             return f"it has no `{name}`"
     return None
 
@@ -74,7 +75,7 @@ def _type_obstacle(name: str, cls: Class, constraint: Class) -> str | None:
 
 def _builtin_of(name: str, cls: Class) -> flat.Type | None:
     """The built-in type of a member; None when it has none, or that is not clear yet."""
-    element = lookup.member(lookup.static_instance(cls), name)
+    element = lookup.member(static_instance(cls), name)
     if element is None or not isinstance(element.definition, syntax.Component):
         return None
     if element.mod.redeclaration is not None:
@@ -83,4 +84,4 @@ def _builtin_of(name: str, cls: Class) -> flat.Type | None:
         found = lookup.find_class(element.scope, element.definition.type)
     except PlanarcError:
         return None
-    return inherit.layout_of(found).builtin
+    return layout_of(found).builtin

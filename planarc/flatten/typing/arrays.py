@@ -12,10 +12,10 @@ from math import prod
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
+from planarc.flatten.terms.conform import NUMERIC, type_text, unify
+from planarc.flatten.terms.select import array, element_at, integer, opened, pick, real
+from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import operators
-from planarc.flatten.typing.conform import NUMERIC, type_text, unify
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import array, element_at, integer, opened, pick, real
 from planarc.flatten.values import evaluate
 from planarc.ir import flat
 

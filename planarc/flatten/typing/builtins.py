@@ -15,11 +15,11 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
+from planarc.flatten.terms.conform import NUMERIC, expect, type_text, unify
+from planarc.flatten.terms.select import MAPPED, array, boolean, integer, opened
+from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import arrays
-from planarc.flatten.typing.conform import NUMERIC, expect, type_text, unify
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import MAPPED, array, boolean, integer, opened
-from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat
 
 Arguments = list[flat.Expression]

@@ -15,15 +15,15 @@ import math
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten.tree import inherit, lookup
-from planarc.flatten.tree.nodes import Class, Family
-from planarc.flatten.typing import expressions, references
-from planarc.flatten.typing.conform import unify
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import array, integer
-from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.terms.conform import unify
+from planarc.flatten.terms.constant import to_expression
+from planarc.flatten.terms.select import array, integer
+from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import layout_of
+from planarc.flatten.tree.nodes import Class, Env, Family
+from planarc.flatten.typing import references
 from planarc.flatten.values import evaluate
-from planarc.flatten.values.constant import to_expression
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 MAX_OPENED = 200_000
@@ -77,7 +77,7 @@ def iteration_range(
         typed = _range_of_type(iterator.range, env)
         if typed is not None:
             return typed
-    typed = expressions.type_expression(iterator.range, env)
+    typed = env.typed(iterator.range)
     if len(typed.type.dims) != 1:
         raise error(
             "F275",
@@ -96,7 +96,7 @@ def _range_of_type(ref: syntax.Ref, env: Env) -> flat.Expression | None:
     if found is None or not found[0].is_class:
         return None
     view = references.resolve(ref, env)
-    builtin = inherit.layout_of(view).builtin if isinstance(view, Class) else None
+    builtin = layout_of(view).builtin if isinstance(view, Class) else None
     if builtin is None:
         return None
     if builtin.base is flat.Base.BOOLEAN:
@@ -127,7 +127,7 @@ def _deduced_range(
     span = iterator.span
     type_ = flat.INTEGER.with_dims((size,))
     if size is None:
-        value = expressions.type_expression(base, env)
+        value = env.typed(base)
         stop: flat.Expression = flat.Builtin(
             flat.INTEGER, span, "size", (value, integer(dimension + 1, span))
         )
@@ -141,7 +141,7 @@ def _size_of(base: syntax.Ref, dimension: int, env: Env) -> int | None:
         view = references.resolve(base, env)
         if isinstance(view, Family):
             return view.dims[dimension]
-    return expressions.type_expression(base, env).type.dims[dimension]
+    return env.typed(base).type.dims[dimension]
 
 
 def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | None:
@@ -167,7 +167,7 @@ def _open_array(
 ) -> flat.Expression | None:
     """`{e for i, j}` is `{{e for i} for j}`: the last iterator is the outermost (10.4.1.2)."""
     if not iterators:
-        return expressions.type_expression(node.body, env)
+        return env.typed(node.body)
     values = iteration_values(iterators[0], env, (node.body,))
     if values is None:
         return None
@@ -197,7 +197,7 @@ def _open_items(
     node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
 ) -> list[flat.Expression] | None:
     if not iterators:
-        return [expressions.type_expression(node.body, env)]
+        return [env.typed(node.body)]
     values = iteration_values(iterators[0], env, (node.body,))
     if values is None:
         return None
@@ -239,7 +239,7 @@ def _kept(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
         local = flat.Reference(typed.type.element(), iterator.span, iterator.name)
         env = env.with_local(iterator.name, local)
         ranges.append((iterator.name, typed))
-    body = expressions.type_expression(node.body, env)
+    body = env.typed(node.body)
     type_ = body.type
     if reduce == "array":
         sizes = tuple(r.type.dims[0] for _, r in ranges)

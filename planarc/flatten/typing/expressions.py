@@ -16,12 +16,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from planarc.core.diagnostic import error
-from planarc.flatten.functions import values as function_values
 from planarc.flatten.several import for_each
-from planarc.flatten.typing import calls, comprehension, operators, references
-from planarc.flatten.typing.conform import expect_scalar, type_text, unify
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import array, boolean, integer, string
+from planarc.flatten.terms.conform import expect_scalar, type_text, unify
+from planarc.flatten.terms.select import array, boolean, integer, string
+from planarc.flatten.tree.nodes import Env
+from planarc.flatten.typing import comprehension, matrices, operators, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -59,10 +58,6 @@ def _end(node: syntax.End, env: Env) -> flat.Expression:
 
 def _colon(node: syntax.Colon, env: Env) -> flat.Expression:
     raise error("F218", "`:` has a meaning only as a subscript or a dimension", node.span)
-
-
-def _reference(node: syntax.Ref, env: Env) -> flat.Expression:
-    return references.type_reference(node, env)
 
 
 def _unary(node: syntax.Unary, env: Env) -> flat.Expression:
@@ -148,11 +143,11 @@ def _range(node: syntax.Range, env: Env) -> flat.Expression:
 
 
 def _call(node: syntax.Call, env: Env) -> flat.Expression:
-    return calls.type_call(node, env)
+    return env.session.makers.call(node, env)
 
 
 def _partial(node: syntax.PartialApplication, env: Env) -> flat.Expression:
-    return function_values.type_partial(node, env)
+    raise error("F292", "a function can be given only to an input that is a function", node.span)
 
 
 def _comprehension(node: syntax.Comprehension, env: Env) -> flat.Expression:
@@ -181,7 +176,7 @@ def _array(node: syntax.Array, env: Env) -> flat.Expression:
 
 def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:
     rows = for_each(node.rows, lambda row: _each(row, env))
-    return operators.matrix(rows, node.span)
+    return matrices.matrix(rows, node.span)
 
 
 def _tuple(node: syntax.Tuple, env: Env) -> flat.Expression:
@@ -207,7 +202,7 @@ _TYPERS: dict[type, Callable[[Any, Env], flat.Expression]] = {
     syntax.Boolean: _boolean,
     syntax.End: _end,
     syntax.Colon: _colon,
-    syntax.Ref: _reference,
+    syntax.Ref: references.type_reference,
     syntax.Unary: _unary,
     syntax.Binary: _binary,
     syntax.If: _if,

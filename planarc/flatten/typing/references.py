@@ -21,12 +21,11 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree import bindings, instantiate, lookup, naming, redeclare
-from planarc.flatten.tree.nodes import Absent, Class, Element, Family, Instance, Leaf, Node
-from planarc.flatten.typing import expressions
-from planarc.flatten.typing.conform import type_text
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import array, integer, subscripted
+from planarc.flatten.terms.conform import type_text
+from planarc.flatten.terms.select import array, integer, subscripted
+from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree.demand import class_of, leaf_binding, node_of, static_instance
+from planarc.flatten.tree.nodes import Absent, Class, Element, Env, Family, Instance, Leaf, Node
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -94,7 +93,7 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
 
 def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if element.is_class:
-        return redeclare.class_of(element, ref.span)
+        return class_of(element, ref.span)
     instance = element.scope.instance
     if not own and instance.prefix is not None:
         definition = element.definition
@@ -108,7 +107,7 @@ def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, en
                 related=[Related("declared here", definition.span)],
                 hint="hand it in as a parameter, or bind it to an input of the function",
             )
-    return select(instantiate.node_of(element), part.subscripts, env, ref)
+    return select(node_of(element), part.subscripts, env, ref)
 
 
 def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
@@ -130,8 +129,8 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
         if element.protected:
             raise naming.protected_error(part.name, view.cls.name, ref.span)
         if element.is_class:
-            return redeclare.class_of(element, ref.span)
-        return select(instantiate.node_of(element), part.subscripts, env, ref)
+            return class_of(element, ref.span)
+        return select(node_of(element), part.subscripts, env, ref)
     if isinstance(view, Leaf):
         raise error(
             "F213", f"`{view.name}` is a variable and has no element `{part.name}`", ref.span
@@ -141,7 +140,7 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
 
 def _step_empty(view: Family, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     """A member of an array without components: an empty array of the type that it would have."""
-    one = step(lookup.static_instance(view.cls), part, ref, env)
+    one = step(static_instance(view.cls), part, ref, env)
     if isinstance(one, Instance) and one.element is not None:
         return Family(one.name, view.dims, [], one.cls, one.element)
     if not isinstance(one, Leaf):
@@ -155,7 +154,7 @@ def _without_entries(dims: tuple[int, ...], type_: flat.Type, span: Span) -> fla
 
 
 def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
-    instance = lookup.static_instance(cls)
+    instance = static_instance(cls)
     builtin = instance.layout.builtin
     if builtin is not None and part.name in builtin.literals:
         return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
@@ -165,8 +164,8 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
     if element.protected:
         raise naming.protected_error(part.name, cls.name, ref.span)
     if element.is_class:
-        return redeclare.class_of(element, ref.span)
-    return select(instantiate.node_of(element), part.subscripts, env, ref)
+        return class_of(element, ref.span)
+    return select(node_of(element), part.subscripts, env, ref)
 
 
 def absent_error(view: Absent, span: Span) -> PlanarcError:
@@ -266,7 +265,7 @@ def with_subscripts(
 
 
 def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
-    index = expressions.type_expression(subscript, env)
+    index = env.typed(subscript)
     base = index.type.base
     if len(index.type.dims) > 1 or base not in (
         flat.Base.INTEGER,
@@ -323,7 +322,7 @@ def leaf_value(leaf: Leaf, span: Span, env: Env) -> flat.Expression:
     if leaf.parent.prefix is None:
         return evaluate.package_constant(leaf, span)
     if leaf.parent.drawn:
-        binding = bindings.leaf_binding(leaf)
+        binding = leaf_binding(leaf)
         if binding is not None:
             return binding
     if env.function is not None:
@@ -343,7 +342,7 @@ def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
             continue
         element = lookup.member(instance, name)
         assert element is not None
-        node = instantiate.node_of(element)
+        node = node_of(element)
         items.append((name, node_value(node, span, env)))
     type_ = flat.Type(
         flat.Base.RECORD, (), instance.cls.name, (), tuple((n, e.type) for n, e in items)

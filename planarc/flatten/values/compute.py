@@ -12,7 +12,7 @@ from typing import Any
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.values.constant import NotConstant, Value
+from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.ir import flat
 from planarc.ir.expr import FUNCTIONS as ELEMENTARY
 

@@ -17,13 +17,11 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten.tree.nodes import Leaf, Scope
-from planarc.flatten.typing import expressions
-from planarc.flatten.typing.conform import expect_scalar
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.variability import variability_of
+from planarc.flatten.terms.conform import expect_scalar
+from planarc.flatten.terms.constant import NotConstant, Value, to_expression
+from planarc.flatten.tree.nodes import Env, Leaf, Scope
 from planarc.flatten.values import evaluator
-from planarc.flatten.values.constant import NotConstant, Value, to_expression
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 
@@ -74,11 +72,15 @@ def literal_value(expression: flat.Expression) -> Value | None:
     return None
 
 
+def condition_of(expression: syntax.Expression, env: Env, what: str) -> flat.Expression:
+    """A typed Boolean scalar."""
+    return expect_scalar(env.typed(expression), (flat.Base.BOOLEAN,), what)
+
+
 def evaluate_condition(condition: syntax.Expression, scope: Scope, what: str) -> bool:
     """A structural Boolean."""
-    typed = expressions.type_expression(condition, Env(scope))
-    expect_scalar(typed, (flat.Base.BOOLEAN,), what)
-    return bool(structural_value(typed, Env(scope), what))
+    env = Env(scope)
+    return bool(structural_value(condition_of(condition, env, what), env, what))
 
 
 def fold_index(index: flat.Expression, env: Env) -> flat.Expression:

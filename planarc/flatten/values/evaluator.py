@@ -11,10 +11,10 @@ from typing import TypeAlias
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten.tree import bindings
+from planarc.flatten.terms.constant import NotConstant, Value
+from planarc.flatten.tree.demand import attributes_of, leaf_binding
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.flatten.values import compute, interpret
-from planarc.flatten.values.constant import NotConstant, Value
 from planarc.ir import flat
 
 Frame: TypeAlias = "dict[str, Value]"
@@ -122,7 +122,7 @@ class Evaluator:
             return leaf.evaluated
         if self.mark:
             leaf.structural = leaf.shapes = True
-        binding = bindings.leaf_binding(leaf)
+        binding = leaf_binding(leaf)
         if binding is None:
             binding = self._from_start(leaf)
         if leaf.evaluating:
@@ -136,7 +136,7 @@ class Evaluator:
         return leaf.evaluated
 
     def _from_start(self, leaf: Leaf) -> flat.Expression:
-        attributes = bindings.attributes_of(leaf)
+        attributes = attributes_of(leaf)
         if _is_false(attributes.fixed):
             raise NotConstant(f"`{leaf.name}` gets its value at the start of the run", leaf.span)
         start = attributes.start
@@ -150,6 +150,18 @@ class Evaluator:
         inner.closed = self.closed
         inner.depth = self.depth
         return inner
+
+    def called(self, frame: Frame) -> Evaluator:
+        """An evaluator inside of a call, where only the function's variables exist."""
+        inner = self.with_frame(frame)
+        inner.closed = True
+        inner.depth += 1
+        return inner
+
+    def function(self, name: str) -> flat.Function | None:
+        """A function that is made already."""
+        assert self.session is not None
+        return self.session.functions.get(name)
 
     def _range(self, e: flat.Range) -> Value:
         first, last = self.value(e.start), self.value(e.stop)
@@ -188,9 +200,7 @@ class Evaluator:
         return dims[k - 1] or 0
 
     def _call(self, e: flat.Call) -> Value:
-
-        assert self.session is not None
-        function = self.session.functions.get(e.function)
+        function = self.function(e.function)
         if function is None:
             raise NotConstant(f"`{e.function}` calls itself", e.span)
         arguments = [self.value(a) for a in e.arguments]

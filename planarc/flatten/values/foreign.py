@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten.library.resources import resource_path
+from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.tree.nodes import Session
 from planarc.flatten.values import compute
-from planarc.flatten.values.constant import NotConstant, Value
 from planarc.ir import flat
 from planarc.runtime import external
 

@@ -9,17 +9,32 @@ Reference: Modelica Language Specification 3.6, sections 11.2 and 12.4.4.
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import Protocol
 
 from planarc.core.diagnostic import error
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.values import compute, evaluator
-from planarc.flatten.values.constant import NotConstant, Value
+from planarc.flatten.terms.constant import NotConstant, Value
+from planarc.flatten.tree.nodes import Session
+from planarc.flatten.values import compute
 from planarc.flatten.values.foreign import external_values
 from planarc.ir import flat
 
 MAX_STEPS = 2_000_000
 MAX_CALLS = 200  # functions inside functions
+
+
+class Caller(Protocol):
+    """The evaluator that meets a call."""
+
+    session: Session | None
+    depth: int
+
+    def value(self, e: flat.Expression, /) -> Value: ...
+
+    def called(self, frame: dict[str, Value], /) -> Caller: ...
+
+    def function(self, name: str, /) -> flat.Function | None: ...
 
 
 class _Leave(Exception):
@@ -32,16 +47,12 @@ class _Leave(Exception):
 class _Run:
     """One call: the variables and a share of the steps."""
 
-    def __init__(self, function: flat.Function, evaluator: evaluator.Evaluator, depth: int) -> None:
+    def __init__(self, function: flat.Function, caller: Caller) -> None:
         self.function = function
         self.frame: dict[str, Value] = {}
-        self.evaluator = evaluator.with_frame(self.frame)
-        self.evaluator.depth = depth
-        self.evaluator.closed = True
+        self.evaluator = caller.called(self.frame)
+        self.value = self.evaluator.value
         self.steps = 0
-
-    def value(self, expression: flat.Expression) -> Value:
-        return self.evaluator.value(expression)
 
     def declare(self, variable: flat.Variable) -> None:
         if variable.binding is not None:
@@ -122,9 +133,7 @@ class _Run:
         return False
 
     def _assign_results(self, targets: tuple[flat.Target | None, ...], call: flat.Call) -> None:
-        session = self.evaluator.session
-        assert session is not None
-        inner = session.functions.get(call.function)
+        inner = self.evaluator.function(call.function)
         if inner is None:
             raise NotConstant(f"`{call.function}` is not known", call.span)
         arguments = [self.value(a) for a in call.arguments]
@@ -206,15 +215,14 @@ def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -
 
 
 def run_function(
-    function: flat.Function, arguments: list[Value], evaluator: evaluator.Evaluator, span: Span
+    function: flat.Function, arguments: list[Value], caller: Caller, span: Span
 ) -> list[Value]:
     """The results of a call with known arguments."""
-    depth = evaluator.depth + 1
-    if depth > MAX_CALLS:
+    if caller.depth >= MAX_CALLS:
         raise NotConstant(f"`{function.name}` calls itself too often", span)
     if function.derivative_of is not None:
         raise NotConstant(f"`{function.name}` is a derivative", span)
-    run = _Run(function, evaluator, depth)
+    run = _Run(function, caller)
     for variable, value in zip(function.inputs, arguments, strict=True):
         run.frame[variable.name] = value
     if function.external in compute.FUNCTIONS:

@@ -5,7 +5,7 @@ Reference: Modelica Language Specification 3.6, section 3.7.1.
 
 from __future__ import annotations
 
-from planarc.flatten.values.constant import NotConstant, Value
+from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.ir import flat
 
 

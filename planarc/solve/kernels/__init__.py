@@ -1,12 +1,11 @@
-"""Loaded programs: what `codegen` printed, made callable (`planarc.ir.kernel.Kernel`)."""
+"""Loaded programs: what `codegen` printed, made callable (`planarc.ir.program.Kernel`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
+from planarc.ir.program import Kernel, Program
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope

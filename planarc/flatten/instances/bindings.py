@@ -16,23 +16,24 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
-from planarc.flatten.tree import lookup
+from planarc.flatten.instances.starts import is_start_written
+from planarc.flatten.terms.conform import expect, type_text
+from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.modify import merge
 from planarc.flatten.tree.nodes import (
-    NO_MOD,
     Binding,
+    Env,
     Instance,
-    Layout,
     Leaf,
     Mod,
     State,
     silent,
 )
-from planarc.flatten.tree.starts import is_start_written
-from planarc.flatten.typing import expressions, references
-from planarc.flatten.typing.conform import expect, type_text
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import pick
+from planarc.flatten.tree.part_mods import type_mod
+from planarc.flatten.typing import references
+from planarc.flatten.typing.modifiers import type_binding
+from planarc.flatten.values import evaluate
+from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 ATTRIBUTES = (
@@ -49,39 +50,8 @@ ATTRIBUTES = (
 )
 
 
-def type_binding(binding: Binding) -> flat.Expression:
-    """The expression of a modifier, in its own scope, for its member of an array."""
-    if binding.typed is None:
-        typed = expressions.type_expression(binding.expression, Env(binding.scope))
-        if binding.subscripts:
-            if len(typed.type.dims) < len(binding.subscripts):
-                raise error(
-                    "F224",
-                    "a modifier of an array of components needs an array, but this is "
-                    f"{type_text(typed.type)}",
-                    binding.span,
-                    hint="write `each` if all members get the same value",
-                )
-            typed = _member_value(typed, binding)
-        binding.typed = typed
-    return binding.typed
-
-
-def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
-    for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
-        if size is not None and index > size:
-            raise error(
-                "F224",
-                f"the modifier has {size} values, but the array of components has more",
-                binding.span,
-            )
-    return pick(typed, binding.subscripts)
-
-
-def leaf_binding(leaf: Leaf) -> flat.Expression | None:
-    """The typed value of a variable's declaration, None when it has none."""
-    if leaf.binding_state is State.DONE:
-        return leaf.binding
+def make_binding(leaf: Leaf) -> flat.Expression | None:
+    """Fill in the typed value of a variable's declaration."""
     if leaf.binding_state is State.BROKEN:
         raise silent()
     if leaf.binding_state is State.BUSY:
@@ -153,40 +123,21 @@ def _own_indices(instance: Instance) -> tuple[int, ...]:
 # Attributes -----------------------------------------------------------------------------------
 
 
-def type_mod(layout: Layout) -> Mod:
-    """The modifiers of a type's own definition, `Real(unit="m")`, the outermost first."""
-    if layout.type_mod is None:
-        merged = NO_MOD
-        mods: dict[int, Mod] = {0: NO_MOD}
-        for part in layout.parts[1:]:
-            assert part.derived is not None
-            above = mods[part.derived]
-            scope = part.mod_scope
-            if scope is None:
-                scope = lookup.static_instance(layout.parts[part.derived].cls).scope()
-            own = compile_modification(part.modification, scope)
-            mods[part.index] = merge(merge(above, own, part.cls.name), part.cls.mod)
-            merged = merge(merged, mods[part.index], part.cls.name)
-        layout.type_mod = merged
-    return layout.type_mod
-
-
-def attributes_of(leaf: Leaf) -> flat.Attributes:
-    """The attributes of a variable: its modifiers over those of its type."""
-    if leaf.attributes is None:
-        known = type_mod(leaf.layout)
-        if not leaf.mod.subs:
-            if leaf.layout.type_attributes is None:
-                leaf.layout.type_attributes = _attributes(known, leaf, written=False)
-            leaf.attributes = leaf.layout.type_attributes
-        else:
-            check_attribute_names(leaf)
-            merged = merge(Mod(subs=leaf.mod.subs), Mod(subs=known.subs), leaf.name)
-            leaf.attributes = _attributes(merged, leaf, written=True)
+def make_attributes(leaf: Leaf) -> flat.Attributes:
+    """Fill in the attributes of a variable: its modifiers over those of its type."""
+    known = type_mod(leaf.layout)
+    if leaf.mod.subs:
+        _check_attribute_names(leaf)
+        merged = merge(Mod(subs=leaf.mod.subs), Mod(subs=known.subs), leaf.name)
+        leaf.attributes = _attributes(merged, leaf, written=True)
+    else:
+        if leaf.layout.type_attributes is None:
+            leaf.layout.type_attributes = _attributes(known, leaf, written=False)
+        leaf.attributes = leaf.layout.type_attributes
     return leaf.attributes
 
 
-def check_attribute_names(leaf: Leaf) -> None:
+def _check_attribute_names(leaf: Leaf) -> None:
     for name, mod in leaf.mod.subs.items():
         if name not in ATTRIBUTES:
             raise error(
@@ -240,7 +191,7 @@ def _text(mod: Mod, name: str, leaf: Leaf) -> str:
     if binding is None:
         return ""
     value = evaluate.structural_value(
-        first_scalar(type_binding(binding)), Env(leaf.parent.scope()), f"the attribute `{name}`"
+        _first_scalar(type_binding(binding)), Env(leaf.parent.scope()), f"the attribute `{name}`"
     )
     if not isinstance(value, str):
         raise error("F270", f"the attribute `{name}` must be a String", binding.span)
@@ -251,7 +202,7 @@ def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
     binding = mod.sub("stateSelect").binding
     if binding is None:
         return flat.StateSelect.DEFAULT
-    typed = first_scalar(type_binding(binding))
+    typed = _first_scalar(type_binding(binding))
     if typed.type.name != "StateSelect":
         raise error(
             "F270",
@@ -265,14 +216,9 @@ def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
     return flat.StateSelect(value)
 
 
-def first_scalar(value: flat.Expression) -> flat.Expression:
+def _first_scalar(value: flat.Expression) -> flat.Expression:
     while value.type.dims:
         if value.type.dims[0] == 0:
             raise error("F270", "an attribute cannot be an empty array", value.span)
         value = pick(value, (1,))
     return value
-
-
-from planarc.flatten.tree.modify import compile_modification  # noqa: E402
-from planarc.flatten.typing.variability import variability_of  # noqa: E402
-from planarc.flatten.values import evaluate  # noqa: E402

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree.nodes import Instance, Leaf
+from planarc.flatten.terms.select import integer
+from planarc.flatten.tree.nodes import Env, Instance, Leaf
 from planarc.flatten.typing import references
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import integer
 from planarc.ir import flat, syntax
 
 

@@ -6,10 +6,9 @@ Reference: Modelica Language Specification 3.6, sections 8.3.6 to 8.3.8.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
+from planarc.flatten.terms.conform import expect, expect_scalar
+from planarc.flatten.tree.nodes import Env
 from planarc.flatten.tree.predefined import ASSERTION_LEVEL
-from planarc.flatten.typing import expressions
-from planarc.flatten.typing.conform import expect, expect_scalar
-from planarc.flatten.typing.environment import Env
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -33,13 +32,13 @@ def _arguments(
 def type_assert(call: syntax.Call, env: Env, component: str) -> tuple[flat.Assert, ...]:
     condition, message, level = _arguments(call, ("condition", "message", "level"), 2)
     assert condition is not None and message is not None
-    typed = expressions.type_expression(condition, env)
+    typed = env.typed(condition)
     expect_scalar(typed, (flat.Base.BOOLEAN,), "the condition of `assert`")
-    text = expressions.type_expression(message, env)
+    text = env.typed(message)
     expect(flat.STRING, text, "the message of `assert`")
     warning = False
     if level is not None:
-        typed_level = expressions.type_expression(level, env)
+        typed_level = env.typed(level)
         expect(ASSERTION_LEVEL, typed_level, "the level of `assert`")
         value = evaluate.structural_value(typed_level, env, "the level of `assert`")
         warning = value == 1
@@ -49,7 +48,7 @@ def type_assert(call: syntax.Call, env: Env, component: str) -> tuple[flat.Asser
 def type_terminate(call: syntax.Call, env: Env, component: str) -> tuple[flat.Terminate, ...]:
     (message,) = _arguments(call, ("message",), 1)
     assert message is not None
-    text = expressions.type_expression(message, env)
+    text = env.typed(message)
     expect(flat.STRING, text, "the message of `terminate`")
     return (flat.Terminate(call.span, component, text),)
 
@@ -57,8 +56,8 @@ def type_terminate(call: syntax.Call, env: Env, component: str) -> tuple[flat.Te
 def type_reinit(call: syntax.Call, env: Env, component: str) -> tuple[flat.Reinit, ...]:
     variable, value = _arguments(call, ("x", "expr"), 2)
     assert variable is not None and value is not None
-    target = expressions.type_expression(variable, env)
-    typed = expressions.type_expression(value, env)
+    target = env.typed(variable)
+    typed = env.typed(value)
     expect(target.type, typed, "the new value of `reinit`")
     if not isinstance(target, flat.Reference) or target.type.base is not flat.Base.REAL:
         raise error("F304", "`reinit` takes a Real variable", call.span)

@@ -13,23 +13,16 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
-from planarc.flatten.connect import operators as connection_operators
-from planarc.flatten.functions import functions
-from planarc.flatten.functions import values as function_values
+from planarc.flatten.functions import call_arguments, constructors
+from planarc.flatten.functions.values import call_of_argument, function_class
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.several import for_each
-from planarc.flatten.tree import inherit, lookup, naming
-from planarc.flatten.tree.nodes import Class, Family, Instance, Leaf
-from planarc.flatten.typing import (
-    builtins,
-    call_arguments,
-    comprehension,
-    constructors,
-    expressions,
-    references,
-)
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.values import constant, evaluate
+from planarc.flatten.terms.constant import to_expression
+from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import function_of, layout_of
+from planarc.flatten.tree.nodes import Class, Env
+from planarc.flatten.typing import builtins, comprehension, connections
+from planarc.flatten.values import evaluate
 from planarc.flatten.values.foreign import LOAD_RESOURCE
 from planarc.ir import flat, syntax
 
@@ -42,15 +35,15 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     """A call as a value; `results` keeps all results, for the left side of an equation."""
     names = node.function.names
     if len(names) == 1 and not node.function.absolute and names[0] in env.locals:
-        return function_values.call_of_argument(node, env.locals[names[0]], env)
+        return call_of_argument(node, env.locals[names[0]], env)
     if names[0] == _CONNECTIONS and len(names) == 2 and lookup.find(env.scope, names[0]) is None:
-        return connection_operators.type_operator(node, env)
+        return connections.type_operator(node, env)
     if names[-1] in builtins.NAMES and _is_builtin(node.function, env):
         return _builtin(node, env)
     cls = function_class(node.function, env)
     if cls.definition.name in ("Integer", "String") and cls.name == cls.definition.name:
         return _builtin(node, env)
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     if layout.kind is syntax.ClassKind.RECORD:
         return constructors.construct_record(node, cls, env)
     if layout.builtin is not None and layout.builtin.literals:
@@ -70,26 +63,6 @@ def _is_builtin(function: syntax.Ref, env: Env) -> bool:
     if len(function.names) > 1:
         return False
     return function.absolute or lookup.find(env.scope, function.names[0]) is None
-
-
-def function_class(ref: syntax.Ref, env: Env) -> Class:
-    """The class that the name of a called function means."""
-    if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
-        if len(ref.parts) == 1:
-            hint = did_you_mean(ref.parts[0].name, [*builtins.NAMES, *_functions_in_sight(env)])
-            raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
-        raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
-    view = references.resolve(ref, env)
-    if isinstance(view, Class):
-        return view
-    if isinstance(view, Leaf | Instance | Family):
-        raise error("F292", f"`{ref}` is a component, not a function", ref.span)
-    raise error("F292", f"`{ref}` is not a function", ref.span)
-
-
-def _functions_in_sight(env: Env) -> list[str]:
-
-    return naming.names_in_sight(env.scope)
 
 
 # Built-ins -----------------------------------------------------------------------------------
@@ -114,7 +87,7 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
     if name == "String" and node.named:
         return _string(node, env)
     given = _positional(node, name)
-    arguments = for_each(given, lambda a: expressions.type_expression(a, env))
+    arguments = for_each(given, env.typed)
     return builtins.apply_builtin(name, arguments, node.span, env)
 
 
@@ -127,8 +100,8 @@ def _string(node: syntax.Call, env: Env) -> flat.Expression:
             hint = did_you_mean(named.name, builtins.STRING_OPTIONS)
             message = f"`String` has no argument `{named.name}`"
             raise error("F290", message, named.span, hint=hint)
-        options[named.name] = expressions.type_expression(named.value, env)
-    value = expressions.type_expression(node.arguments[0], env)
+        options[named.name] = env.typed(named.value)
+    value = env.typed(node.arguments[0])
     return builtins.to_string(value, options, node.span)
 
 
@@ -149,14 +122,14 @@ def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
 
 def _cardinality(node: syntax.Call, env: Env) -> flat.Expression:
     env.session.warn("F294", "`cardinality` is deprecated", node.span)
-    return connection_operators.type_cardinality(node, env)
+    return connections.type_cardinality(node, env)
 
 
 # Functions -----------------------------------------------------------------------------------
 
 
 def _call_function(node: syntax.Call, cls: Class, env: Env, results: bool) -> flat.Expression:
-    info = functions.function_of(cls, env.session, node.span)
+    info = function_of(cls, node.span)
     arguments = call_arguments.complete_arguments(info, node, env)
     if info.signature.builtin is not None and not results:
         return builtins.apply_builtin(info.signature.builtin, arguments, node.span, env)
@@ -165,8 +138,5 @@ def _call_function(node: syntax.Call, cls: Class, env: Env, results: bool) -> fl
         function = env.session.functions.get(call.function)
         if function is not None and function.external == LOAD_RESOURCE:
             path = evaluate.structural_value(call, env, f"the file of `{node.function}`")
-            return constant.to_expression(path, call.type, node.span)
+            return to_expression(path, call.type, node.span)
     return call
-
-
-# Functions as values ---------------------------------------------------------------------------

@@ -5,56 +5,21 @@ Reference: Modelica Language Specification 3.6, sections 12.6 and 4.9.5.2.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
-from planarc.flatten.functions import variables as function_variables
+from planarc.flatten.functions.variables import record_type
+from planarc.flatten.terms.conform import expect
 from planarc.flatten.tree import lookup, redeclare
+from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.modify import merge
-from planarc.flatten.tree.nodes import Class, Element, Session
-from planarc.flatten.typing import expressions
-from planarc.flatten.typing.conform import expect
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.tree.nodes import Class, Env
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
 
-def record_type(cls: Class, session: Session) -> flat.Type:
-    """The type of a record class; sizes that are not constant are left open."""
-    if cls.record is None:
-        fields = []
-        instance = lookup.static_instance(cls)
-        for name, (_, definition) in instance.layout.members.items():
-            if isinstance(definition, syntax.ClassDef):
-                continue
-            element = lookup.member(instance, name)
-            assert element is not None
-            fields.append((name, _field_type(element, session)))
-        cls.record = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
-    return cls.record
-
-
-def _field_type(element: Element, session: Session) -> flat.Type:
-    definition, scope, _ = redeclare.effective_component(element)
-    cls = lookup.find_class(scope, definition.type)
-    type_, layout = function_variables.variable_type(cls, session, definition.span)
-    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
-    written += layout.dimensions
-    dims: list[int | None] = []
-    for expression, own in written:
-        if isinstance(expression, syntax.Colon):
-            dims.append(None)
-            continue
-        try:
-            value = evaluate.try_value(expressions.type_expression(expression, Env(own)), Env(own))
-        except PlanarcError:
-            value = None  # depends on a parameter of the record
-        dims.append(value if isinstance(value, int) else None)
-    return type_.with_dims((*dims, *type_.dims))
-
-
 def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
     """`R(1, y=2)`: fields in order or by name, defaults for the rest."""
-    instance = lookup.static_instance(cls)
+    instance = static_instance(cls)
     values: dict[str, flat.Expression] = {}
     names = [
         n
@@ -66,7 +31,7 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
             "F290", f"`{cls.name}` has {len(names)} fields, not {len(node.arguments)}", node.span
         )
     for name, argument in zip(names, node.arguments, strict=False):
-        values[name] = expressions.type_expression(argument, env)
+        values[name] = env.typed(argument)
     for named in node.named:
         if named.name not in names:
             raise error(
@@ -77,7 +42,7 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
             )
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)
-        values[named.name] = expressions.type_expression(named.value, env)
+        values[named.name] = env.typed(named.value)
     fields = []
     declared = dict(record_type(cls, env.session).fields)
     items: list[flat.Expression] = []
@@ -101,22 +66,20 @@ def _fixed(definition: syntax.Component) -> bool:
 def _default(
     cls: Class, name: str, values: dict[str, flat.Expression], node: syntax.Call, env: Env
 ) -> flat.Expression:
-    element = lookup.member(lookup.static_instance(cls), name)
+    element = lookup.member(static_instance(cls), name)
     assert element is not None
     _, _, mod = redeclare.effective_component(element)
     binding = merge(mod, cls.mod.sub(name), name).binding
     if binding is None:
         raise error("F290", f"`{cls.name}` needs a value for its field `{name}`", node.span)
-    return expressions.type_expression(
-        binding.expression, Env(binding.scope, dict(values), env.function)
-    )
+    return Env(binding.scope, dict(values), env.function).typed(binding.expression)
 
 
 def convert_to_enumeration(node: syntax.Call, type_: flat.Type, env: Env) -> flat.Expression:
     """`Kind(i)`: the i-th literal."""
     if len(node.arguments) != 1 or node.named:
         raise error("F290", f"`{type_.name}` takes one Integer", node.span)
-    argument = expressions.type_expression(node.arguments[0], env)
+    argument = env.typed(node.arguments[0])
     expect(flat.INTEGER, argument, f"the argument of `{type_.name}`")
     value = evaluate.try_value(argument, env)
     if isinstance(value, int):

@@ -19,24 +19,13 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
+from planarc.flatten.functions import call_arguments, calls, special
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.sections import special
-from planarc.flatten.tree import bindings
-from planarc.flatten.tree.nodes import Instance, Leaf
-from planarc.flatten.typing import (
-    call_arguments,
-    calls,
-    comprehension,
-    expressions,
-    references,
-)
-from planarc.flatten.typing.conform import (
-    conforms,
-    expect_scalar,
-    mismatch,
-    type_text,
-)
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.terms.conform import conforms, mismatch, type_text
+from planarc.flatten.terms.select import element_at, opened
+from planarc.flatten.tree.demand import attributes_of
+from planarc.flatten.tree.nodes import Env, Instance, Leaf
+from planarc.flatten.typing import comprehension, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import children
@@ -66,7 +55,7 @@ def type_statements(
 
 
 def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements:
-    value = expressions.type_expression(node.value, env)
+    value = env.typed(node.value)
     target = type_target(node.target, env)
     if not conforms(target.type, value.type):
         raise mismatch(target.type, value.type, f"the value of `{node.target}`", node.value.span)
@@ -114,11 +103,11 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
     name = ref.parts[0].name
     if name in env.iterators and not ref.absolute:
         raise error("F301", f"the iterator `{name}` of a loop cannot be assigned", ref.span)
-    target = expressions.type_expression(ref, env)
+    target = env.typed(ref)
     if env.function is not None:
         if name not in env.locals:
             raise error("F301", f"a function cannot assign `{ref}`", ref.span)
-        if any(v.name == name for v in env.function.signature.inputs):
+        if any(v.name == name for v in env.function.inputs):
             raise error("F301", f"the input `{name}` of a function cannot be assigned", ref.span)
         return _field_target(target, ref)
     if isinstance(target, flat.Reference):
@@ -142,7 +131,7 @@ def _is_own_input(leaf: Leaf, env: Env) -> bool:
 def _is_fixed(leaf: Leaf) -> bool:
     """A parameter, but for one that an initial algorithm finds (`fixed=false`)."""
     if leaf.variability is flat.Variability.PARAMETER:
-        fixed = bindings.attributes_of(leaf).fixed
+        fixed = attributes_of(leaf).fixed
         return not (isinstance(fixed, flat.Literal) and fixed.value is False)
     return leaf.variability is flat.Variability.CONSTANT
 
@@ -227,15 +216,10 @@ def _call(node: syntax.CallStatement, env: Env, component: str) -> Statements:
     return (flat.TupleAssignment(node.span, component, (), call),)
 
 
-def condition_of(expression: syntax.Expression, env: Env, what: str) -> flat.Expression:
-    typed = expressions.type_expression(expression, env)
-    return expect_scalar(typed, (flat.Base.BOOLEAN,), what)
-
-
 def _if(node: syntax.IfStatement, env: Env, component: str) -> Statements:
     branches: list[tuple[flat.Expression, Statements]] = []
     for expression, body in node.branches:
-        condition = condition_of(expression, env, "the condition of `if`")
+        condition = evaluate.condition_of(expression, env, "the condition of `if`")
         known = evaluate.literal_value(condition)
         if known is False:
             continue
@@ -292,7 +276,7 @@ def _unrolled(
 
 
 def _while(node: syntax.WhileStatement, env: Env, component: str) -> Statements:
-    condition = condition_of(node.condition, env, "the condition of `while`")
+    condition = evaluate.condition_of(node.condition, env, "the condition of `while`")
     body = type_statements(node.body, replace(env, in_loop=True), component)
     return (flat.WhileStatement(node.span, component, condition, body),)
 
@@ -309,7 +293,7 @@ def _when(node: syntax.WhenStatement, env: Env, component: str) -> Statements:
 
 def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
     """A Boolean or a vector of Booleans."""
-    typed = expressions.type_expression(expression, env)
+    typed = env.typed(expression)
     if typed.type.base is not flat.Base.BOOLEAN or len(typed.type.dims) > 1:
         raise error(
             "F270",
@@ -348,5 +332,3 @@ _TYPERS: dict[type, Callable[[Any, Env, str], Statements]] = {
     syntax.Break: _break,
     syntax.Return: _return,
 }
-
-from planarc.flatten.typing.select import element_at, opened  # noqa: E402

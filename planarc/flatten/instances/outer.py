@@ -20,7 +20,8 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
-from planarc.flatten.tree import inherit, instantiate, lookup
+from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import layout_of, node_of
 from planarc.flatten.tree.nodes import Element, Family, Instance, Leaf, Node
 from planarc.ir import syntax
 
@@ -38,11 +39,8 @@ def inner_node(element: Element) -> Node:
         )
     found = _find_inner(element)
     if found is None and definition.prefixes.inner and element.scope.instance.parent is None:
-        return instantiate.node_of(inner_half(element))  # the model itself: nothing is outside
-    if found is None:
-        node = _default_node(element, definition)
-    else:
-        node = instantiate.node_of(inner_half(found))
+        return node_of(inner_half(element))  # the model itself: nothing is outside
+    node = _default_node(element, definition) if found is None else node_of(inner_half(found))
     _check_compatible(element, definition, node, found)
     return node
 
@@ -99,7 +97,7 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
         return known
     root = session.root
     cls = lookup.find_class(element.scope, definition.type)
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     if root is None or _is_taken(root, element.name) or layout.builtin is not None:
         raise _missing(element, definition)
     if cls.definition.partial:
@@ -137,14 +135,14 @@ def _check_compatible(
     if found is None:
         return
     cls = lookup.find_class(element.scope, definition.type)
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     place: Span = found.definition.span
     if isinstance(node, Leaf):
         fits = layout.builtin is not None and layout.builtin.base is node.type.base
     else:
         have = node.cls if isinstance(node, Instance | Family) else None
         fits = have is not None and layout.builtin is None
-        fits = fits and _has_all(inherit.layout_of(have).members, layout.members) if have else fits
+        fits = fits and _has_all(layout_of(have).members, layout.members) if have else fits
     if not fits:
         raise error(
             "F263",

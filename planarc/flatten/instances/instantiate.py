@@ -18,15 +18,10 @@ from math import prod
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.nearest import did_you_mean
+from planarc.flatten.instances import outer, shape
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree import (
-    annotation,
-    inherit,
-    lookup,
-    outer,
-    redeclare,
-    shape,
-)
+from planarc.flatten.tree import annotation, lookup, redeclare
+from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.modify import merge, subscript
 from planarc.flatten.tree.nodes import (
     Absent,
@@ -62,16 +57,14 @@ _VARIABILITY = {
 
 def instantiate_model(session: Session, cls: Class) -> Instance:
     """The root of the tree: the model itself."""
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     instance = Instance(cls, layout, "", cls.mod, None, session)
     session.root = instance
     return instance
 
 
-def node_of(element: Element) -> Node:
-    """The node of a component, made now if it was not yet."""
-    if element.node is not None:
-        return element.node
+def make_node(element: Element) -> Node:
+    """Fill in the node of a component."""
     if element.state is State.BROKEN:
         raise silent()
     if element.state is State.BUSY:
@@ -102,7 +95,7 @@ def _make_node(element: Element) -> Node:
     ):
         return Absent(name, element)
     cls = lookup.find_class(scope, definition.type)
-    layout = inherit.layout_of(cls)
+    layout = layout_of(cls)
     if layout.builtin is not None:
         return _make_leaf(element, definition, scope, mod, cls, layout)
     return _make_composite(element, definition, scope, mod, cls, layout)

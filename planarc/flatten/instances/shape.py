@@ -8,11 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planarc.core.diagnostic import error
-from planarc.flatten.tree import bindings, inherit, lookup
-from planarc.flatten.tree.nodes import Class, Element, Leaf, Mod, Scope
-from planarc.flatten.typing import expressions, references
-from planarc.flatten.typing.conform import type_text
-from planarc.flatten.typing.environment import Env
+from planarc.flatten.instances import bindings
+from planarc.flatten.terms.conform import type_text
+from planarc.flatten.tree import lookup
+from planarc.flatten.tree.demand import layout_of
+from planarc.flatten.tree.nodes import Class, Element, Env, Leaf, Mod, Scope
+from planarc.flatten.tree.part_mods import type_mod
+from planarc.flatten.typing import references
+from planarc.flatten.typing.modifiers import type_binding
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -30,7 +33,7 @@ def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     enumerated = _size_of_type(expression, scope)
     if enumerated is not None:
         return enumerated
-    typed = expressions.type_expression(expression, Env(scope))
+    typed = Env(scope).typed(expression)
     what = f"the size of `{name}`"
     if typed.type.base is not flat.Base.INTEGER or typed.type.dims:
         raise error(
@@ -53,7 +56,7 @@ def _size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
     view = references.resolve(expression, Env(scope))
     if not isinstance(view, Class):
         return None
-    builtin = inherit.layout_of(view).builtin
+    builtin = layout_of(view).builtin
     if builtin is not None and builtin.base is flat.Base.BOOLEAN:
         return 2
     if builtin is not None and builtin.literals:
@@ -63,23 +66,23 @@ def _size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
 
 def binding_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:
     """Sizes of a variable that leaves some of them to its value."""
-    binding = leaf.mod.binding or bindings.type_mod(leaf.layout).binding
+    binding = leaf.mod.binding or type_mod(leaf.layout).binding
     value: flat.Expression | None = None
     if bindings.record_binding(leaf.parent) is not None:
         whole = bindings.record_value(leaf.parent)
         value = None if whole is None else references.field_of(whole, leaf.element.name, whole.span)
     elif binding is not None:
-        value = bindings.type_binding(binding)
+        value = type_binding(binding)
     if value is None:
         start = leaf.mod.sub("start").binding
-        value = None if start is None or start.each else bindings.type_binding(start)
+        value = None if start is None or start.each else type_binding(start)
     return _deduced(written, value, leaf.name, leaf.element)
 
 
 def record_binding_dims(
     written: Written, element: Element, mod: Mod, cls: Class
 ) -> tuple[int, ...]:
-    value = None if mod.binding is None else bindings.type_binding(mod.binding)
+    value = None if mod.binding is None else type_binding(mod.binding)
     return _deduced(written, value, element.scope.instance.full_name(element.name), element)
 
 

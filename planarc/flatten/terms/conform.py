@@ -96,3 +96,13 @@ def unify(left: flat.Type, right: flat.Type, dims: bool = True) -> flat.Type | N
     else:
         return None
     return found.with_dims(unify_dims(left.dims, right.dims)) if dims else found
+
+
+def scalar_count(type_: flat.Type) -> int:
+    """How many scalars a value of a type holds."""
+    count = 1
+    for size in type_.dims:
+        count *= size or 0
+    if type_.base is flat.Base.RECORD:
+        count *= sum(scalar_count(t) for _, t in type_.fields)
+    return count

@@ -11,24 +11,18 @@ from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions import (
-    signature as function_signature,
-)
-from planarc.flatten.functions import (
-    values as function_values,
-)
+from planarc.flatten.functions.signature import result_type
+from planarc.flatten.functions.values import type_argument
 from planarc.flatten.several import for_each
-from planarc.flatten.tree import bindings
-from planarc.flatten.typing import expressions, references
-from planarc.flatten.typing.conform import base_conforms, dims_conform, mismatch
-from planarc.flatten.typing.environment import Env
-from planarc.flatten.typing.select import array, opened
+from planarc.flatten.terms.conform import base_conforms, dims_conform, mismatch
+from planarc.flatten.terms.select import array, opened
+from planarc.flatten.tree.nodes import Env, FunctionInfo, Signature
+from planarc.flatten.typing import references
+from planarc.flatten.typing.modifiers import type_binding
 from planarc.ir import flat, syntax
 
 
-def complete_arguments(
-    info: function_signature.FunctionInfo, node: syntax.Call, env: Env
-) -> list[flat.Expression]:
+def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[flat.Expression]:
     """One argument for each input: positional, named, bound, default."""
     signature = info.signature
     given = _given(signature, info, node, env)
@@ -44,8 +38,8 @@ def complete_arguments(
 
 
 def _given(
-    signature: function_signature.Signature,
-    info: function_signature.FunctionInfo,
+    signature: Signature,
+    info: FunctionInfo,
     node: syntax.Call,
     env: Env,
 ) -> dict[str, flat.Expression]:
@@ -75,16 +69,8 @@ def _given(
     return given
 
 
-def type_argument(
-    argument: syntax.Expression, variable: flat.Variable, env: Env
-) -> flat.Expression:
-    if variable.type.base is flat.Base.FUNCTION:
-        return function_values.function_value(argument, variable.type, env)
-    return expressions.type_expression(argument, env)
-
-
 def _missing_input(
-    info: function_signature.FunctionInfo,
+    info: FunctionInfo,
     variable: flat.Variable,
     so_far: dict[str, flat.Expression],
     node: syntax.Call,
@@ -93,8 +79,8 @@ def _missing_input(
     bound = info.bound.get(variable.name)
     if bound is not None:
         if env.function is None:
-            return bindings.type_binding(bound)
-        return expressions.type_expression(bound.expression, Env(bound.scope, {}, env.function))
+            return type_binding(bound)
+        return Env(bound.scope, {}, env.function).typed(bound.expression)
     default = info.signature.defaults.get(variable.name)
     if default is None:
         raise error(
@@ -102,11 +88,11 @@ def _missing_input(
         )
     expression, scope = default
     locals_ = {**info.signature.constants, **so_far}
-    return expressions.type_expression(expression, Env(scope, locals_, env.function))
+    return Env(scope, locals_, env.function).typed(expression)
 
 
 def vectorised(
-    info: function_signature.FunctionInfo,
+    info: FunctionInfo,
     arguments: list[flat.Expression],
     span: Span,
     env: Env,
@@ -139,12 +125,12 @@ def vectorised(
         else:
             columns.append([argument] * size)
     items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
-    element = items[0].type if items else _result_type(info, arguments, span)
+    element = items[0].type if items else result_type(info.signature, 0, arguments, span)
     return array(items, element, span)
 
 
 def _for_each_entry(
-    info: function_signature.FunctionInfo,
+    info: FunctionInfo,
     arguments: list[flat.Expression],
     extra: int,
     span: Span,
@@ -171,7 +157,7 @@ def _for_each_entry(
 
 
 def _single(
-    info: function_signature.FunctionInfo,
+    info: FunctionInfo,
     arguments: list[flat.Expression],
     span: Span,
     env: Env,
@@ -185,21 +171,15 @@ def _single(
             raise mismatch(variable.type, argument.type, what, argument.span)
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
-        type_ = _result_type(info, arguments, span)
-    captured = [references.leaf_value(leaf, span, env) for leaf in info.signature.captures]
+        type_ = result_type(info.signature, 0, arguments, span)
+    captured = [references.leaf_value(leaf, span, env) for leaf in info.signature.captures.values()]
     return flat.Call(
         type_, span, info.signature.name, (*arguments, *captured), None if results else 0
     )
-
-
-def _result_type(
-    info: function_signature.FunctionInfo, arguments: list[flat.Expression], span: Span
-) -> flat.Type:
-    return info.signature.result_type(0, arguments, span)
 
 
 def result_types(call: flat.Call, env: Env) -> list[flat.Type]:
     """The types of all results of a call."""
     signature = env.session.signatures[call.function]
     arguments = list(call.arguments[: len(signature.inputs)])
-    return [signature.result_type(k, arguments, call.span) for k in range(len(signature.outputs))]
+    return [result_type(signature, k, arguments, call.span) for k in range(len(signature.outputs))]

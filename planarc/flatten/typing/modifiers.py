@@ -1,0 +1,39 @@
+"""The values of modifiers, typed in the scope that they are written in.
+
+Reference: Modelica Language Specification 3.6, section 7.2.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.flatten.terms.conform import type_text
+from planarc.flatten.terms.select import pick
+from planarc.flatten.tree.nodes import Binding, Env
+from planarc.ir import flat
+
+
+def type_binding(binding: Binding) -> flat.Expression:
+    """The expression of a modifier, for its member of an array of components."""
+    if binding.typed is None:
+        typed = Env(binding.scope).typed(binding.expression)
+        binding.typed = _member_value(typed, binding) if binding.subscripts else typed
+    return binding.typed
+
+
+def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
+    if len(typed.type.dims) < len(binding.subscripts):
+        raise error(
+            "F224",
+            "a modifier of an array of components needs an array, but this is "
+            f"{type_text(typed.type)}",
+            binding.span,
+            hint="write `each` if all members get the same value",
+        )
+    for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
+        if size is not None and index > size:
+            raise error(
+                "F224",
+                f"the modifier has {size} values, but the array of components has more",
+                binding.span,
+            )
+    return pick(typed, binding.subscripts)
