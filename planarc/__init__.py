@@ -60,10 +60,17 @@ _HOMES = {
     "sweep": "study.sweep",
 }
 
+#: Where what is looked for here stands.
+_ELSEWHERE = {
+    name: f': write `planarc.load("model.pmo").{name}(...)`'
+    for name in ("simulate", "linearize", "equilibrium", "assemble", "drive", "sensitivities")
+}
+
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module `planarc` has no attribute `{name}`")
+        hint = _ELSEWHERE.get(name, "")
+        raise AttributeError(f"module `planarc` has no attribute `{name}`{hint}")
     value = getattr(import_module(f"planarc.{_HOMES[name]}"), name)
     globals()[name] = value
     return value

@@ -18,7 +18,8 @@ from planarc.stages import to_slopes, without_collection
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
 
 
 class Compiled(Data):

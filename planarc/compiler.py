@@ -56,7 +56,8 @@ from planarc.stages import (
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
     from planarc.ir.result import Result
 
 

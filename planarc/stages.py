@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
     from planarc.ir.flat import FlatModel
     from planarc.ir.insight import Insight
+    from planarc.ir.kernel import Kernel
     from planarc.ir.mechanism import Mechanism
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.program import Program
     from planarc.ir.result import Result
     from planarc.ir.sorted import SortedDae
     from planarc.request.request import Target

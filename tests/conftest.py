@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from planarc.core import processes
 
 # How long an example takes says more about the machine than about planarc.
 settings.register_profile("planarc", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -44,6 +49,60 @@ def _bytecode(tmp_path_factory: pytest.TempPathFactory) -> None:
     else each process that a test starts compiles all modules anew."""
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
         os.environ["PYTHONPYCACHEPREFIX"] = str(tmp_path_factory.getbasetemp() / "bytecode")
+
+
+@pytest.fixture
+def steps_of() -> Callable[[Callable[[], object]], int]:
+    """`steps_of(work)`: how many functions are called in a work. A measure of its cost that
+    is the same on every machine, whatever else runs there."""
+
+    def measured(work: Callable[[], object]) -> int:
+        count = 0
+
+        def notice(_frame: object, event: str, _argument: object) -> None:
+            nonlocal count
+            count += event in ("call", "c_call")
+
+        sys.setprofile(notice)
+        try:
+            work()
+        finally:
+            sys.setprofile(None)
+        return count
+
+    return measured
+
+
+@pytest.fixture
+def hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """`hang()` never returns, in a process of a crew. The limit of the crew has passed as soon
+    as nothing but such jobs is under way: no clock is asked."""
+    folder = tmp_path / "hanging"
+    folder.mkdir()
+    waited, clock = processes.wait, [0.0]
+
+    def is_alive(process: str) -> bool:
+        try:
+            os.kill(int(process), 0)
+        except OSError:
+            return False
+        return True
+
+    def wait(connections: list[Any], patience: float) -> list[Any]:
+        while not (ready := waited(connections, 0.02)):
+            if len(connections) == sum(is_alive(p.name) for p in folder.iterdir()):
+                clock[0] += patience + 1e-3
+                return []
+        return ready
+
+    def hang() -> None:
+        (folder / str(os.getpid())).touch()
+        while True:
+            time.sleep(PATIENCE)
+
+    monkeypatch.setattr(processes, "wait", wait)
+    monkeypatch.setattr(processes, "monotonic", lambda: clock[0])
+    return hang
 
 
 @pytest.fixture

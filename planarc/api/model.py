@@ -37,9 +37,12 @@ if TYPE_CHECKING:
     from planarc.api.analysis.linearize import Linearization
     from planarc.api.analysis.sensitivity import Sensitivities
     from planarc.api.signals import Signal
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
 
 _TEXT = re.compile(r"[\n;]")
+#: Endings of files that planarc writes, and that hold no model.
+_RESULTS = (".csv", ".mat", ".html")
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
@@ -86,6 +89,14 @@ def load(
         request = Request(None, source, folders)
     else:
         request = Request(Path(source), class_name, folders)
+    if request.file is not None and request.file.suffix.lower() in _RESULTS:
+        raise UsageError(
+            Diagnostic(
+                "C206",
+                f"`{request.file}` is a result, not a model",
+                hint=f"`planarc view {request.file}` shows it; load the model that made it",
+            )
+        )
     choice = _choice(Redundant, "treatment of redundant joints", redundant)
     return Model(replace(request, redundant=choice), _backend(backend))
 
@@ -208,6 +219,10 @@ class Model:
         was loaded. Raises UsageError for a wrong request, PlanarcError
         where there is no start, RunStopped (with the `result` so far) where the run fails.
         """
+        if progress is not None and not callable(progress):
+            raise UsageError(
+                Diagnostic("C202", f"`progress` takes a function of time, not `{progress!r:.40}`")
+            )
         model, settable = self.with_parameters(parameters)
         options = RunOptions(
             start=_time("start_time", start_time),

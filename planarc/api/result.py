@@ -151,14 +151,40 @@ class Result:
         return self.rows.columns[self._scalars([name])[0]].description
 
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
-        """Values at other times, on straight lines between the rows."""
+        """Values at other times within the run, on straight lines between the rows.
+
+        Raises UsageError (C212) for a time before its first row or after its last one.
+        """
         import numpy as np
 
-        values = self[name]
+        values, times = self[name], self._within(times)
         if values.ndim == 1:
             return np.interp(times, self.time, values)
         columns = [np.interp(times, self.time, c) for c in values.reshape(len(self), -1).T]
         return np.stack(columns, axis=-1).reshape(*np.shape(times), *values.shape[1:])
+
+    def _within(self, times: Any) -> Vector:
+        """Times as numbers; those that rounding alone puts outside count as the ends."""
+        import numpy as np
+
+        try:
+            asked = np.asarray(times, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            raise UsageError(
+                Diagnostic("C202", f"times are numbers, not `{times!r:.60}`")
+            ) from None
+        first, last = float(self.time[0]), float(self.time[-1])
+        slack = 1e-9 * (last - first)
+        outside = ~((asked >= first - slack) & (asked <= last + slack))
+        if outside.any():
+            raise UsageError(
+                Diagnostic(
+                    "C212",
+                    f"the run knows nothing of t = {asked[outside].flat[0]:g} s: it goes from "
+                    f"{first:g} to {last:g} s",
+                )
+            )
+        return asked
 
     def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
         """Names: all variables that change, those of a list, or those that match a regex."""
@@ -219,6 +245,7 @@ class Result:
     def _write(
         self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
     ) -> Path:
+        from planarc.view.storage import with_ending
         from planarc.view.table.files import write_table
 
         only = None
@@ -229,8 +256,7 @@ class Result:
             raise UsageError(
                 Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
             )
-        if path.suffix.lower() != suffix:
-            path = path.with_name(path.name + suffix)
+        path = with_ending(path, suffix)
         write_table(path, self.rows, only, units)
         return path
 
@@ -280,8 +306,8 @@ class Result:
         rate: float = 25.0,
         width: int = 640,
         dark: bool | None = None,
-        traces: Sequence[str] = (),
-        layers: Sequence[str] = (),
+        traces: str | Sequence[str] = (),
+        layers: str | Sequence[str] = (),
     ) -> Path: ...
 
     def animate(
@@ -296,8 +322,8 @@ class Result:
         rate: float = 25.0,
         width: int = 640,
         dark: bool | None = None,
-        traces: Sequence[str] = (),
-        layers: Sequence[str] = (),
+        traces: str | Sequence[str] = (),
+        layers: str | Sequence[str] = (),
     ) -> Page | Path:
         """The moving mechanism: beside curves on a page that a notebook shows, or as a file.
 
@@ -314,7 +340,7 @@ class Result:
         from planarc.view.picture.motion import When
 
         when = When(begin, end, speed, rate)
-        options = PictureOptions(when, at, width, dark, tuple(traces), tuple(layers))
+        options = PictureOptions(when, at, width, dark, _several(traces), _several(layers))
         found: Sequence[Layer] = ()
         if layers:
             from planarc.stages import study
@@ -335,11 +361,13 @@ class Result:
         """Write that page to a file of its own, which needs no network."""
         from planarc.view.page import write_report
         from planarc.view.scene import make_scene
+        from planarc.view.storage import with_ending
 
+        page = with_ending(Path(path), ".html", ".htm")
         shown = None if curves is None else self._scalars(curves)
         scene, insight = make_scene(self.rows), self._insight()
-        write_report(Path(path), self.rows, scene, self._summary(), shown, insight)
-        return Path(path)
+        write_report(page, self.rows, scene, self._summary(), shown, insight)
+        return page
 
     def _insight(self) -> Insight:
         from planarc.stages import study
@@ -358,6 +386,11 @@ class Result:
 
     def _repr_html_(self) -> str:
         return self.animate()._repr_html_()
+
+
+def _several(names: str | Sequence[str]) -> tuple[str, ...]:
+    """One name or several."""
+    return (names,) if isinstance(names, str) else tuple(names)
 
 
 class Page:

@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.ir.kernel import Capabilities
 
 if TYPE_CHECKING:
-    from planarc.ir.program import Kernel
+    from planarc.ir.kernel import Kernel
 
 #: A number, a function of time, or a table of (times, values).
 Signal: TypeAlias = "float | Callable[[float], float] | Sequence[Any] | Any"
@@ -160,6 +161,11 @@ class ForcedKernel:
         """Set the values of this time."""
         for slot, value in self._values(t).items():
             self.w[slot] = value
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """None: every evaluation comes by here, to see the values of its time."""
+        return Capabilities()
 
     @property
     def failed_block(self) -> int:

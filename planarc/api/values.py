@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.unknown import unknown_name
+from planarc.ir.dae import Kind
 
 if TYPE_CHECKING:
-    from planarc.ir.program import Program
+    from planarc.ir.program import ParameterSlot, Program
 
 #: A number, a truth value, the name of an enumeration literal, or a (nested) sequence of them.
 Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"
@@ -28,9 +29,20 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
     known = {p.name: p for p in program.parameter_slots}
     result: dict[str, float] = {}
     for name, value in _scalars(given, known, "parameter", program):
-        literals = known[name].literals if name in known else ()
-        result[name] = _number(name, value, literals)
+        _refuse_truth(known[name], value)
+        result[name] = _number(name, value, known[name].literals)
     return result
+
+
+def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
+    """A truth value is no number, though Python counts with it."""
+    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
+    if truth and parameter.kind is not Kind.BOOLEAN:
+        word = "true" if value else "false"
+        wanted = "an integer" if parameter.kind is Kind.INTEGER else "a number"
+        if parameter.literals:
+            wanted = f"one of {', '.join(f'`{n}`' for n in parameter.literals)}"
+        raise UsageError(Diagnostic("C202", f"`{parameter.name}` takes {wanted}, not {word}"))
 
 
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
@@ -41,7 +53,23 @@ def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[st
         n.removesuffix(_START) if isinstance(n, str) and n not in known else n: v
         for n, v in by_name(given).items()
     }
+    _refuse_parameters(plain, program)
     return {n: _number(n, v, ()) for n, v in _scalars(plain, known, "variable", program)}
+
+
+def _refuse_parameters(given: Iterable[str], program: Program) -> None:
+    """A parameter has a value, not a start; but one with `fixed=false` has a start, too."""
+    free = {c.display for c in program.candidates} | {f.display for f in program.fixed}
+    parameters = {p.name for p in program.parameter_slots} - free
+    for name in given:
+        if name in parameters:
+            raise UsageError(
+                Diagnostic(
+                    "C213",
+                    f"`{name}` is a parameter: it has a value, and no start value",
+                    hint=f'set it: parameters={{"{name}": ...}}, or `--set {name}=...`',
+                )
+            )
 
 
 def finite(name: str, value: Any) -> float:
@@ -149,6 +177,8 @@ def _number(name: str, value: Any, literals: Sequence[str]) -> float:
             raise unknown_name(f"value of `{name}` called", value, short)
     try:
         number = math.nan if isinstance(value, str | bytes) else float(value)
+    except OverflowError:
+        number = math.inf
     except (TypeError, ValueError):
         number = math.nan
         value = str(value)

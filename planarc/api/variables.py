@@ -10,7 +10,8 @@ from planarc.core.prose import shortened
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
 
 
 class Parameter(Data):

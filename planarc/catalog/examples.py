@@ -19,7 +19,7 @@ from planarc.request.request import Request, open_library
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry
-    from planarc.ir.program import Kernel
+    from planarc.ir.kernel import Kernel
     from planarc.ir.result import Result
 
 _SUFFIXES = (".pmo", ".mo")

@@ -28,12 +28,13 @@ def equilibrium(
             {
                 "model": model.name,
                 "stable": found.stable,
+                "neutral": found.neutral,
                 "start": dict(found.start),
                 "values": dict(found.values),
             }
         )
         return 0
-    kind = "a stable" if found.stable else "an unstable"
-    console.say(f"{model.name} rests in {kind} equilibrium")
+    article = "an" if found.kind == "unstable" else "a"
+    console.say(f"{model.name} rests in {article} {found.kind} equilibrium")
     say_table(("start value", ""), [(n, f"{v:.10g}") for n, v in found.start.items()])
     return 0

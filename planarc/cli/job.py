@@ -27,7 +27,7 @@ from planarc.core.options import RunOptions
 INTERRUPTED = "R440"
 
 if TYPE_CHECKING:
-    from planarc.ir.program import Kernel
+    from planarc.ir.kernel import Kernel
     from planarc.ir.result import Result
     from planarc.request.request import Request
 

@@ -13,7 +13,7 @@ from typing import TypeAlias
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 
-_WORDS = {"true": 1.0, "false": 0.0}
+_WORDS = {"true": True, "false": False}
 _START = ".start"
 _LITERAL = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
     from planarc.ir.result import Result
 
     Vector = NDArray[np.float64]

@@ -14,7 +14,7 @@ from planarc.ir.insight import Insight, Series
 if TYPE_CHECKING:
     from planarc.insight.energy import Energies
     from planarc.insight.rank import Closeness
-    from planarc.ir.program import Kernel
+    from planarc.ir.kernel import Kernel
     from planarc.ir.result import Result
 
 

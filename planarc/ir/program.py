@@ -3,8 +3,8 @@
 Given by `codegen`, read by `solve`. All values of a run live in one workspace `w`
 of float64 (truth values are 0 and 1). The layout says which slot holds what; the
 statement lists say how slots are computed, and are printed twice: as NumPy source
-and as LLVM. What is loaded and called is a `Kernel`, made from a program by
-`solve` with either back end.
+and as LLVM. What is loaded and called is a `planarc.ir.kernel.Kernel`, made from a program
+by `solve` with either back end.
 
 Statements read and write slots through symbols, so one expression tree serves
 both printers. Shared subexpressions stand as `Let` with temporaries.
@@ -12,8 +12,8 @@ both printers. Shared subexpressions stand as `Let` with temporaries.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
-from typing import Protocol, TypeAlias
+from collections.abc import Mapping
+from typing import TypeAlias
 
 from msgspec import field
 
@@ -24,7 +24,6 @@ from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
 from planarc.ir.mechanism import Mechanism
-from planarc.runtime.history import History
 
 # Statements ----------------------------------------------------------------------------
 
@@ -296,94 +295,3 @@ class Program(Data):
     @property
     def state_count(self) -> int:
         return sum(b.free for b in self.blocks if b.height)
-
-
-# What is called -------------------------------------------------------------------------------
-
-
-class Addresses(Data):
-    """Compiled functions of a native kernel as machine addresses, for an integrator in C.
-
-    cv_rhs     int (double t, N_Vector y, N_Vector ydot, void *context)   as CVRhsFn
-    cv_roots   int (double t, N_Vector y, double *g, void *context)       as CVRootFn
-    outputs    int (void *context, double t, const double *y)             as Kernel.outputs
-    accept     int (void *context, double t)                              as Kernel.accept
-    look       double (void *context, const int64_t *blocks, int64_t count, double *scales)
-               the largest sensitivity of what is determined in these blocks to a state; the
-               scales are those of their tears. A block is told by its place in `records`
-    context    what the functions above take
-    workspace  the first number of `Kernel.w`
-
-    All live as long as the kernel that gave them.
-    """
-
-    cv_rhs: int
-    cv_roots: int
-    outputs: int
-    accept: int
-    look: int
-    records: tuple[int, ...]
-    context: int
-    workspace: int
-
-
-class Kernel(Protocol):
-    """A loaded program with its own workspace: one a run, so that threads are safe.
-
-    Calls return 0, or a positive number when a block could not be solved here (a smaller
-    step may help), or a negative one when no step helps (a number is not finite, a
-    domain error). `failed_block` then tells the block, or -1.
-
-    `selection[i]` is the candidate that state i is. Nonlinear blocks start from the last
-    accepted point, extrapolated with its velocities, never from the last call.
-
-    A native kernel also has the attribute `addresses: Addresses`. Kernels of generated code
-    have derivatives, too (`NumpyKernel.state_jacobian`, `derivatives`, `residual_jacobian`).
-    """
-
-    w: MutableSequence[float]
-    history: History  # of the delayed signals: the run writes it
-
-    @property
-    def failed_block(self) -> int:
-        """After a positive return: the block, or -1."""
-
-    @property
-    def failed_equation(self) -> int:
-        """After a negative return: the index in Program.equations, or -1."""
-
-    @property
-    def open_block(self) -> int:
-        """The last modal block whose equations left unknowns open in the last call, or -1."""
-
-    def sway(self, block: int, amount: float) -> None:
-        """Add to the accepted values of a block's tears: what it leaves open, moves."""
-
-    def parameters(self) -> int:
-        """Run the list `parameters`."""
-
-    def select(self, selection: Sequence[int]) -> None:
-        """Choose the states; as many as `Program.state_count`, per block its `free` ones."""
-
-    def accept(self, t: float) -> None:
-        """Take the workspace's present values as the last accepted point."""
-
-    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
-        """States in, their derivatives out; runs `levels`."""
-
-    def outputs(self, t: float, y: Sequence[float]) -> int:
-        """Fill every slot: `levels`, then `rest`."""
-
-    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
-        """With all candidates given as `u` (none solved for): the residuals of all blocks
-        below the top, then of the initial equations. Fills every slot on the way."""
-
-    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
-        """d(residuals)/d(tears) of a block at the workspace's present values."""
-
-    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
-        """The zero functions of all relations; event slots keep their stored values."""
-
-    def discrete(self) -> int:
-        """One pass of the discrete equations at the present values; a negative return is
-        a failure. Whens and relations are the solver's business (`events`)."""

@@ -124,14 +124,14 @@ class Session:
 
     def answer(self, order: Order) -> dict[str, Any]:
         """Never raises but `Overtaken`."""
-        with self._turn(order):
+        with self._turn(order) as number:
             variant = self._base
             begin = perf_counter()
             found: dict[str, Any] = {"problems": [], "notes": []}
             try:
                 if self._trouble is not None:
                     raise self._trouble
-                variant, result, ended = self._run(order, found["notes"])
+                variant, result, ended = self._run(order, number, found["notes"])
                 found |= self._shown(result, ended)
                 if ended is not None:
                     found["problems"] = self._told((ended,), variant, order)
@@ -152,10 +152,10 @@ class Session:
 
     def result(self, order: Order) -> Result:
         """The result of an order, for a file. Raises PlanarcError, Overtaken."""
-        with self._turn(order):
+        with self._turn(order) as number:
             if self._trouble is not None:
                 raise self._trouble
-            return self._run(order, [])[1]
+            return self._run(order, number, [])[1]
 
     def _turn(self, order: Order) -> _Turn:
         self._latest[order.page] = self._latest.get(order.page, 0) + 1
@@ -165,16 +165,15 @@ class Session:
         return self._latest.get(page, 0) != number
 
     def _run(
-        self, order: Order, notes: list[tuple[str, str]]
+        self, order: Order, number: int, notes: list[tuple[str, str]]
     ) -> tuple[Variant, Result, Diagnostic | None]:
         variant, values = self._variant(order, notes)
         names = variant.names
         values = {n: v for n, v in values.items() if n in names}
         starts = {n: v for n, v in order.starts.items() if f"{n}.start" in names}
-        page, number = order.page, self._latest.get(order.page, 0)
 
         def progress(_time: float) -> None:
-            if self.overtaken(page, number):
+            if self.overtaken(order.page, number):
                 raise Overtaken
 
         try:
@@ -322,16 +321,18 @@ class Session:
 
 
 class _Turn:
-    """Waits until the session is free; then goes only if nothing later was ordered."""
+    """Waits until the session is free; then goes only if nothing later was ordered.
+    Gives the number of the order."""
 
     def __init__(self, session: Session, page: str, number: int) -> None:
         self._session, self._page, self._number = session, page, number
 
-    def __enter__(self) -> None:
+    def __enter__(self) -> int:
         self._session._lock.acquire()
         if self._session.overtaken(self._page, self._number):
             self._session._lock.release()
             raise Overtaken
+        return self._number
 
     def __exit__(self, *_: object) -> None:
         self._session._lock.release()

@@ -7,6 +7,7 @@ model is known to be as its files are.
 from __future__ import annotations
 
 from pathlib import Path
+from stat import S_ISBLK, S_ISCHR, S_ISFIFO
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,7 @@ def shown_name(path: Path) -> str:
 
 def _bytes_of(path: Path) -> bytes:
     try:
+        _refuse_endless(path)
         return path.read_bytes()
     except FileNotFoundError:
         hint = did_you_mean(path.name, _siblings(path))
@@ -66,9 +68,21 @@ def _bytes_of(path: Path) -> bytes:
                 hint=f"name a file in it, or a class with `--library {path}`",
             )
         ) from None
+    except ValueError as problem:  # a NUL in the name
+        raise UsageError(Diagnostic("C108", f"cannot read {str(path)!r}: {problem}")) from None
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
         raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
+
+
+def _refuse_endless(path: Path) -> None:
+    """A device has no end, and a named pipe none before somebody writes into it.
+
+    A pipe that a shell has opened stands below `/dev`, and is read.
+    """
+    mode = path.stat().st_mode
+    if S_ISCHR(mode) or S_ISBLK(mode) or (S_ISFIFO(mode) and not path.is_relative_to("/dev")):
+        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: it is no ordinary file"))
 
 
 def _siblings(path: Path) -> list[str]:

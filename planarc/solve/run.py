@@ -16,7 +16,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
-from planarc.ir.program import Addresses, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
 from planarc.solve.creep import Creep
 from planarc.solve.events.asserts import AssertWatch
@@ -345,7 +346,6 @@ class Run:
         w = self.kernel.w
         constants = {slot: float(w[slot]) for slot in constant_slots(self.program)}
         counts = self.integrator.counts()
-        native = isinstance(getattr(self.kernel, "addresses", None), Addresses)
         if self.program.sharing is not None and self.ended is None:
             stored = self.recorder.stored
             self.ended = sharing.misfit(
@@ -361,7 +361,7 @@ class Run:
             constants=constants,
             statistics=Statistics(
                 solver=self.integrator.name,
-                backend=self.backend or ("native" if native else "numpy"),
+                backend=self.backend,
                 steps=counts.steps,
                 rhs_calls=counts.rhs_calls,
                 jacobians=counts.jacobians,

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.options import RunOptions
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.ir.result import Result
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.messages import failure

@@ -20,7 +20,9 @@ Point: TypeAlias = "Mapping[str, Value]"
 
 
 def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Every combination; the last name changes fastest."""
+    """Every combination; the last name changes fastest. Raises UsageError (C230)."""
+    if not isinstance(values, Mapping):
+        raise _wrong(f"a grid takes values by name, not {type(values).__name__}")
     axes: list[list[Any]] = []
     for name, axis in values.items():
         if isinstance(axis, str | bytes) or not hasattr(axis, "__iter__"):

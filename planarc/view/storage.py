@@ -17,6 +17,26 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.ir.program import Column, Program
 
 
+def with_ending(path: Path, *endings: str) -> Path:
+    """The path with the first of the endings, unless it has one of them.
+
+    Raises UsageError (V506) for the ending of another kind of file, so that no page is called
+    `.pdf`; `run.2` is a name without one.
+    """
+    ending = path.suffix.lower()
+    if ending in endings:
+        return path
+    if ending[1:2].isalpha():
+        raise UsageError(
+            Diagnostic(
+                "V506",
+                f"`{path.name}` has the ending of another kind of file",
+                hint=f"name it `{path.with_suffix(endings[0]).name}`",
+            )
+        )
+    return path.with_name(path.name + endings[0])
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """A file to write bytes to; it stands at `path` when the block ends without error.

@@ -10,14 +10,13 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
 import pytest
 
 import planarc
-from planarc import Model, PlanarcError, RunStopped, UsageError
+from planarc import Model, PlanarcError, Result, RunStopped, UsageError
 from planarc.api.model import Recompiled
 
 ROOT = Path(__file__).parents[2]
@@ -188,13 +187,19 @@ def test_a_model_can_be_sent_to_another_process(pendulum: Model) -> None:
     assert np.array_equal(copy.simulate(1).rows.data, pendulum.simulate(1).rows.data)
 
 
-def test_another_run_takes_milliseconds(four_bar: Model) -> None:
-    times = []
-    for i in range(12):
-        begin = process_time()
-        four_bar.simulate(10, tolerance=1e-6, intervals=500, start={"revA.phi": 1 + 1e-3 * i})
-        times.append(process_time() - begin)
-    assert min(times) < 16e-3  # the benchmarks allow 8 ms, on a machine that does nothing else
+def test_another_run_costs_little(
+    four_bar: Model, steps_of: Callable[[Callable[[], object]], int]
+) -> None:
+    """In calls of functions, most of the run being native; the benchmarks allow 8 ms."""
+    results: list[Result] = []
+
+    def run() -> None:
+        start = {"revA.phi": 1 + 1e-3 * len(results)}
+        results.append(four_bar.simulate(10, tolerance=1e-6, intervals=500, start=start))
+
+    run()
+    assert steps_of(run) < 4_000
+    assert results[-1].statistics.steps < 2_000
 
 
 def test_back_ends_agree(four_bar: Model) -> None:

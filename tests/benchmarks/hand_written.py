@@ -131,7 +131,7 @@ def linked() -> Any:
 
 def simulate(phi: float, tolerance: float = 1e-6) -> Any:
     """The recorder, after a run from rest."""
-    from planarc.ir.program import Addresses
+    from planarc.ir.kernel import Addresses, Capabilities
     from planarc.solve.recorder import Recorder
     from planarc.solve.solvers.cvode import Cvode
     from planarc.solve.solvers.integrator import Outcome, Settings
@@ -149,7 +149,8 @@ def simulate(phi: float, tolerance: float = 1e-6) -> Any:
         context=w.ctypes.data,
         workspace=w.ctypes.data,
     )
-    kernel: Any = SimpleNamespace(w=w, addresses=addresses)
+    machine: Any = SimpleNamespace(addresses=lambda vector_numbers: addresses)
+    kernel: Any = SimpleNamespace(w=w, capabilities=Capabilities(machine=machine))
     columns = [SimpleNamespace(slot=s, constant=False) for s in (1, 2)]
     program: Any = SimpleNamespace(columns=columns)
     recorder = Recorder(program, kernel, np.linspace(0.0, STOP, ROWS))

@@ -43,10 +43,10 @@ def served() -> Iterator[tuple[Any, str]]:
 def test_it_serves_until_ctrl_c(served: tuple[Any, str]) -> None:
     process, address = served
     assert address.startswith("http://127.0.0.1:")
-    with urllib.request.urlopen(address, timeout=60) as page:
+    with urllib.request.urlopen(address, timeout=300) as page:
         assert b"Pendulum" in page.read()
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=300)
     assert process.returncode == 0
     assert out == ""
     assert err.splitlines() == ["Pendulum is served here until Ctrl-C", "stopped"]

@@ -87,7 +87,7 @@ def ask(server: LiveServer) -> Callable[..., Reply]:
         path: str | None = None,
         method: str | None = None,
     ) -> Reply:
-        line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
+        line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=300)
         sent = {"Content-Type": "application/json"} if body is not None else {}
         data = None if body is None else body if isinstance(body, bytes) else json.dumps(body)
         line.request(

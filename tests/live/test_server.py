@@ -147,7 +147,7 @@ def test_files_to_keep(ask: Ask, swing: Request) -> None:
 
 
 def test_the_page_is_told_of_an_edit(ask: Ask, server: LiveServer, swing: Request) -> None:
-    line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
+    line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=300)
     line.request("GET", f"/{server.token}/events?page=a")
     events = line.getresponse()
     assert events.getheader("Content-Type", "").startswith("text/event-stream")
@@ -164,7 +164,7 @@ def test_the_page_is_told_of_an_edit(ask: Ask, server: LiveServer, swing: Reques
     events.close()
     line.close()
     # The page is gone; the server notices, and goes on.
-    until = time.monotonic() + 30
+    until = time.monotonic() + 300
     while server._pages and time.monotonic() < until:
         time.sleep(0.05)
     assert not server._pages

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -143,7 +142,22 @@ def test_only_what_was_offered_can_be_chosen(cam: Session) -> None:
         assert found["code"] == "C281"
 
 
-def test_a_later_order_of_the_same_page_overtakes_a_run(session: Session) -> None:
+def notice_run(session: Session, monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Set when the next run has got its turn."""
+    begun = threading.Event()
+    run = session._run
+
+    def noticed(*arguments: Any) -> Any:
+        begun.set()
+        return run(*arguments)
+
+    monkeypatch.setattr(session, "_run", noticed)
+    return begun
+
+
+def test_a_later_order_of_the_same_page_overtakes_a_run(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A run of minutes ends when its page asks for something else, and the answer says so."""
     session.answer(Order())
     ends: list[str] = []
@@ -155,16 +169,19 @@ def test_a_later_order_of_the_same_page_overtakes_a_run(session: Session) -> Non
         except Overtaken:
             ends.append("overtaken")
 
+    begun = notice_run(session, monkeypatch)
     thread = threading.Thread(target=long)
     thread.start()
-    time.sleep(0.3)
+    begun.wait()
     answer = session.answer(Order(values={"L": 2.0}, page="a"))
     thread.join()
     assert ends == ["overtaken"]
     assert answer["problems"] == []
 
 
-def test_a_page_that_is_gone_stops_its_run(session: Session) -> None:
+def test_a_page_that_is_gone_stops_its_run(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
     session.answer(Order())
     ends: list[type[Exception]] = []
 
@@ -174,9 +191,10 @@ def test_a_page_that_is_gone_stops_its_run(session: Session) -> None:
         except Overtaken as end:
             ends.append(type(end))
 
+    begun = notice_run(session, monkeypatch)
     thread = threading.Thread(target=long)
     thread.start()
-    time.sleep(0.3)
+    begun.wait()
     session.leave("a")
     thread.join()
     assert ends == [Overtaken]

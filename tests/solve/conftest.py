@@ -23,6 +23,7 @@ from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
 from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, postorder, symbol_text
 from planarc.ir.flat import Experiment, StateSelect
+from planarc.ir.kernel import Capabilities
 from planarc.ir.program import (
     BlockCode,
     CandidateSlot,
@@ -86,12 +87,13 @@ def _python(e: Expr, slots: dict[str, int]) -> str:
 
 
 class Interpreter:
-    """See `planarc.ir.program.Kernel`."""
+    """See `planarc.ir.kernel.Kernel`."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = self.failed_equation = self.open_block = -1
+        self.capabilities = Capabilities()
         self.history = History(0)
         self._v: dict[str, float] = {}
         self._run = {

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planarc.core.resources import stdlib
+
 HEAD = """
   import R = Modelica.Mechanics.Rotational;
   import T = Modelica.Mechanics.Translational;
@@ -206,3 +208,165 @@ equation
 """
     )
     assert "give peak >= 1" in result.ended.message
+
+
+# Each element between a driven part (0.5 kg, 0.5 kg.m2) and what stands still; break-away at 3.
+ELEMENTS = {
+    "R.Components.BearingFriction": "tau_pos=[0, 2], peak=1.5",
+    "R.Components.Brake": "mu_pos=[0, 0.5], fn_max=2, cgeo=2, peak=1.5, f_normalized=1",
+    "R.Components.Clutch": "mu_pos=[0, 0.5], fn_max=4, peak=1.5, f_normalized=1",
+    "R.Components.OneWayClutch": "mu_pos=[0, 0.5], fn_max=4, peak=1.5, f_normalized=1",
+    "T.Components.SupportFriction": "f_pos=[0, 2], peak=1.5",
+    "T.Components.Brake": "mu_pos=[0, 0.5], fn_max=4, peak=1.5, f_normalized=1",
+    "T.Components.MassWithStopAndFriction": "m=0.5, F_prop=0, F_Coulomb=2, F_Stribeck=1, fexp=50",
+}
+DRIVEN = {
+    "R": """
+  R.Sources.Torque drive;
+  R.Components.Inertia part(J=0.5, phi(start=0, fixed=true), w(start=0, fixed=true));
+""",
+    "T": """
+  T.Sources.Force drive;
+  T.Components.Mass part(m=0.5, s(start=0, fixed=true), v(start=0, fixed=true));
+""",
+    "T.Components.MassWithStopAndFriction": """
+  T.Sources.Force drive;
+""",
+}
+
+
+def driven(element: str, force: str) -> str:
+    """A model in which `force` drives a part that the element `x` holds."""
+    kind = element[0]
+    alone = element in DRIVEN
+    text = DRIVEN[element] if alone else DRIVEN[kind]
+    start = ", s(start=0, fixed=true), v(start=0, fixed=true)" if alone else ""
+    ends = "connect(drive.flange, x.flange_a);"
+    if not alone:
+        ends = "connect(drive.flange, part.flange_a); connect(part.flange_b, x.flange_a);"
+    if "Clutch" in element:
+        text += "  R.Components.Fixed wall;\n"
+        ends += " connect(x.flange_b, wall.flange);"
+    signal = "tau" if kind == "R" else "f"
+    given = f"  {element} x({ELEMENTS[element]}{start});\n"
+    return f"{text}{given}equation\n  drive.{signal} = {force};\n  {ends}\n"
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_every_friction_keeps_the_law(rub: Callable[..., Any], element: str) -> None:
+    """Stuck below the break-away, sliding above, at rest again; energy is only lost."""
+    sign = -1 if "Clutch" in element else 1  # a clutch measures flange_b against flange_a
+    result = rub(driven(element, f"{sign}*3.2*sin(time)"), stop=9.0)
+    t, force = result.time, 3.2 * np.sin(result.time)  # in the direction of v
+    v = result["x.w_relfric" if element[0] == "R" else "x.v_relfric"]
+    locked, mode = result["x.locked"] > 0.5, result["x.mode"]
+    held = result["x.tau" if element[0] == "R" else "x.f"]
+
+    passed = modes(result, "x")
+    assert passed[:3] == [0, 1, 0]
+    assert (-1 in passed) == ("OneWay" not in element)
+    assert t[mode == 1][0] == pytest.approx(np.arcsin(3 / 3.2), abs=0.1)
+    np.testing.assert_allclose(v[locked], 0, atol=1e-7)
+    np.testing.assert_allclose(held[locked], force[locked], atol=1e-6)
+    within = held[locked] if "OneWay" in element else np.abs(held[locked])
+    assert within.max() <= 3.0 * 1.001 + 1e-6
+    assert np.all(v * mode >= -1e-9)
+
+    loss = result["x.lossPower"]
+    assert loss.min() >= -1e-7
+    lost, given = np.trapezoid(loss, t), np.trapezoid(force * v, t)
+    assert 0.25 * v[-1] ** 2 == pytest.approx(given - lost, abs=0.02 * given)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_every_friction_is_the_one_automaton(element: str) -> None:
+    """The moves between the modes stand in one file only."""
+    folder = stdlib() / "Modelica" / "Mechanics"
+    room, _, name = element.partition(".Components.")
+    kind = {"R": "Rotational", "T": "Translational"}[room]
+    text = (folder / kind / "Components" / f"{name}.pmo").read_text("utf-8")
+    assert "PartialFriction" in text or "extends Modelica.Mechanics.Friction.S" in text
+    told = [p.name for p in folder.rglob("*.pmo") if "pre(mode)" in p.read_text("utf-8")]
+    assert told == ["Automaton.pmo"]
+
+
+def test_a_free_wheel_holds_any_torque_backward(rub: Callable[..., Any]) -> None:
+    result = rub(driven("R.Components.OneWayClutch", "1000*time"))
+    np.testing.assert_allclose(result["part.w"], 0, atol=1e-9)
+    assert set(result["x.mode"]) == {0}
+    assert result["x.tau"][-1] == pytest.approx(-1000)
+
+
+def test_surfaces_that_meet_while_they_move_slide_at_once(rub: Callable[..., Any]) -> None:
+    result = rub(
+        """
+  T.Components.Mass part(m=2, s(start=0, fixed=true), v(start=-3, fixed=true));
+  T.Components.Brake x(mu_pos=[0, 0.5], fn_max=8, f_normalized=if time < 0.25 then 0 else 1);
+equation
+  connect(part.flange_b, x.flange_a);
+""",
+        stop=2.0,
+    )
+    assert modes(result, "x") == [2, -1, 0]
+    v = np.minimum(-3 + 2 * np.maximum(result.time - 0.25, 0), 0)
+    np.testing.assert_allclose(result["part.v"], v, atol=1e-6)
+
+
+def test_a_jump_turns_a_slide_round(rub: Callable[..., Any]) -> None:
+    result = rub(
+        """
+  T.Components.Mass part(
+    m=1, s(start=0, fixed=true), v(start=1, fixed=true, stateSelect=StateSelect.always));
+  T.Components.SupportFriction x(f_pos=[0, 2]);
+equation
+  connect(part.flange_b, x.flange_a);
+  when time > 0.25 then
+    reinit(part.v, -1);
+  end when;
+"""
+    )
+    assert modes(result, "x") == [1, -1, 0]
+    t = result.time
+    np.testing.assert_allclose(
+        result["part.v"][t > 0.26], np.minimum(-1 + 2 * (t - 0.25), 0)[t > 0.26], atol=1e-6
+    )
+
+
+def test_a_friction_of_ones_own_extends_the_partial_one(rub: Callable[..., Any]) -> None:
+    """Written against the interface, as other libraries do: by its modes and starts."""
+    result = rub(
+        """
+  model Rubbing "Friction that grows with the square of the velocity"
+    extends R.Interfaces.PartialElementaryTwoFlangesAndSupport2;
+    extends R.Interfaces.PartialFriction;
+    Real tau, w, phi;
+  equation
+    phi = flange_a.phi - phi_support;
+    flange_a.phi = flange_b.phi;
+    w = der(phi);
+    w_relfric = w;
+    a_relfric = der(w);
+    tau0 = 2;
+    tau0_max = 3;
+    free = false;
+    flange_a.tau + flange_b.tau = tau;
+    tau = if locked then sa*unitTorque
+      elseif startForward or not startBackward and pre(mode) == Forward then 2 + w^2
+      else -2 - w^2;
+  end Rubbing;
+  R.Components.Inertia shaft(J=2, phi(start=0, fixed=true), w(start=3, fixed=true));
+  Rubbing x;
+  R.Sources.Torque drive;
+equation
+  drive.tau = if time < 2.5 then 0 elseif time < 3 then 2.9 else -5;
+  connect(drive.flange, shaft.flange_a);
+  connect(shaft.flange_b, x.flange_a);
+""",
+        stop=4.0,
+    )
+    assert modes(result, "x") == [1, 0, -1]
+    t = result.time
+    rest = np.arctan(3 / np.sqrt(2)) * np.sqrt(2)  # of 2*der(w) = -(2 + w^2)
+    w = np.sqrt(2) * np.tan(np.maximum(rest - t, 0) / np.sqrt(2))
+    np.testing.assert_allclose(result["shaft.w"][t < 3], w[t < 3], atol=1e-6)
+    assert t[result["x.mode"] == -1][0] == pytest.approx(3, abs=0.05)

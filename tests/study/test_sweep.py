@@ -6,7 +6,6 @@ import json
 import math
 import os
 import resource
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -78,10 +77,10 @@ def test_a_worker_that_dies_takes_one_point_with_it(decay: Model) -> None:
     assert np.sum(np.isfinite(study["metric"])) == 60
 
 
-def test_a_point_that_takes_too_long_is_given_up(decay: Model) -> None:
+def test_a_point_that_takes_too_long_is_given_up(decay: Model, hang: Callable[[], None]) -> None:
     def metric(result: Result) -> float:
         if result.parameters["k"] == KS[1]:
-            time.sleep(60)
+            hang()
         return 1.0
 
     study = planarc.sweep(decay, {"k": KS}, metric, workers=2, limit=1.0)

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from planarc.api.signals import Motion, Signal
     from planarc.compiled import Compiled
     from planarc.ir.dae import Dae, Equation
-    from planarc.ir.program import Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import Program
 
 #: The coordinate of a joint, and the effort that belongs to it.
 EFFORTS = {"phi": "tau", "s": "f"}

@@ -44,22 +44,34 @@ STEPS = 500
 LONGEST = 0.3
 #: Accelerations below this part of the largest of the start (or of 1) count as zero.
 SMALL = 1e-9
+#: Slopes of the pull below this, in 1/s2 or 1/s, are those of a plane.
+FLAT = 1e-7
 
 
 class Equilibrium(Data):
-    """`start` are start values for `simulate`; `values` all variables there."""
+    """`start` are start values for `simulate`; `values` all variables there.
+
+    `stable`: the mechanism comes back after any small push; `neutral`: after some push it stays
+    where it was pushed to, as a ball on a table does. It is unstable where it is neither.
+    """
 
     start: Mapping[str, float]
     values: Mapping[str, float]
     stable: bool
     steps: int
+    neutral: bool = False
+
+    @property
+    def kind(self) -> str:
+        """`stable`, `neutral` or `unstable`."""
+        return "stable" if self.stable else "neutral" if self.neutral else "unstable"
 
     def __repr__(self) -> str:
         listed = ", ".join(f"{n} = {v + 0.0:.6g}" for n, v in self.start.items())
-        return f"<Equilibrium, {'stable' if self.stable else 'unstable'}: {listed}>"
+        return f"<Equilibrium, {self.kind}: {listed}>"
 
     def _repr_html_(self) -> str:
-        note = f"Equilibrium, {'stable' if self.stable else 'unstable'}"
+        note = f"Equilibrium, {self.kind}"
         return html_table(("start value", ""), self.start.items(), note)
 
     def __getitem__(self, name: str) -> float:
@@ -95,10 +107,11 @@ def settle_down(point: Point) -> Equilibrium:
     pseudo = begin
     for step in range(STEPS):
         jacobian = derivative(way.pull, way.position())
-        growth = max((float(v.real) for v in np.linalg.eigvals(jacobian)), default=0.0)
+        growth = max((float(v.real) for v in np.linalg.eigvals(jacobian)), default=-np.inf)
         zero = SMALL * max(1.0, min(first, 100.0))
         if size <= zero and not (pseudo < 1e6 and step < 3 and size > 0):
-            return Equilibrium(point.starts(), point.values(), growth <= 1e-7, step)
+            stable, neutral = growth < -FLAT, abs(growth) <= FLAT
+            return Equilibrium(point.starts(), point.values(), stable, step, neutral)
         if growth > 0 and size > zero:  # above a hill: no larger step than leads down from it
             pseudo = min(pseudo, 0.5 / growth)
         pseudo, size = way.step(jacobian, pseudo, size)

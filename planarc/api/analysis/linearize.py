@@ -238,8 +238,10 @@ def _by_formulas(
     import numpy as np
 
     rows = [*(c.derivative for c in point.states), *slots]
-    kernel: Any = point.kernel
-    found = kernel.derivatives(point.t, point.y.tolist(), held, rows)
+    formulas = point.kernel.capabilities.formulas
+    found = None
+    if formulas is not None:
+        found = formulas.derivatives(point.t, point.y.tolist(), held, rows)
     if found is None:
         return None
     whole: Vector = np.concatenate([np.ones(len(point.y)), signs])[:, None] * found

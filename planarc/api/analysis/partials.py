@@ -20,7 +20,7 @@ gives the motion of the states. With initial equations it is differenced.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from msgspec.structs import replace
 
@@ -70,7 +70,7 @@ class Formulas:
         known = {p.name: p.slot for p in program.parameter_slots}
         self._leaves = [known[name] for name in parameters]
         self._given = frozenset(resolve(program, options).starts)
-        self._kernel: Any = point.kernel
+        self._formulas = point.kernel.capabilities.formulas
 
     def start(self) -> Vector:
         import numpy as np
@@ -94,13 +94,16 @@ class Formulas:
     def at(self, t: float, y: Vector, slots: Sequence[int]) -> tuple[Vector, Vector, Vector]:
         import numpy as np
 
-        found = self._kernel.derivatives(t, y.tolist(), self._leaves, slots)
+        formulas = self._formulas
+        found = None
+        if formulas is not None:
+            found = formulas.derivatives(t, y.tolist(), self._leaves, slots)
         if found is None:
             self._point.t = t
             self._point.outputs(y)  # an error, where there is no solution
             raise NoFormulaError
         n = len(y)
-        return np.array(self._kernel.w)[slots], found[:, :n], found[:, n:]
+        return np.array(self._point.kernel.w)[slots], found[:, :n], found[:, n:]
 
     def follow(self) -> None:
         pass

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.api.signals import Signal
     from planarc.core.options import RunOptions
-    from planarc.ir.program import FixedSlot, Kernel, Program
+    from planarc.ir.kernel import Kernel
+    from planarc.ir.program import FixedSlot, Program
     from planarc.solve.run import Run
 
     Vector: TypeAlias = NDArray[np.float64]

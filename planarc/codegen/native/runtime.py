@@ -1,6 +1,6 @@
 """The native kernel's functions, in LLVM: the same for every model.
 
-    pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.program.Kernel`
+    pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.kernel.Kernel`
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
     pc_past                                                `planarc.runtime.history.History.value`
 

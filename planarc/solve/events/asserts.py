@@ -18,7 +18,8 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.evaluate.elementwise import functions
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.runtime import external
 from planarc.solve.messages.event import assertion_diagnostic
 from planarc.solve.messages.text import Reader, formatted

@@ -25,7 +25,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
-from planarc.ir.program import DelayCode, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import DelayCode, Program
 from planarc.runtime.history import DEGREE
 from planarc.solve.events.instants import SAME, same
 from planarc.solve.messages.text import Reader

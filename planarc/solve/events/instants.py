@@ -16,7 +16,8 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from planarc.ir.expr import Expr, Op, evaluate, postorder
-from planarc.ir.program import Kernel, Let, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Let, Program
 from planarc.solve.messages.text import Reader
 
 #: Instants nearer to each other than this, relative to their size, are one.

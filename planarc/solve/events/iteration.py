@@ -25,7 +25,8 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.ir.dae import INITIAL, TERMINAL
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import time_functions
 from planarc.solve.events.settling import (

@@ -15,7 +15,8 @@ from msgspec import Struct, field
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import INITIAL, Action, Assertion, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
-from planarc.ir.program import Kernel, Let, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Let, Program
 from planarc.solve.messages.event import assertion_diagnostic, no_value
 from planarc.solve.messages.text import Reader, text_of
 

@@ -1,11 +1,12 @@
-"""Loaded programs: what `codegen` printed, made callable (`planarc.ir.program.Kernel`)."""
+"""Loaded programs: what `codegen` printed, made callable (`planarc.ir.kernel.Kernel`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope

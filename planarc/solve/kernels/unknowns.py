@@ -4,25 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from msgspec import Struct
-
 from planarc.ir.expr import text
+from planarc.ir.kernel import Unknowns
 from planarc.ir.program import Program, Solve
-
-
-class Unknowns(Struct):
-    """As many as there are residuals, in the order of the blocks.
-
-    `rates` are the slots of their derivatives, -1 where these are no variables;
-    `nominals` those of their nominal values; `places` is the kernel's own note of where
-    the residuals stand.
-    """
-
-    slots: list[int]
-    rates: list[int]
-    nominals: list[int]
-    residuals: list[tuple[int, int]]  # block, how many
-    places: list[int] | None = None
 
 
 def find_unknowns(program: Program, selection: Sequence[int]) -> Unknowns:

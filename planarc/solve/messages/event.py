@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
-from planarc.ir.program import Kernel, Program, RelationSlot
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
 

@@ -10,7 +10,8 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
-from planarc.ir.program import EquationInfo, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
 from planarc.solve.solvers.integrator import Cause
 

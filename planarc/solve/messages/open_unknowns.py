@@ -17,7 +17,8 @@ from collections.abc import Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.ir.expr import text
-from planarc.ir.program import EquationInfo, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
 
 #: Rates of states that differ by more, for open unknowns that differ by one.

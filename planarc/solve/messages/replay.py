@@ -11,7 +11,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from planarc.ir.expr import Expr, Op, evaluate, postorder
-from planarc.ir.program import BlockCode, Kernel, Let, Program, Solve, Statement
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
 
 class Replay:

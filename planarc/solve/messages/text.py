@@ -11,7 +11,8 @@ from typing import Any
 from planarc.evaluate.tape import Prepared, prepare
 from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op, evaluate
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.solve.once import once
 
 #: Preparing an expression takes as long as reading it so many times.

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from planarc.core.prose import listed
-from planarc.ir.program import EquationInfo, Kernel, Let, Program, Solve, Statement
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import EquationInfo, Let, Program, Solve, Statement
 from planarc.solve.messages.replay import Replay
 
 _MOST_NAMES = 6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.options import FIXED_STEP, Solver
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Integrator, Settings
 from planarc.solve.solvers.sundials import Unavailable
 

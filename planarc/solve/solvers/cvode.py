@@ -45,7 +45,7 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from planarc.ir.program import Addresses, Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.driver import Arguments, Driver, Where, open_driver
 from planarc.solve.solvers.integrator import (
@@ -110,6 +110,11 @@ class Cvode:
         self._lib = lib = open_sundials()
         self._kernel, self._size, self._settings = kernel, states, settings
         self._adams = adams
+        offered = kernel.capabilities
+        self._formulas, self._machine = offered.formulas, offered.machine
+        self._addresses = None
+        if self._machine is not None:
+            self._addresses = self._machine.addresses(lib.address("N_VGetArrayPointer"))
         self._context = C.c_void_p()
         lib.SUNContext_Create(0, C.byref(self._context))
         lib.SUNContext_ClearErrHandlers(self._context)
@@ -130,7 +135,7 @@ class Cvode:
         self.looks = self._driver is not None
         self._arguments: Arguments | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
-        if isinstance(getattr(kernel, "addresses", None), Addresses):
+        if self._addresses is not None:
             self.name += " (native)"
 
     def _numbers(self, vector: int) -> C.Array[C.c_double]:
@@ -141,8 +146,8 @@ class Cvode:
 
     def _functions(self) -> tuple[object, object, int | None]:
         """Right-hand side, zero functions, and what CVODE hands to both."""
-        addresses = getattr(self._kernel, "addresses", None)
-        if isinstance(addresses, Addresses):
+        addresses = self._addresses
+        if addresses is not None:
             roots = addresses.cv_roots or None
             return C.c_void_p(addresses.cv_rhs), C.c_void_p(roots), addresses.context
         rhs, roots_function = self._callbacks()
@@ -173,8 +178,8 @@ class Cvode:
         kernel, size, data = self._kernel, self._size, self._lib.SUNDenseMatrix_Data
         if self._user is not None:
             return self._native_jacobian() if self._derives else None
-        known = getattr(kernel, "state_jacobian", None)
-        if known is None or size < FEWEST_DERIVED:
+        formulas = self._formulas
+        if formulas is None or size < FEWEST_DERIVED:
             return None
 
         def jacobian(t: float, y: int, f: int, matrix: int, *_: object) -> int:
@@ -182,7 +187,7 @@ class Cvode:
 
             pointer = self._lib.N_VGetArrayPointer(y)
             states = list((C.c_double * size).from_address(pointer))
-            found = known(t, states)
+            found = formulas.state_jacobian(t, states)
             if found is None:  # a function without derivative, a singular mode
                 found = _differences(kernel, t, states, list(self._absolute))
             if found is None:
@@ -195,7 +200,8 @@ class Cvode:
 
     def _native_jacobian(self) -> Any:
         scales = [1e3 * a for a in self._absolute]
-        address = self._kernel.cv_jacobian(scales)  # type: ignore[attr-defined]
+        assert self._machine is not None
+        address = self._machine.cv_jacobian(scales, self._lib.address("SUNDenseMatrix_Data"))
         return C.c_void_p(address) if address else None
 
     def _judge(self, steps: int) -> int:
@@ -242,11 +248,8 @@ class Cvode:
         return call
 
     def _native_driver(self) -> Driver | None:
-        addresses = getattr(self._kernel, "addresses", None)
-        if not isinstance(addresses, Addresses) or not addresses.accept:
-            return None
-        if self._settings.past is not None:  # every step comes back to Python
-            return None
+        if self._addresses is None or self._settings.past is not None:
+            return None  # every step comes back to Python
         return open_driver(self._lib)
 
     # Where it is
@@ -352,8 +355,8 @@ class Cvode:
         if self._arguments is None:
             memory = self._memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
-            addresses: Addresses = self._kernel.addresses  # type: ignore[attr-defined]
-            self._arguments = self._driver.prepare(where, addresses, recorder, watch)
+            assert self._addresses is not None
+            self._arguments = self._driver.prepare(where, self._addresses, recorder, watch)
         driver, arguments = self._driver, self._arguments
         flag, failed, looks = driver.march(arguments, limit, recorder, watch, steps)
         if failed:

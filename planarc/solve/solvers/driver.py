@@ -18,7 +18,7 @@ from typing import Any
 
 from planarc.core import cache as store
 from planarc.core.data import Data
-from planarc.ir.program import Addresses
+from planarc.ir.kernel import Addresses
 from planarc.solve.recorder import Recorder
 from planarc.solve.refuge import Refuge
 from planarc.solve.solvers.sundials import Sundials

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.locate import crossed
 from planarc.solve.solvers.stepping import SteppingIntegrator

@@ -33,7 +33,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.scipy import ScipyIntegrator
 from planarc.solve.solvers.sundials import Unavailable, open_ida
@@ -65,9 +65,12 @@ class IdaIntegrator(ScipyIntegrator):
     ends_evaluated = False  # residuals are evaluated, and blocks not solved
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
-        if not hasattr(kernel, "residual_form"):
+        form = kernel.capabilities.residual_form
+        if form is None:
             raise Unavailable("this kernel has no residual form")
         super().__init__(kernel, states, settings, "BDF")
+        self.formulas = False
+        self._equations = form
         self._lib = open_ida()
         self.name = "ida"
         self._context = C.c_void_p()
@@ -89,7 +92,7 @@ class IdaIntegrator(ScipyIntegrator):
         """Begin anew at the present point, whose blocks are solved."""
         lib, kernel = self._lib, self._kernel
         self._free()
-        self._unknowns = unknowns = kernel.unknowns()  # type: ignore[attr-defined]
+        self._unknowns = unknowns = self._equations.unknowns()
         ydot = [0.0] * self._size
         if kernel.rhs(self._t, self._y, ydot) != 0:
             raise _UnsolvedError
@@ -147,15 +150,11 @@ class IdaIntegrator(ScipyIntegrator):
 
     def _derived(self) -> Any:
         """d(f, r)/dz at the point to begin from, or None where there is no formula."""
-        return self._kernel.residual_jacobian(  # type: ignore[attr-defined]
-            self._t, *self._parts(self._z), self._unknowns
-        )
+        return self._equations.residual_jacobian(self._t, *self._parts(self._z), self._unknowns)
 
     def _form(self, t: float, z: Any) -> tuple[int, list[float]]:
         """The flag, and -f and r at these values."""
-        flag, rates, residuals = self._kernel.residual_form(  # type: ignore[attr-defined]
-            t, *self._parts(z), self._unknowns
-        )
+        flag, rates, residuals = self._equations.residual_form(t, *self._parts(z), self._unknowns)
         self._calls += 1
         return flag, [*(-f for f in rates), *residuals]
 
@@ -185,9 +184,7 @@ class IdaIntegrator(ScipyIntegrator):
 
             n, size = self._size, len(self._z)
             values = self._numbers(z, size)
-            found = self._kernel.residual_jacobian(  # type: ignore[attr-defined]
-                t, *self._parts(values), self._unknowns
-            )
+            found = self._equations.residual_jacobian(t, *self._parts(values), self._unknowns)
             if found is None:
                 found = self._differences(t, list(values))
             if found is None:
@@ -253,10 +250,7 @@ class IdaIntegrator(ScipyIntegrator):
 
     def _take(self, t: float, z: Any) -> None:
         """What the blocks start from when they are solved here."""
-        values, n = z[:], self._size
-        flag, _, _ = self._kernel.residual_form(  # type: ignore[attr-defined]
-            t, values[:n], values[n:], self._unknowns
-        )
+        flag, _, _ = self._equations.residual_form(t, *self._parts(z), self._unknowns)
         if flag == 0:
             self._kernel.accept(t)
 

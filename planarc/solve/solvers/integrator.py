@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Protocol
 
 from planarc.core.data import Data
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.watch import Watch
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 
 Interpolant = Callable[[float], Sequence[float]]
 

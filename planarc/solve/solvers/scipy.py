@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.stepping import SteppingIntegrator
 
@@ -45,6 +45,11 @@ class ScipyIntegrator(SteppingIntegrator):
     def __init__(self, kernel: Kernel, states: int, settings: Settings, method: str) -> None:
         super().__init__(kernel, states, settings)
         self.name, self._method = _NAMES[method], method
+        offered = kernel.capabilities
+        self._formulas = offered.formulas
+        # Differences of machine code cost less than compiling its derivatives.
+        derives = offered.formulas is not None and offered.machine is None
+        self.formulas = derives and states >= FEWEST_DERIVED
         self._solver: Any = None
         self._dense: Any = None
         self._limit: float | None = None
@@ -76,7 +81,8 @@ class ScipyIntegrator(SteppingIntegrator):
         """From the formulas; by differences at a point where these have no derivative."""
         import numpy as np
 
-        found = self._kernel.state_jacobian(t, y.tolist())  # type: ignore[attr-defined]
+        assert self._formulas is not None
+        found = self._formulas.state_jacobian(t, y.tolist())
         if found is not None:
             return found  # type: ignore[no-any-return]
         here = np.array(self._rhs(t, y))
@@ -95,9 +101,6 @@ class ScipyIntegrator(SteppingIntegrator):
         first = min(self._first, room, self._longest_step) if self._first else None
         self._jacobians += self._present_jacobians()
         self._limit = limit
-        derived = self._size >= FEWEST_DERIVED and hasattr(self._kernel, "state_jacobian")
-        # Differences of machine code cost less than compiling its derivatives.
-        self.formulas = derived = derived and not hasattr(self._kernel, "cv_jacobian")
         self._solver = getattr(integrate, self._method)(
             self._rhs,
             self._t,
@@ -107,7 +110,7 @@ class ScipyIntegrator(SteppingIntegrator):
             atol=np.array(self._absolute),
             max_step=max(self._longest_step, 1e-300),
             first_step=first,
-            jac=self._jacobian if derived else None,
+            jac=self._jacobian if self.formulas else None,
         )
 
     def step(self, limit: float) -> March:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.stepping import SteppingIntegrator
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from planarc.ir.program import Kernel
+from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.integrator import (
     Cause,

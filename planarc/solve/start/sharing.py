@@ -19,7 +19,8 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.prose import be
 from planarc.ir.dae import MISFIT, SHARING
-from planarc.ir.program import Condition, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Condition, Program
 from planarc.solve.messages import trouble
 
 if TYPE_CHECKING:

@@ -33,7 +33,8 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.ir.dae import MISFIT
-from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.ir.result import Held
 from planarc.solve.start import failure as start_failure
 from planarc.solve.start import newton, sharing

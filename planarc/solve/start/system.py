@@ -16,7 +16,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planarc.ir.program import CandidateSlot, FixedSlot, Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.once import once
 from planarc.solve.start import newton
 
@@ -49,6 +50,7 @@ class System:
         count = self.initial_rows.stop
         self.fixed_rows = range(count, count + len(self.conditions))
         self.rows = self.fixed_rows.stop
+        self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
         self._wanted = np.array([float(kernel.w[f.start]) for f in self.conditions])
@@ -99,9 +101,8 @@ class System:
         """All rows, then the values of some variables. The workspace is left at `u`."""
         import numpy as np
 
-        native = getattr(self.kernel, "differences", None)
-        if native is not None:
-            found = native(self.t, u, (), (*self._slots, *slots), False)
+        if self._form is not None:
+            found = self._form.differences(self.t, u, (), (*self._slots, *slots), False)
             if found is None:
                 return None
             values: Vector = found[0]
@@ -139,10 +140,9 @@ class System:
     def _differences(
         self, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
     ) -> Vector | None:
-        native = getattr(self.kernel, "differences", None)
-        if native is not None:
+        if self._form is not None:
             below = not (self.initial_rows or self.fixed_rows or slots)
-            found = native(self.t, u, columns, (*self._slots, *slots), below)
+            found = self._form.differences(self.t, u, columns, (*self._slots, *slots), below)
             return None if found is None else found[1:].T
         full = u.copy()
         chosen = list(columns)

@@ -21,7 +21,8 @@ import math
 from collections.abc import Callable, Sequence
 from operator import sub
 
-from planarc.ir.program import Kernel, Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.solve.solvers.watch import GROWN, Watch
 
 #: Turning of psi with the coordinates (per radian or metre) that is reckoned with at least.

@@ -42,8 +42,9 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.prose import both
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
+from planarc.ir.kernel import Kernel
 from planarc.ir.newton import NEGLIGIBLE
-from planarc.ir.program import BlockCode, Kernel, Program
+from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
 from planarc.solve.solvers.watch import WORST, Watch, bound_after
 from planarc.solve.states.outlook import Outlook
@@ -229,10 +230,7 @@ class Selector:
 
         The measure is the largest seen, lest a column that vanishes be blown up.
         """
-        given = self._kernel.jacobian(i)
-        g: list[list[float]] = (
-            given.tolist() if hasattr(given, "tolist") else [list(row) for row in given]
-        )
+        g = self._kernel.jacobian(i)
         sizes = [math.hypot(*column) for column in zip(*g, strict=True)]
         sizes = list(map(max, self._scale[i].tolist(), sizes))
         if keep:

@@ -100,7 +100,7 @@ def open_page(browser: Any, watch: Watch) -> Iterator[Callable[..., Any]]:
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(60_000)  # for busy machines; nobody waits where all is well
+        page.set_default_timeout(300_000)  # for busy machines; nobody waits where all is well
         watch.follow(page)
         page.goto(place.absolute().as_uri() if isinstance(place, Path) else place)
         return page

@@ -55,7 +55,7 @@ def until(page: Any, condition: str) -> None:
     """Wait for a condition; playwright's own waiting is against the page's security policy."""
     page.evaluate(
         f"""async () => {{
-          const end = performance.now() + 60000;
+          const end = performance.now() + 300000;
           while (!({condition})) {{
             if (performance.now() > end) throw new Error("it did not come");
             await new Promise((done) => setTimeout(done, 10));
@@ -369,7 +369,7 @@ def test_the_page_fits_every_screen(
     screenshot(page, f"live-{name}")
     if size == PHONE:
         page.mouse.wheel(0, 700)
-        page.wait_for_timeout(100)
+        until(page, "window.scrollY > 100")
         # The mechanism stays in sight while the sliders are moved.
         box = page.locator("#player canvas").bounding_box()
         assert box["y"] >= 0

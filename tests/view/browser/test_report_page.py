@@ -47,11 +47,16 @@ def report(results: Callable[[str], Any], open_page: Opener, tmp_path: Path) -> 
 
 def wait(page: Any, condition: str, argument: Any = None) -> None:
     """Until it holds. (playwright's own waiting needs `eval`, which the page forbids.)"""
-    for _ in range(600):
+    for _ in range(6000):
         if page.evaluate(f"(a) => {condition}", argument):
             return
         page.wait_for_timeout(50)
     raise AssertionError(f"in vain: {condition}")
+
+
+def next_frame(page: Any) -> None:
+    """Until what was done last is drawn."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 def pose(page: Any, component: str) -> Any:
@@ -132,7 +137,7 @@ def test_a_click_in_a_curve_goes_there_and_the_line_follows(report: Callable[...
     time = page.evaluate("planarcPlayer.time")
     assert time == pytest.approx(5.0, abs=0.05)
     page.mouse.move(5, 5)
-    page.wait_for_timeout(100)
+    next_frame(page)
     told = page.locator(".legend b").first.inner_text()
     angle = np.degrees(np.interp(time, result.time, result["revA.phi"]))
     assert float(told.split()[0].replace("−", "-")) == pytest.approx(angle, rel=2e-3)
@@ -221,7 +226,7 @@ def test_a_model_cannot_run_a_script_in_its_page(open_page: Opener, tmp_path: Pa
     page.locator("#variables > summary").click()
     page.get_by_label("Search variables").fill("pwned")
     page.evaluate("for (const l of planarcPlayer.layers) planarcPlayer.setLayer(l.id, true)")
-    page.wait_for_timeout(200)
+    next_frame(page)
     assert page.evaluate("window.pwned") is None
     assert page.locator("img, svg[onload]").count() == 0
 

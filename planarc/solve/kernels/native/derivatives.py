@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.derivatives import CHUNK, Head, Passing, Scope, Tape
+from planarc.ir.kernel import Unknowns
 from planarc.ir.program import Program
 from planarc.solve.kernels.native.engine import Engine
-from planarc.solve.kernels.unknowns import Unknowns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -16,11 +16,12 @@ import numpy as np
 
 from planarc.core.data import Data
 from planarc.ir.frame import Frame, Mode, Number, Placement, Record, place
-from planarc.ir.program import Addresses, Program
+from planarc.ir.kernel import Addresses, Capabilities, Unknowns
+from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.native.engine import Engine
-from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+from planarc.solve.kernels.unknowns import find_unknowns
 from planarc.solve.once import once
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def _numbers(program: Program, placed: Placement, selection: tuple[int, ...]) ->
 
 
 class NativeKernel:
-    """See `planarc.ir.program.Kernel`; `w` is a NumPy array."""
+    """See `planarc.ir.kernel.Kernel`; `w` is a NumPy array."""
 
     w: Any
 
@@ -131,10 +132,13 @@ class NativeKernel:
         self._bind(engine)
         self._numbers[Number.STATES] = n
         self._numbers[Number.OPEN] = -1
-        self._addresses: Addresses | None = None
         self._started = False
         self.w[made.parameters] = made.defaults
         self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
+
+    @property
+    def capabilities(self) -> Capabilities:
+        return Capabilities(formulas=self, residual_form=self, start=self, machine=self)
 
     def _bind(self, engine: Engine) -> None:
         frame = ctypes.c_void_p(self._frame.ctypes.data)
@@ -191,21 +195,8 @@ class NativeKernel:
         finite = np.isfinite(self._area[r : r + m]) & np.isfinite(rows).all(axis=1)
         return -1 if finite.all() else code.equations[int(np.argmin(finite))]
 
-    @property
-    def addresses(self) -> Addresses:
-        """For an integrator in C. AttributeError where SUNDIALS cannot be opened."""
-        if self._addresses is None:
-            self._addresses = self._find_addresses()
-        return self._addresses
-
-    def _find_addresses(self) -> Addresses:
-        from planarc.solve.solvers.sundials import Unavailable, open_sundials
-
-        try:
-            sundials = open_sundials()
-        except Unavailable as problem:
-            raise AttributeError(str(problem)) from None
-        self._frame[Frame.VECTOR] = sundials.address("N_VGetArrayPointer")
+    def addresses(self, vector_numbers: int) -> Addresses:
+        self._frame[Frame.VECTOR] = vector_numbers
         at = self._engine.address
         return Addresses(
             cv_rhs=at("pc_cv_rhs"),
@@ -266,15 +257,12 @@ class NativeKernel:
         if m:
             self._evaluate(Mode.BELOW if code.height else Mode.MATRICES)
         at = self._place.jacobian(block)
-        return self._area[at : at + m * n].reshape(m, n).copy()  # type: ignore[return-value]
+        found: list[list[float]] = self._area[at : at + m * n].reshape(m, n).tolist()
+        return found
 
     def differences(
         self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
     ) -> Vector | None:
-        """Row 0: the residuals of the blocks below the top, with all candidates as `u`, then
-        those of the initial equations, then the values of some slots; below it their
-        derivatives by the candidates `columns`, a row for each, by differences. `below`: the
-        blocks' residuals alone, whatever the top. None where a number is not finite."""
         table, width = self._tables(columns, slots, below)
         out = np.empty((1 + len(columns), width))
         self._begin()
@@ -309,13 +297,11 @@ class NativeKernel:
         return self._call_discrete(float(self.w[0]))
 
     def unknowns(self) -> Unknowns:
-        """What `residual_form` takes as given besides the states."""
         return find_unknowns(self._program, self._selection)
 
     def residual_form(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
     ) -> tuple[int, Any, Any]:
-        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
         if unknowns.places is None:
             unknowns.places = [
                 self._place.residuals(block) + i
@@ -330,7 +316,7 @@ class NativeKernel:
         flag = self._evaluate(Mode.RESIDUALS)
         return flag, self.w[numbers[first + n : first + 2 * n]], self._area[unknowns.places]
 
-    # Derivatives: see `NumpyKernel`
+    # Derivatives
 
     def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
         self._begin()
@@ -356,15 +342,11 @@ class NativeKernel:
         found = self._derivatives_of("RATES")
         return None if found is None else found.of_residuals(t, unknowns)
 
-    def cv_jacobian(self, scales: Sequence[float]) -> int:
-        """The address of the Jacobian as CVODE calls it, for the present choice of states, or
-        0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`."""
+    def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
         found = self._derivatives_of("RATES")
         if found is None:
             return 0
-        from planarc.solve.solvers.sundials import open_sundials
-
-        found.prepare(scales, open_sundials().address("SUNDenseMatrix_Data"))
+        found.prepare(scales, matrix_numbers)
         self._frame[Frame.PASSING] = found.memory.ctypes.data
         return self._engine.address("pc_cv_jacobian")
 

@@ -15,8 +15,8 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.derivatives import Tape
+from planarc.ir.kernel import Unknowns
 from planarc.ir.program import Program
-from planarc.solve.kernels.unknowns import Unknowns
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,6 +10,7 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
+from planarc.ir.kernel import Capabilities, Unknowns
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.failures import first_not_finite
@@ -21,7 +22,7 @@ from planarc.solve.kernels.numpy.block import (
 )
 from planarc.solve.kernels.numpy.pair import PairBlock
 from planarc.solve.kernels.numpy.support import NAMESPACE
-from planarc.solve.kernels.unknowns import Unknowns, find_unknowns
+from planarc.solve.kernels.unknowns import find_unknowns
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
@@ -37,7 +38,7 @@ def _compiled(source: str) -> CodeType:
 
 
 class NumpyKernel:
-    """See `planarc.ir.program.Kernel`."""
+    """See `planarc.ir.kernel.Kernel`."""
 
     def __init__(
         self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
@@ -73,6 +74,10 @@ class NumpyKernel:
             if p.default is not None:
                 self.w[p.slot] = p.default
         self.select(_first_states(program))
+
+    @property
+    def capabilities(self) -> Capabilities:
+        return Capabilities(formulas=self, residual_form=self)
 
     @property
     def open_block(self) -> int:
@@ -147,10 +152,6 @@ class NumpyKernel:
         return asked.matrix
 
     def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
-        """d(derivatives of the states)/d(states), a row for each derivative.
-
-        None where it is not known: a function without derivative, a singular point.
-        """
         if self._run_levels(t, y):
             return None
         found = self._derivatives_of("RATES")
@@ -159,8 +160,6 @@ class NumpyKernel:
     def derivatives(
         self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
     ) -> Any:
-        """d(values in the slots `rows`)/d(states, then parameters or inputs in the slots
-        `leaves`), a row for each; None as above. The workspace is filled."""
         if self.outputs(t, y):
             return None
         found = self._derivatives_of("ALL")
@@ -169,7 +168,6 @@ class NumpyKernel:
     def residual_jacobian(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
     ) -> Any:
-        """d(what `residual_form` gives)/d(states, then unknowns), or None."""
         if self.residual_form(t, y, u, unknowns)[0]:
             return None
         found = self._derivatives_of("RATES")
@@ -206,13 +204,11 @@ class NumpyKernel:
         return self._run("discrete")[0]
 
     def unknowns(self) -> Unknowns:
-        """What `residual_form` takes as given besides the states."""
         return find_unknowns(self._program, self._selection)
 
     def residual_form(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
     ) -> tuple[int, Any, Any]:
-        """Flag, derivatives of the states, and residuals of all blocks, nothing solved."""
         for slot, value in zip(unknowns.slots, _floats(u), strict=True):
             self.w[slot] = value
         blocks = [self._blocks[i] for i, _ in unknowns.residuals]

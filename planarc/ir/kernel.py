@@ -1,0 +1,203 @@
+"""The kernel: a loaded program as the solver calls it, and what it can.
+
+Every kernel evaluates: states in, derivatives, residuals and zero functions out. What only
+some can is declared as a value: a solver asks `kernel.capabilities` and finds a protocol of
+its own, or None.
+
+    formulas       derivatives by the expressions          kernels of generated code
+    residual_form  the equations with nothing solved       kernels of generated code
+    start          residuals and differences in one call   native kernels
+    machine        addresses for an integrator in C        native kernels
+
+Example: an integrator with a Jacobian of its own takes the kernel's where it is offered.
+
+    formulas = kernel.capabilities.formulas
+    jacobian = None if formulas is None else formulas.state_jacobian(t, y)
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from msgspec import Struct
+
+from planarc.core.data import Data
+from planarc.runtime.history import History
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
+
+class Formulas(Protocol):
+    """Derivatives from the expressions, by the implicit function theorem through blocks.
+
+    What is given back is a matrix, a row for each value, or None where there is none: a
+    function without derivative, a singular point.
+    """
+
+    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
+        """d(derivatives of the states)/d(states)."""
+
+    def derivatives(
+        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
+    ) -> Any:
+        """d(values in the slots `rows`)/d(states, then parameters or inputs in the slots
+        `leaves`). The workspace is filled."""
+
+
+class Unknowns(Struct):
+    """The unknowns of all blocks: as many as residuals, in the order of the blocks.
+
+    `rates` are the slots of their derivatives, -1 where these are no variables;
+    `nominals` those of their nominal values; `places` is the kernel's own note of where
+    the residuals stand.
+    """
+
+    slots: list[int]
+    rates: list[int]
+    nominals: list[int]
+    residuals: list[tuple[int, int]]  # block, how many
+    places: list[int] | None = None
+
+
+class ResidualForm(Protocol):
+    """The equations with the unknowns of all blocks given, and nothing solved."""
+
+    def unknowns(self) -> Unknowns:
+        """What is given besides the states, for the present choice of these."""
+
+    def residual_form(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> tuple[int, Any, Any]:
+        """Flag, derivatives of the states, and residuals of all blocks."""
+
+    def residual_jacobian(
+        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
+    ) -> Any:
+        """d(derivatives and residuals)/d(states, then unknowns), or None as in `Formulas`."""
+
+
+class StartForm(Protocol):
+    """Residuals and their differences in one call, for the conditions at the start."""
+
+    def differences(
+        self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> Vector | None:
+        """Row 0: the residuals of the blocks below the top, with all candidates as `u`, then
+        those of the initial equations, then the values of some slots; below it their
+        derivatives by the candidates `columns`, a row for each, by differences. `below`: the
+        blocks' residuals alone, whatever the top. None where a number is not finite."""
+
+
+class Addresses(Data):
+    """Compiled functions of a native kernel as machine addresses, for an integrator in C.
+
+    cv_rhs     int (double t, N_Vector y, N_Vector ydot, void *context)   as CVRhsFn
+    cv_roots   int (double t, N_Vector y, double *g, void *context)       as CVRootFn
+    outputs    int (void *context, double t, const double *y)             as Kernel.outputs
+    accept     int (void *context, double t)                              as Kernel.accept
+    look       double (void *context, const int64_t *blocks, int64_t count, double *scales)
+               the largest sensitivity of what is determined in these blocks to a state; the
+               scales are those of their tears. A block is told by its place in `records`
+    context    what the functions above take
+    workspace  the first number of `Kernel.w`
+
+    All live as long as the kernel that gave them.
+    """
+
+    cv_rhs: int
+    cv_roots: int
+    outputs: int
+    accept: int
+    look: int
+    records: tuple[int, ...]
+    context: int
+    workspace: int
+
+
+class Machine(Protocol):
+    """Machine code that an integrator in C calls without a way back through Python."""
+
+    def addresses(self, vector_numbers: int) -> Addresses:
+        """`vector_numbers` is the address of SUNDIALS' function that gives a vector's numbers."""
+
+    def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
+        """The address of the Jacobian as CVODE calls it, for the present choice of states, or
+        0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`.
+        `matrix_numbers` is the address of SUNDIALS' function that gives a matrix's numbers."""
+
+
+class Capabilities(Data):
+    """What a kernel can besides evaluating; None where it cannot."""
+
+    formulas: Formulas | None = None
+    residual_form: ResidualForm | None = None
+    start: StartForm | None = None
+    machine: Machine | None = None
+
+
+class Kernel(Protocol):
+    """A loaded program with its own workspace: one a run, so that threads are safe.
+
+    Calls return 0, or a positive number when a block could not be solved here (a smaller
+    step may help), or a negative one when no step helps (a number is not finite, a
+    domain error). `failed_block` then tells the block, or -1.
+
+    `selection[i]` is the candidate that state i is. Nonlinear blocks start from the last
+    accepted point, extrapolated with its velocities, never from the last call.
+    """
+
+    w: MutableSequence[float]
+    history: History  # of the delayed signals: the run writes it
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it can besides."""
+
+    @property
+    def failed_block(self) -> int:
+        """After a positive return: the block, or -1."""
+
+    @property
+    def failed_equation(self) -> int:
+        """After a negative return: the index in Program.equations, or -1."""
+
+    @property
+    def open_block(self) -> int:
+        """The last modal block whose equations left unknowns open in the last call, or -1."""
+
+    def sway(self, block: int, amount: float) -> None:
+        """Add to the accepted values of a block's tears: what it leaves open, moves."""
+
+    def parameters(self) -> int:
+        """Run the list `parameters`."""
+
+    def select(self, selection: Sequence[int]) -> None:
+        """Choose the states; as many as `Program.state_count`, per block its `free` ones."""
+
+    def accept(self, t: float) -> None:
+        """Take the workspace's present values as the last accepted point."""
+
+    def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
+        """States in, their derivatives out; runs `levels`."""
+
+    def outputs(self, t: float, y: Sequence[float]) -> int:
+        """Fill every slot: `levels`, then `rest`."""
+
+    def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
+        """With all candidates given as `u` (none solved for): the residuals of all blocks
+        below the top, then of the initial equations. Fills every slot on the way."""
+
+    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
+        """d(residuals)/d(tears) of a block at the workspace's present values."""
+
+    def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
+        """The zero functions of all relations; event slots keep their stored values."""
+
+    def discrete(self) -> int:
+        """One pass of the discrete equations at the present values; a negative return is
+        a failure. Whens and relations are the solver's business (`events`)."""

@@ -1,0 +1,149 @@
+"""Requests that once got a quiet answer, and a wrong one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planarc
+from planarc.cli.app import run as command
+
+PENDULUM = Path(__file__).parents[2] / "examples" / "pendulum.pmo"
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> planarc.Model:
+    return planarc.load(PENDULUM)
+
+
+@pytest.fixture(scope="module")
+def result(pendulum: planarc.Model) -> planarc.Result:
+    return pendulum.simulate(1)
+
+
+def refused(call: Callable[[], Any], code: str) -> str:
+    with pytest.raises(planarc.UsageError) as problem:
+        call()
+    assert [d.code for d in problem.value.diagnostics] == [code]
+    return str(problem.value)
+
+
+def test_a_run_knows_nothing_before_and_after_it(result: planarc.Result) -> None:
+    assert "from 0 to 1 s" in refused(lambda: result.at("hinge.phi", 99), "C212")
+    refused(lambda: result.at("hinge.phi", [0.5, -0.1]), "C212")
+    refused(lambda: result.at("hinge.phi", float("nan")), "C212")
+    refused(lambda: result.at("hinge.phi", "soon"), "C202")
+
+
+def test_rounding_at_the_ends_is_no_other_time(result: planarc.Result) -> None:
+    ends = result.at("hinge.phi", [-1e-12, 1 + 1e-12])
+    np.testing.assert_array_equal(ends, result["hinge.phi"][[0, -1]])
+
+
+@pytest.mark.parametrize("value", [True, np.True_])
+def test_a_truth_value_is_no_mass(pendulum: planarc.Model, value: Any) -> None:
+    assert "not true" in refused(
+        lambda: pendulum.simulate(0.1, parameters={"rod.m": value}), "C202"
+    )
+
+
+def test_a_truth_value_is_no_mass_in_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command(["simulate", str(PENDULUM), "--set", "rod.m=true", "--no-output"]) == 2
+    assert "`rod.m` takes a number, not true" in capsys.readouterr().err
+
+
+def test_a_parameter_has_no_start_value(pendulum: planarc.Model) -> None:
+    text = refused(lambda: pendulum.simulate(0.1, start={"rod.m": 2}), "C213")
+    assert 'parameters={"rod.m": ...}' in text
+
+
+@pytest.mark.parametrize(
+    ("write", "name"),
+    [
+        (lambda r, path: r.report(path), "x.pdf"),
+        (lambda r, path: r.to_csv(path), "x.xlsx"),
+        (lambda r, path: r.to_mat(path), "x.csv"),
+    ],
+)
+def test_no_file_has_the_ending_of_another_kind(
+    result: planarc.Result, tmp_path: Path, write: Callable[..., Any], name: str
+) -> None:
+    refused(lambda: write(result, tmp_path / name), "V506")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_without_ending_gets_one(result: planarc.Result, tmp_path: Path) -> None:
+    assert result.to_csv(tmp_path / "run.2").name == "run.2.csv"
+    assert result.report(tmp_path / "run").name == "run.html"
+
+
+def test_numbers_beyond_all_floats_are_not_finite(pendulum: planarc.Model) -> None:
+    refused(lambda: pendulum.simulate(10**400), "C202")
+    refused(lambda: pendulum.simulate(0.1, parameters={"rod.m": 10**400}), "C202")
+
+
+def test_a_result_is_no_model(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("time,x\n0,1\n")
+    assert "planarc view" in refused(lambda: planarc.load(path), "C206")
+
+
+def test_names_that_no_file_can_have_are_refused() -> None:
+    refused(lambda: planarc.load("a\0b"), "C108")
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no endless device")
+def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
+    import os
+
+    refused(lambda: planarc.load(Path("/dev/zero")), "C108")
+    pipe = tmp_path / "pipe.pmo"
+    os.mkfifo(pipe)
+    refused(lambda: planarc.load(pipe), "C108")
+
+
+def test_a_name_that_stands_elsewhere_says_where() -> None:
+    with pytest.raises(AttributeError, match=r"planarc\.load\(.*\)\.simulate"):
+        planarc.simulate  # noqa: B018
+
+
+def test_progress_that_cannot_be_called_is_told_before_the_run(pendulum: planarc.Model) -> None:
+    refused(lambda: pendulum.simulate(0.1, progress=3), "C202")  # type: ignore[arg-type]
+
+
+def test_one_layer_and_one_trace_need_no_list(result: planarc.Result, tmp_path: Path) -> None:
+    path = result.animate(tmp_path / "x.svg", traces="rod", layers="forces")
+    assert path.stat().st_size > 1000
+
+
+SLIDE = """
+model Slide
+  inner PlanarMultiBody.World world(n={n});
+  PlanarMultiBody.Joints.Prismatic slide(n={1, 0}, s(start=0.2), v(start=0));
+  PlanarMultiBody.Parts.Body load(m=1, I=0.1);
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, load.frame_a);
+end Slide;
+"""
+
+
+def test_a_block_on_a_level_slide_rests_in_neutral_equilibrium(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "slide.pmo"
+    path.write_text(SLIDE.replace("{n}", "{0, -1}"))
+    rest = planarc.load(path).equilibrium()
+    assert (rest.stable, rest.neutral, rest.kind) == (False, True, "neutral")
+    assert rest["slide.s"] == 0.2
+    assert command(["equilibrium", str(path)]) == 0
+    assert "rests in a neutral equilibrium" in capsys.readouterr().out
+
+
+def test_what_cannot_move_rests_stably() -> None:
+    still = "model Still\n  Real x = 1;\nend Still;\n"
+    assert planarc.load(still).equilibrium().kind == "stable"
