@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TypeAlias
 
-from planarc.ir.expr import Expr, Exprs, Op
+from planarc.ir.expr import Expr, Exprs, Op, fold
 from planarc.ir.sorted import Assignment, Block, Level, Residual, Step
 
 Factor: TypeAlias = tuple[Expr, int]  # base and exponent
@@ -76,20 +76,12 @@ class Factoring:
     def __call__(self, root: Expr) -> Expr:
         """The formula with known sums taken from their variables."""
         done: dict[Expr, Expr] = {}
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            if e in done:
-                stack.pop()
-                continue
-            waiting = [a for a in e.args if a not in done]
-            if waiting:
-                stack.extend(waiting)
-                continue
-            stack.pop()
-            e_new = self._table.rebuild(e, tuple(done[a] for a in e.args)) if e.args else e
-            done[e] = self._shorten(e_new)
-        return done[root]
+
+        def shortened(e: Expr) -> Expr:
+            args = tuple(done[a] for a in e.args)
+            return self._shorten(self._table.rebuild(e, args) if args else e)
+
+        return fold(root, done, shortened)
 
     def _shorten(self, e: Expr) -> Expr:
         if e.op is not Op.ADD or len(e.args) > LONGEST or not self._known:

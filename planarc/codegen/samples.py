@@ -15,14 +15,15 @@ will take other positions, and its parameters other values.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planarc.codegen.jacobian import Local
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.evaluate.rows import RowValues
+from planarc.ir.expr import Expr
 from planarc.ir.sorted import Block, SortedDae
 
 if TYPE_CHECKING:
@@ -53,19 +54,8 @@ class Samples:
 
     def value(self, root: Expr) -> Values:
         """The formula at all positions; unknown leaves (events, discrete values) are 0."""
-        done: dict[Expr, Any] = {}
-        for e in postorder((root,)):
-            if e.op is Op.CONST:
-                done[e] = float(e.data)
-            elif not e.args:
-                done[e] = self._values.get(e, 0.0)
-            elif e.op is Op.CALL:
-                done[e] = _FUNCTIONS[e.data](*(done[a] for a in e.args))
-            elif e.op in (Op.APPLY, Op.PAST):
-                done[e] = math.nan
-            else:
-                done[e] = _OPERATIONS[e.op](*(done[a] for a in e.args))
-        return np.broadcast_to(np.asarray(done[root], float), self._spread.shape)
+        value = RowValues(lambda e: self._values.get(e, 0.0), lambda e, args: math.nan)
+        return np.broadcast_to(np.asarray(value(root), float), self._spread.shape)
 
     def assign(self, target: Expr, value: Expr) -> None:
         with np.errstate(all="ignore"):
@@ -127,45 +117,3 @@ def _least(r: Values, jacobian: Values) -> Values:
             with suppress(np.linalg.LinAlgError):
                 steps[i] = np.linalg.lstsq(jacobian[i], r[i], rcond=1e-9)[0]
     return steps
-
-
-_FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-    "log10": np.log10,
-    "sqrt": np.sqrt,
-    "abs": np.abs,
-    "sign": np.sign,
-    "min": np.minimum,
-    "max": np.maximum,
-    "floor": np.floor,
-    "ceil": np.ceil,
-    "div": lambda x, y: np.trunc(np.divide(x, y)),
-    "mod": lambda x, y: x - np.floor(np.divide(x, y)) * y,
-    "rem": lambda x, y: x - np.trunc(np.divide(x, y)) * y,
-}
-
-_OPERATIONS: Mapping[Op, Callable[..., Any]] = {
-    Op.ADD: lambda *terms: sum(terms),
-    Op.MUL: lambda *factors: math.prod(factors),
-    Op.NEG: np.negative,
-    Op.DIV: np.divide,
-    Op.POW: np.power,
-    Op.LESS: np.less,
-    Op.LESS_EQUAL: np.less_equal,
-    Op.EQUAL: np.equal,
-    Op.AND: np.logical_and,
-    Op.OR: np.logical_or,
-    Op.NOT: np.logical_not,
-    Op.IF: np.where,
-}

@@ -13,8 +13,9 @@ import math
 
 from planarc.codegen.sections import Sections
 from planarc.core.unit import rate_text
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import SHARING, Kind, Parameter, Variable
-from planarc.ir.expr import Expr, Op, evaluate, symbol_text
+from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.program import (
     CandidateSlot,
     Column,

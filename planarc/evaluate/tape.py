@@ -22,8 +22,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from planarc.ir.expr import FUNCTIONS, Expr, Op, postorder
-from planarc.runtime import external
+from planarc.ir.expr import Expr, Op, postorder
+from planarc.runtime import elementary, external
 
 Prepared: TypeAlias = Callable[[Sequence[float], float], Any]
 
@@ -64,7 +64,7 @@ def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr]
         case Op.NEG:
             return f"-{a[0]}"
         case Op.CALL:
-            names[f"f_{e.data}"] = _safe(FUNCTIONS[e.data])
+            names[f"f_{e.data}"] = _safe(elementary.TABLE[e.data].value)
             return f"f_{e.data}({listed})"
         case Op.APPLY:
             names[f"f{e.id}"] = _safe(_applied(e))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from planarc.evaluate.rows import on_arrays
 from planarc.ir.figure import Formula
 from planarc.ir.insight import Series
+from planarc.runtime import elementary
 
 if TYPE_CHECKING:
     from planarc.ir.result import Result
@@ -38,31 +40,26 @@ def _evaluate(formula: Formula, result: Result) -> Any:
                 return None
             stack.append(result.time if name == "time" else result[name])
         else:
-            count, function = _functions()[name]
+            count, function = _operation(name)
             operands = stack[len(stack) - count :]
             del stack[len(stack) - count :]
             stack.append(function(*operands))
     return stack[-1]
 
 
-def _functions() -> dict[str, tuple[int, Callable[..., Any]]]:
+def _operation(name: str) -> tuple[int, Callable[..., Any]]:
     """Operand count and NumPy function, by the names of `flatten.sections.figures`."""
     import numpy as np
 
-    one = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "sqrt", "abs", "sign")
-    inverse = {"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan}
-    return {
+    row = elementary.TABLE.get(name)
+    if row is not None:
+        return row.arity, on_arrays(row)
+    operators = {
         "+": (2, np.add),
         "-": (2, np.subtract),
         "*": (2, np.multiply),
         "/": (2, np.divide),
         "^": (2, np.power),
         "negative": (1, np.negative),
-        "atan2": (2, np.arctan2),
-        "max": (2, np.maximum),
-        "min": (2, np.minimum),
-        "log": (1, np.log),
-        "log10": (1, np.log10),
-        **{name: (1, getattr(np, name)) for name in one},
-        **{name: (1, function) for name, function in inverse.items()},
     }
+    return operators[name]

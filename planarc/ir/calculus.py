@@ -7,11 +7,11 @@ only notes which argument; `codegen` makes that derivative when it is printed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from typing import Any
 
-from planarc.ir.expr import Expr, Exprs, Op
-
-Rule = Callable[[Exprs, tuple[Expr, ...]], tuple[Expr, ...]]
+from planarc.ir.expr import Expr, Exprs, Op, fold
+from planarc.runtime import elementary
 
 
 class Differentiator:
@@ -23,20 +23,7 @@ class Differentiator:
         self._memo: dict[Expr, Expr] = {}
 
     def __call__(self, root: Expr) -> Expr:
-        memo = self._memo
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            if e in memo:
-                stack.pop()
-                continue
-            waiting = [a for a in e.args if a not in memo]
-            if waiting:
-                stack.extend(waiting)
-            else:
-                memo[e] = self._derive(e)
-                stack.pop()
-        return memo[root]
+        return fold(root, self._memo, self._derive)
 
     def _derive(self, e: Expr) -> Expr:
         t = self._table
@@ -85,7 +72,7 @@ class Differentiator:
                 delay, order = e.data
                 return (t.past(delay, e.args[0], order + 1),)
             case Op.CALL:
-                return _RULES[e.data](t, e.args)
+                return _call_slopes(t, e)
         raise AssertionError(f"no derivative for {e.op!r}")
 
 
@@ -115,59 +102,62 @@ def _power_slopes(t: Exprs, e: Expr) -> tuple[Expr, Expr]:
     return by_base, t.mul(e, t.call("log", base))
 
 
-def _sqrt_of(t: Exprs, *terms: Expr) -> Expr:
-    return t.call("sqrt", t.add(*terms))
+# Slopes of elementary functions --------------------------------------------------------------
 
 
-def _square(t: Exprs, a: Expr) -> Expr:
-    return t.mul(a, a)
+def _both(make: Callable[[Exprs, Expr, Expr], Expr]) -> tuple[Callable[..., Any], ...]:
+    """An operator of terms, and the same with its operands exchanged."""
+
+    def direct(a: _Term, b: _Term | float) -> _Term:
+        return _Term(a.t, make(a.t, a.e, _expression(a.t, b)))
+
+    def exchanged(a: _Term, b: _Term | float) -> _Term:
+        return _Term(a.t, make(a.t, _expression(a.t, b), a.e))
+
+    return direct, exchanged
 
 
-def _atan2_slopes(t: Exprs, a: tuple[Expr, ...]) -> tuple[Expr, ...]:
-    y, x = a
-    length = t.add(_square(t, x), _square(t, y))
-    return t.div(x, length), t.neg(t.div(y, length))
+class _Term:
+    """An expression with operators, as the formulas of `runtime.elementary` take them."""
+
+    __slots__ = ("e", "t")
+
+    def __init__(self, t: Exprs, e: Expr) -> None:
+        self.t, self.e = t, e
+
+    __add__, __radd__ = _both(Exprs.add)
+    __sub__, __rsub__ = _both(Exprs.sub)
+    __mul__, __rmul__ = _both(Exprs.mul)
+    __truediv__, __rtruediv__ = _both(Exprs.div)
+    __lt__, __gt__ = _both(Exprs.less)
+    __le__, __ge__ = _both(Exprs.less_equal)
+
+    def __neg__(self) -> _Term:
+        return _Term(self.t, self.t.neg(self.e))
 
 
-def _flat(t: Exprs, a: tuple[Expr, ...]) -> tuple[Expr, ...]:
-    return (t.zero,) * len(a)
+class _Functions:
+    """The functions that these formulas use."""
+
+    def __init__(self, t: Exprs) -> None:
+        self._t = t
+
+    def __getattr__(self, name: str) -> Callable[..., _Term]:
+        t = self._t
+        return lambda *x: _Term(t, t.call(name, *(_expression(t, a) for a in x)))
+
+    def where(self, condition: _Term, then: _Term | float, otherwise: _Term | float) -> _Term:
+        t = self._t
+        return _Term(t, t.if_(condition.e, _expression(t, then), _expression(t, otherwise)))
 
 
-def _modulo(rounding: str) -> Rule:
-    """mod and rem: x - round(x/y)*y, where the rounded part is constant but for jumps."""
-    if rounding == "floor":
-        return lambda t, a: (t.one, t.neg(t.call("floor", t.div(a[0], a[1]))))
-    return lambda t, a: (t.one, t.neg(t.call("div", a[0], a[1])))
+def _expression(t: Exprs, value: _Term | float) -> Expr:
+    return value.e if isinstance(value, _Term) else t.const(value)
 
 
-_RULES: Mapping[str, Rule] = {
-    "sin": lambda t, a: (t.call("cos", a[0]),),
-    "cos": lambda t, a: (t.neg(t.call("sin", a[0])),),
-    "tan": lambda t, a: (t.add(t.one, _square(t, t.call("tan", a[0]))),),
-    "asin": lambda t, a: (t.div(t.one, _sqrt_of(t, t.one, t.neg(_square(t, a[0])))),),
-    "acos": lambda t, a: (t.neg(t.div(t.one, _sqrt_of(t, t.one, t.neg(_square(t, a[0]))))),),
-    "atan": lambda t, a: (t.div(t.one, t.add(t.one, _square(t, a[0]))),),
-    "atan2": _atan2_slopes,
-    "sinh": lambda t, a: (t.call("cosh", a[0]),),
-    "cosh": lambda t, a: (t.call("sinh", a[0]),),
-    "tanh": lambda t, a: (t.sub(t.one, _square(t, t.call("tanh", a[0]))),),
-    "exp": lambda t, a: (t.call("exp", a[0]),),
-    "log": lambda t, a: (t.div(t.one, a[0]),),
-    "log10": lambda t, a: (t.div(t.const(0.4342944819032518), a[0]),),
-    "sqrt": lambda t, a: (t.div(t.const(0.5), t.call("sqrt", a[0])),),
-    "abs": lambda t, a: (t.if_(t.less(a[0], t.zero), t.const(-1.0), t.one),),
-    "min": lambda t, a: (
-        t.if_(t.less_equal(a[0], a[1]), t.one, t.zero),
-        t.if_(t.less_equal(a[0], a[1]), t.zero, t.one),
-    ),
-    "max": lambda t, a: (
-        t.if_(t.less_equal(a[1], a[0]), t.one, t.zero),
-        t.if_(t.less_equal(a[1], a[0]), t.zero, t.one),
-    ),
-    "sign": _flat,
-    "floor": _flat,
-    "ceil": _flat,
-    "div": _flat,
-    "mod": _modulo("floor"),
-    "rem": _modulo("trunc"),
-}
+def _call_slopes(t: Exprs, e: Expr) -> tuple[Expr, ...]:
+    slopes = elementary.TABLE[e.data].slopes
+    if slopes is None:
+        return (t.zero,) * len(e.args)
+    found = slopes(_Functions(t), *(_Term(t, a) for a in e.args))
+    return tuple(_expression(t, s) for s in (found if isinstance(found, tuple) else (found,)))

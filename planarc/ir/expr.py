@@ -17,9 +17,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeVar
 
-from planarc.runtime import external
+from planarc.runtime import elementary, external
+
+T = TypeVar("T")
 
 
 class Op(IntEnum):
@@ -35,7 +37,7 @@ class Op(IntEnum):
     NEG = 7
     DIV = 8
     POW = 9
-    CALL = 10  # [function name] an elementary function of FUNCTIONS
+    CALL = 10  # [function name] one of `runtime.elementary`
     LESS = 11  # a < b, evaluated where it stands
     LESS_EQUAL = 12
     EQUAL = 13
@@ -45,38 +47,6 @@ class Op(IntEnum):
     IF = 17  # (condition, then, otherwise)
     APPLY = 18  # [(function, output, wrt)] one of `external`; wrt: partial derivatives
     PAST = 19  # [(delay, order)] a delayed signal at the instant args[0]; order of derivative
-
-
-def _sign(x: float) -> float:
-    return (x > 0) - (x < 0)
-
-
-#: The elementary functions, by their Modelica names, with their values.
-FUNCTIONS: Mapping[str, Callable[..., float]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "exp": math.exp,
-    "log": math.log,
-    "log10": math.log10,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "sign": _sign,
-    "min": min,
-    "max": max,
-    "floor": math.floor,
-    "ceil": math.ceil,
-    "div": lambda x, y: math.trunc(x / y),
-    "mod": lambda x, y: x - math.floor(x / y) * y,
-    "rem": lambda x, y: x - math.trunc(x / y) * y,
-}
 
 
 #: Longer sums and products stay whole inside others: taking a chain of them apart again
@@ -295,9 +265,9 @@ class Exprs:
         return self.node(Op.POW, (a, b))
 
     def call(self, function: str, *args: Expr) -> Expr:
-        """An elementary function of `FUNCTIONS`."""
+        """A function of `runtime.elementary`."""
         if all(a.op is Op.CONST for a in args):
-            return self._folded(Op.CALL, args, function, FUNCTIONS[function])
+            return self._folded(Op.CALL, args, function, elementary.TABLE[function].value)
         return self.node(Op.CALL, args, function)
 
     def _folded(
@@ -436,6 +406,24 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     return found
 
 
+def fold(root: Expr, memo: dict[Expr, T], of: Callable[[Expr], T]) -> T:
+    """`of(root)`, asked after all nodes below it; each answer stands in `memo`."""
+    found = memo.get(root)
+    if found is not None:
+        return found
+    stack = [root]
+    while stack:
+        e = stack[-1]
+        if e in memo:
+            stack.pop()
+        elif waiting := [a for a in e.args if a not in memo]:
+            stack += waiting
+        else:
+            memo[e] = of(e)
+            stack.pop()
+    return memo[root]
+
+
 def symbols(*roots: Expr) -> list[Expr]:
     """The distinct symbols in the expressions, in the order of their first use."""
     return [e for e in postorder(roots) if e.op is Op.SYMBOL]
@@ -453,81 +441,11 @@ class Substitution:
         self._memo: dict[Expr, Expr] = dict(mapping)
 
     def __call__(self, root: Expr) -> Expr:
+        return fold(root, self._memo, self._of)
+
+    def _of(self, e: Expr) -> Expr:
         memo = self._memo
-        if root in memo:
-            return memo[root]
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            if e in memo:
-                stack.pop()
-            elif waiting := [a for a in e.args if a not in memo]:
-                stack += waiting
-            else:
-                memo[e] = self._table.rebuild(e, tuple([memo[a] for a in e.args]))
-                stack.pop()
-        return memo[root]
-
-
-def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
-    """The value of an expression; `leaf` gives that of symbols, time, pre and events.
-
-    Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
-    Of a condition's branches only the one that it chooses is evaluated.
-    """
-    values: dict[Expr, Any] = {}
-    stack = [root]
-    while stack:
-        e = stack[-1]
-        needed = _needed(e, values)
-        waiting = [a for a in needed if a not in values]
-        if waiting:
-            stack.extend(waiting)
-            continue
-        stack.pop()
-        if e in values:
-            continue
-        if e.op is Op.CONST:
-            values[e] = e.data
-        elif not e.args or e.op is Op.PAST:
-            values[e] = leaf(e)
-        elif e.op in _CHOICES:
-            values[e] = values[needed[-1]]
-        elif e.op is Op.CALL:
-            values[e] = FUNCTIONS[e.data](*(values[a] for a in e.args))
-        elif e.op is Op.APPLY:
-            function, output, _ = e.data
-            values[e] = external.number(function, output, [values[a] for a in e.args])
-        else:
-            values[e] = _VALUES[e.op](*(values[a] for a in e.args))
-    return values[root]
-
-
-_CHOICES = frozenset({Op.IF, Op.AND, Op.OR})
-
-
-def _needed(e: Expr, values: Mapping[Expr, Any]) -> tuple[Expr, ...]:
-    """The arguments that the value hangs on, as far as is known; of a choice the last of
-    them is its value."""
-    if e.op not in _CHOICES or e.args[0] not in values:
-        return e.args if e.op not in _CHOICES else e.args[:1]
-    first = bool(values[e.args[0]])
-    if e.op is Op.IF:
-        return (e.args[0], e.args[1] if first else e.args[2])
-    return e.args if first is (e.op is Op.AND) else e.args[:1]
-
-
-_VALUES: Mapping[Op, Callable[..., Any]] = {
-    Op.ADD: lambda *terms: sum(terms),
-    Op.MUL: lambda *factors: math.prod(factors),
-    Op.NEG: lambda a: -a,
-    Op.DIV: lambda a, b: a / b,
-    Op.POW: lambda a, b: a**b,
-    Op.LESS: lambda a, b: a < b,
-    Op.LESS_EQUAL: lambda a, b: a <= b,
-    Op.EQUAL: lambda a, b: a == b,
-    Op.NOT: lambda a: not a,
-}
+        return self._table.rebuild(e, tuple([memo[a] for a in e.args]))
 
 
 # Text ------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ and a block's *record* is a row of int64 constants in the compiled model:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
@@ -133,27 +132,3 @@ def _slots(program: Program, block: BlockCode, derivative: dict[int, int]) -> li
     values = [program.slots[text(tear)] for tear in block.tears]
     first = [derivative.get(s, -1) if block.height else -1 for s in values]
     return [*values, *first, *(derivative.get(s, -1) for s in first)]
-
-
-#: Functions of the C library that compiled code calls, with their numbers of arguments.
-C_LIBRARY: Final[Mapping[str, int]] = {
-    **dict.fromkeys(
-        (
-            "sin",
-            "cos",
-            "tan",
-            "asin",
-            "acos",
-            "atan",
-            "sinh",
-            "cosh",
-            "tanh",
-            "exp",
-            "log",
-            "log10",
-        ),
-        1,
-    ),
-    "atan2": 2,
-    "pow": 2,
-}

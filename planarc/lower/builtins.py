@@ -9,7 +9,7 @@ from functools import reduce
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae
-from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op
+from planarc.ir.expr import Expr, Exprs, Op
 from planarc.lower import delays, rounding
 from planarc.lower.operators import divide, product, relation
 from planarc.lower.scope import Scope, unsupported
@@ -25,6 +25,7 @@ from planarc.lower.values import (
     stack,
     transpose,
 )
+from planarc.runtime import elementary
 
 Builtin = Callable[[Scope, tuple[Value, ...], Span], Value]
 
@@ -37,7 +38,7 @@ def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) 
         except (IndexError, ValueError):  # sizes that are known only now
             what = f"`{function}` cannot take arguments of these sizes"
             raise error("L314", what, span) from None
-    if function in FUNCTIONS:
+    if function in elementary.TABLE:
         table = scope.table
         return each(lambda *a: table.call(function, *a), *arguments)
     raise unsupported(f"`{function}` (Modelica specification, section 3.7)", span)

@@ -29,13 +29,14 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
-from planarc.ir.expr import FUNCTIONS, Expr, Substitution
+from planarc.ir.expr import Expr, Substitution
 from planarc.lower import scalar
 from planarc.lower.foreign import call_external
 from planarc.lower.places import places
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, RecordValue, Tensor, Value, each, expr
+from planarc.runtime import elementary
 
 MAX_DEPTH = 100  # of calls inside calls
 
@@ -60,7 +61,7 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         ]
         return inline(_deeper(scope), passed.function, arguments, span)
     function = scope.model.functions[name]
-    if function.external is not None and function.external in FUNCTIONS:
+    if function.external is not None and function.external in elementary.TABLE:
         return (_elementary(scope, function.external, arguments),)
     if function.external is not None:
         runner = _started(_deeper(scope), function, arguments, span)

@@ -16,8 +16,8 @@ equations that cannot have an answer are told before.
     x*x = L*L                       None: two branches
     a/x = b                         None: divides by b, which may vanish
 
-So an unknown may stand only inside sums, products, whole powers and the functions of
-`_INVERTIBLE`, whose inverses exist exactly where there is a solution.
+So an unknown may stand only inside sums, products, whole powers and the functions whose
+`inverse` is defined exactly where there is a solution.
 
 Promises:  an answer is the only solution wherever there is one, and divides by nothing
            that may vanish.
@@ -30,14 +30,15 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.ir.calculus import partial
 from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.runtime import elementary
+from planarc.runtime.elementary import Sign
 from planarc.structure.linear import Contents
 from planarc.structure.shape import Shape, decode
-from planarc.structure.signs import Sign, Signs
+from planarc.structure.signs import Signs
 
 if TYPE_CHECKING:
     import sympy
 
-_INVERTIBLE = frozenset({"exp", "log", "sinh", "tanh"})
 _LARGEST = 60  # nodes of an equation that is still given to sympy
 _HIGHEST = 6  # degree
 
@@ -109,7 +110,7 @@ def _is_transparent(e: Expr) -> bool:
             exponent = e.args[1]
             return exponent.is_const and exponent.data == int(exponent.data)
         case Op.CALL:
-            return e.data in _INVERTIBLE
+            return bool(elementary.TABLE[e.data].inverse)
     return False
 
 
@@ -165,10 +166,8 @@ def _solve_monotone(f: Any, x: Any) -> Any:
     import sympy
 
     inverse = {
-        sympy.exp: sympy.log,
-        sympy.log: sympy.exp,
-        sympy.sinh: sympy.asinh,
-        sympy.tanh: sympy.atanh,
+        getattr(sympy, name): getattr(sympy, elementary.TABLE[name].inverse)
+        for name in _invertible()
     }
     while True:
         outer = [a for a in f.atoms(sympy.Function) if a.has(x)]
@@ -189,6 +188,10 @@ def _solve_monotone(f: Any, x: Any) -> Any:
             return solved
 
 
+def _invertible() -> list[str]:
+    return sorted(row.name for row in elementary.TABLE.values() if row.inverse)
+
+
 class _NoForm(Exception):
     """An expression that the other side does not know."""
 
@@ -202,7 +205,7 @@ def _to_sympy(text: str, symbols: list[Any]) -> Any:
         "~": lambda a: -a,
         "/": lambda a, b: a / b,
         "^": sympy.Pow,
-        **{name: getattr(sympy, name) for name in sorted(_INVERTIBLE)},
+        **{name: getattr(sympy, name) for name in _invertible()},
     }
     stack: list[Any] = []
     for word in reversed(text.split()):
@@ -221,6 +224,7 @@ def _from_sympy(root: Any, symbols: list[Any]) -> list[str]:
     import sympy
 
     number = {s: i for i, s in enumerate(symbols)}
+    invertible = _invertible()
     words: list[str] = []
     stack = [root]
     while stack:
@@ -242,7 +246,7 @@ def _from_sympy(root: Any, symbols: list[Any]) -> list[str]:
         elif isinstance(e, sympy.Pow):
             words.append("^:2")
             stack.extend((e.exp, e.base))
-        elif isinstance(e, sympy.exp | sympy.log | sympy.sinh | sympy.tanh):
+        elif type(e).__name__ in invertible:
             words.append(f"{type(e).__name__}:1")
             stack.append(e.args[0])
         elif isinstance(e, sympy.asinh):

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from operator import attrgetter
 
-from planarc.ir.expr import Expr, Exprs, Op, Substitution
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, fold
 
 _EMPTY: frozenset[Expr] = frozenset()
 _number = attrgetter("id")
@@ -28,21 +28,8 @@ class Contents:
         self._memo: dict[Expr, frozenset[Expr]] = {}
 
     def __call__(self, root: Expr) -> frozenset[Expr]:
-        memo = self._memo
-        known = memo.get(root)
-        if known is not None:
-            return known
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            if e in memo:
-                stack.pop()
-            elif waiting := [a for a in e.args if a not in memo]:
-                stack += waiting
-            else:
-                memo[e] = self._of(e)
-                stack.pop()
-        return memo[root]
+        known = self._memo.get(root)
+        return fold(root, self._memo, self._of) if known is None else known
 
     def _of(self, e: Expr) -> frozenset[Expr]:
         if e.op is Op.SYMBOL:
@@ -171,19 +158,7 @@ class Degrees:
         self._of_symbol[symbol] = self(value)
 
     def __call__(self, root: Expr) -> int:
-        memo = self._memo
-        if root in memo:
-            return memo[root]
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            waiting = [a for a in e.args if a not in memo]
-            if waiting:
-                stack.extend(waiting)
-                continue
-            stack.pop()
-            memo[e] = self._degree(e)
-        return memo[root]
+        return fold(root, self._memo, self._degree)
 
     def _degree(self, e: Expr) -> int:
         if e.op is Op.SYMBOL:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, evaluate
+from planarc.ir.expr import Expr
 
 
 class ParameterNumbers:

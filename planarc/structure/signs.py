@@ -7,31 +7,12 @@ can never vanish may be divided by. A parameter can be set to any value within i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from enum import Flag, auto
-
 from planarc.ir.dae import Parameter
-from planarc.ir.expr import Expr, Op, postorder
-
-
-class Sign(Flag):
-    """The signs that a value may have."""
-
-    MINUS = auto()
-    ZERO = auto()
-    PLUS = auto()
-    ANY = MINUS | ZERO | PLUS
-
+from planarc.ir.expr import Expr, Op, fold
+from planarc.runtime import elementary
+from planarc.runtime.elementary import Sign
 
 _NOT_NEGATIVE = Sign.ZERO | Sign.PLUS
-_OF_FUNCTION: Mapping[str, Sign] = {
-    "exp": Sign.PLUS,
-    "cosh": Sign.PLUS,
-    "sqrt": _NOT_NEGATIVE,
-    "abs": _NOT_NEGATIVE,
-    "acos": _NOT_NEGATIVE,
-}
-_ODD = frozenset({"atan", "sinh", "tanh", "asin", "sign"})  # these keep the sign
 
 
 class Signs:
@@ -42,12 +23,7 @@ class Signs:
         self._memo: dict[Expr, Sign] = {}
 
     def __call__(self, root: Expr) -> Sign:
-        memo = self._memo
-        if root not in memo:
-            for e in postorder((root,)):
-                if e not in memo:
-                    memo[e] = self._of(e)
-        return memo[root]
+        return fold(root, self._memo, self._of)
 
     def never_zero(self, e: Expr) -> bool:
         return not self(e) & Sign.ZERO
@@ -74,7 +50,8 @@ class Signs:
             case Op.IF:
                 return args[1] | args[2]
             case Op.CALL:
-                return args[0] if e.data in _ODD else _OF_FUNCTION.get(e.data, Sign.ANY)
+                row = elementary.TABLE[e.data]
+                return args[0] if row.odd else row.sign
         return Sign.ANY
 
     def _of_parameter(self, e: Expr) -> Sign:

@@ -27,6 +27,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.evaluate.rows import RowValues
+from planarc.ir.expr import Expr, Op, symbol_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -82,20 +84,22 @@ class Scene(Data):
     notes: tuple[str, ...] = ()
 
 
+class NotDrawable(Exception):
+    """Why an attribute has no value; told to the user as a note."""
+
+
 def make_scene(result: Result) -> Scene:
     """The scene of a run, one pose for each row of the result."""
     import numpy as np
 
-    from planarc.evaluate.rows import Evaluator, NotDrawable
-
-    evaluator = Evaluator(result)
+    values = RowValues(lambda e: _leaf(result, e), _undrawable)
     items: list[Item] = []
     notes: list[str] = []
     worlds = {part.name for part in result.program.parts if _is_world(result, part.name)}
     with np.errstate(all="ignore"):
         for visual in result.program.visuals:
             try:
-                attributes = {name: evaluator(value) for name, value in visual.attributes}
+                attributes = {name: _evaluated(value, values) for name, value in visual.attributes}
                 items.append(_item(visual, attributes))
             except NotDrawable as reason:
                 notes.append(f"`{visual.component}` is not drawn: {reason}")
@@ -131,9 +135,32 @@ def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
     return item.component.rpartition(".")[0] not in worlds
 
 
-def _item(visual: Visual, a: dict[str, Any]) -> Item:
-    from planarc.evaluate.rows import NotDrawable
+def _evaluated(value: Any, values: Callable[[Expr], Any]) -> Any:
+    """Of nested tuples the same nesting with values; texts stay."""
+    if isinstance(value, tuple):
+        return tuple(_evaluated(item, values) for item in value)
+    return values(value) if isinstance(value, Expr) else value
 
+
+def _leaf(result: Result, e: Expr) -> Any:
+    if e.op is Op.TIME:
+        return result.time
+    if e.op is Op.EVENT:
+        return _undrawable(e, ())
+    name = symbol_text(*e.data) if e.op is Op.SYMBOL else e.data
+    if name not in result:
+        raise NotDrawable(f"the result has no variable `{name}`")
+    column = result.columns[name]
+    if column.slot in result.stored:
+        return result[name]
+    return float(column.sign * result.constants[column.slot])
+
+
+def _undrawable(e: Expr, args: Sequence[Any]) -> Any:
+    raise NotDrawable("its attributes use events or functions that cannot be inlined")
+
+
+def _item(visual: Visual, a: dict[str, Any]) -> Item:
     try:
         kind = Kind(visual.kind)
     except ValueError:

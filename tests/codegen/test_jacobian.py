@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from planarc.codegen import jacobian as forward
 from planarc.codegen.factoring import Factoring
-from planarc.ir.expr import Expr, Exprs, Op, evaluate, postorder
+from planarc.evaluate.value import evaluate
+from planarc.ir.expr import Expr, Exprs, Op, postorder
 
 
 def to_sympy(root: Expr) -> sympy.Expr:

@@ -11,8 +11,9 @@ import pytest
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
+from planarc.evaluate.value import evaluate
 from planarc.ir.check.program import check
-from planarc.ir.expr import Expr, Op, evaluate, text
+from planarc.ir.expr import Expr, Op, text
 from planarc.ir.program import Program
 from planarc.ir.sorted import Assignment, SortedDae
 from planarc.solve.kernels import load

@@ -10,9 +10,10 @@ import sympy
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from planarc.evaluate.value import evaluate
 from planarc.ir import store
 from planarc.ir.calculus import partial, time_derivative
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, evaluate, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 
 Recipe = tuple[Any, ...]  # how to build one expression, in any table
 

@@ -21,7 +21,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import Source, Span
 from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
-from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, postorder, symbol_text
+from planarc.ir.expr import Expr, Exprs, Op, postorder, symbol_text
 from planarc.ir.flat import Experiment, StateSelect
 from planarc.ir.kernel import Capabilities
 from planarc.ir.program import (
@@ -39,6 +39,7 @@ from planarc.ir.program import (
     Statement,
     WhenCode,
 )
+from planarc.runtime.elementary import TABLE
 from planarc.runtime.history import History
 from planarc.solve.run import Run
 from planarc.solve.states import exchange
@@ -123,7 +124,12 @@ class Interpreter:
                 name = repr(s.target)
                 target = f"w[{slots[name]}]" if name in slots else f"v[{name!r}]"
                 lines.append(f"    {target} = float({_python(s.value, slots)})")
-        space = {"w": self.w, "v": self._v, "F": FUNCTIONS, "solve": self._solve}
+        space = {
+            "w": self.w,
+            "v": self._v,
+            "F": {n: row.value for n, row in TABLE.items()},
+            "solve": self._solve,
+        }
         exec("\n".join(lines), space)
         return space["f"]
 

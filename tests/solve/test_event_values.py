@@ -11,7 +11,8 @@ import pytest
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
 from planarc.evaluate.tape import prepare
-from planarc.ir.expr import Expr, Exprs, evaluate
+from planarc.evaluate.value import evaluate
+from planarc.ir.expr import Expr, Exprs
 from planarc.request.request import Request
 
 

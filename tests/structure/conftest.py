@@ -14,11 +14,13 @@ import pytest
 from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
+from planarc.evaluate.value import evaluate
 from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae, Equation, Kind, Parameter, Relation, Variable
-from planarc.ir.expr import FUNCTIONS, Expr, Exprs, Op, evaluate
+from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Assignment, Block, SortedDae
+from planarc.runtime.elementary import TABLE
 from planarc.structure.pipeline import structure
 
 
@@ -78,7 +80,7 @@ def _read(t: Exprs, n: ast.expr) -> Expr:
             return t.der(_read(t, a))
         case ast.Call(ast.Name("pre"), [a]):
             return t.pre(_name(a))
-        case ast.Call(ast.Name(f), args) if f in FUNCTIONS:
+        case ast.Call(ast.Name(f), args) if f in TABLE:
             return t.call(f, *(_read(t, a) for a in args))
     raise AssertionError(ast.dump(n))
 

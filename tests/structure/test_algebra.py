@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae, Kind, Parameter
-from planarc.ir.expr import Expr, Exprs, evaluate
+from planarc.ir.expr import Expr, Exprs
 from planarc.ir.sorted import Assignment, SortedDae
 from planarc.structure import algebra
 from planarc.structure.algebra import Algebra, Memory

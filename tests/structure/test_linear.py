@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Kind, Parameter
-from planarc.ir.expr import Expr, Exprs, evaluate, text
+from planarc.ir.expr import Expr, Exprs, text
 from planarc.structure.linear import Contents, Degrees, coefficients, solve_affine
 from planarc.structure.signs import Sign, Signs
 

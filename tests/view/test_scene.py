@@ -101,12 +101,13 @@ def test_what_cannot_be_drawn_is_named_and_the_rest_is_drawn(
 def test_every_operator_has_the_values_of_the_scalar_tree(
     table: Exprs, result_of: Callable[..., Any], shape_of: Callable[..., Any]
 ) -> None:
-    from planarc.ir.expr import FUNCTIONS, evaluate
+    from planarc.evaluate.value import evaluate
+    from planarc.runtime.elementary import TABLE
 
     t, x = table, table.symbol("x")
     half = t.const(0.5)
     two = ("atan2", "min", "max", "div", "mod", "rem")
-    expressions = [t.call(f, x, half) if f in two else t.call(f, x) for f in FUNCTIONS]
+    expressions = [t.call(f, x, half) if f in two else t.call(f, x) for f in TABLE]
     expressions += [
         t.add(x, half), t.mul(x, x), t.neg(x), t.div(half, x), t.pow(x, t.const(3.0)),
         t.if_(t.less(x, half), x, t.neg(x)), t.if_(t.less_equal(x, half), x, half),

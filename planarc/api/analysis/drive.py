@@ -170,7 +170,8 @@ def _start_at(
 
 def _force(program: Program, kernel: Kernel, functions: Mapping[int, Motion]) -> Any:
     """Values by slot at a time: the parameters of the motions, and what depends on them."""
-    from planarc.ir.expr import Expr, evaluate, symbols
+    from planarc.evaluate.value import evaluate
+    from planarc.ir.expr import Expr, symbols
     from planarc.ir.program import Let
 
     names = {k: [f"{_ADDED}{k}{part}" for part in "qvaT"] for k in functions}

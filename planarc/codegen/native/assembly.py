@@ -49,8 +49,23 @@ class Value:
     def __truediv__(self, other: Value | float | int) -> Value:
         return self._with(other, "fdiv", "sdiv")
 
+    def __radd__(self, other: float) -> Value:
+        return self.code.constant(other, self.type) + self
+
+    def __rsub__(self, other: float) -> Value:
+        return self.code.constant(other, self.type) - self
+
+    def __rmul__(self, other: float) -> Value:
+        return self.code.constant(other, self.type) * self
+
+    def __rtruediv__(self, other: float) -> Value:
+        return self.code.constant(other, self.type) / self
+
+    def __neg__(self) -> Value:
+        return Negative(self).kept()
+
     def negative(self) -> Value:
-        return self.code.constant(0, self.type) - self
+        return 0 - self
 
     def _compare(self, other: Value | float | int, real: str, whole: str) -> Value:
         b = self.code.constant(other, self.type)

@@ -13,24 +13,21 @@ from typing import Final
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
 from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op
-from planarc.ir.frame import C_LIBRARY
-from planarc.runtime import external
+from planarc.runtime import elementary, external
 
-#: Functions that the processor or LLVM itself knows.
-INTRINSICS: Final = {
-    "sqrt": "llvm.sqrt.f64",
-    "abs": "llvm.fabs.f64",
-    "floor": "llvm.floor.f64",
-    "ceil": "llvm.ceil.f64",
-    "trunc": "llvm.trunc.f64",
-}
-DECLARATIONS: Final = "".join(
-    [f"declare double @{name}(double)\n" for name in INTRINSICS.values()]
-    + [
-        f"declare double @{name}({', '.join(['double'] * n)}) nounwind willreturn memory(none)\n"
-        for name, n in C_LIBRARY.items()
-    ]
-)
+_TRUNC: Final = "llvm.trunc.f64"
+
+
+def declarations() -> str:
+    """Functions of C's library, and those that the processor or LLVM itself knows."""
+    rows = {row.native: row.arity for row in elementary.TABLE.values() if row.native}
+    rows |= {"pow": 2, _TRUNC: 1}
+    return "".join(
+        f"declare double @{name}({', '.join(['double'] * arity)})"
+        f"{'' if name.startswith('llvm.') else ' nounwind willreturn memory(none)'}\n"
+        for name, arity in rows.items()
+    )
+
 
 #: Whole powers up to this one are products.
 LARGEST_PRODUCT = 16
@@ -154,18 +151,24 @@ def _product(x: Value, n: int) -> Value:
     return half * half
 
 
+class _Functions:
+    """The functions that formulas of `runtime.elementary` use."""
+
+    def __init__(self, c: Code) -> None:
+        self._c = c
+        self.where = c.select
+
+    def __getattr__(self, name: str) -> Callable[..., Value]:
+        return lambda *x: _call(self._c, name, [self._c.constant(a, REAL) for a in x])
+
+    def trunc(self, x: Value) -> Value:
+        return self._c.call(REAL, _TRUNC, x)
+
+
 def _call(c: Code, function: str, a: list[Value]) -> Value:
-    match function:
-        case "min":
-            return c.select(a[1] < a[0], a[1], a[0])
-        case "max":
-            return c.select(a[1] > a[0], a[1], a[0])
-        case "sign":
-            return real(c, a[0] > 0.0) - real(c, a[0] < 0.0)
-        case "div":
-            return c.call(REAL, INTRINSICS["trunc"], a[0] / a[1])
-        case "mod":
-            return a[0] - c.call(REAL, INTRINSICS["floor"], a[0] / a[1]) * a[1]
-        case "rem":
-            return a[0] - c.call(REAL, INTRINSICS["trunc"], a[0] / a[1]) * a[1]
-    return c.call(REAL, INTRINSICS.get(function, function), *a)
+    row = elementary.TABLE[function]
+    if row.native:
+        return c.call(REAL, row.native, *a)
+    assert row.built is not None
+    found: Value = row.built(_Functions(c), *a)
+    return found

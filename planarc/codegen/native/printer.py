@@ -32,7 +32,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
-from planarc.codegen.native.formulas import DECLARATIONS, formula, real
+from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.newton import NOT_FINITE
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
@@ -71,7 +71,7 @@ def ir(program: Program) -> str:
         _Section(program, placement, "pc_zeros", results=True).text(program.roots, zeros),
         _Section(program, placement, "pc_discrete").text(program.discrete),
     )
-    return "\n".join((DECLARATIONS + _RUNTIME, _records(placement), *functions))
+    return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
 
 
 def slopes_ir(program: Program, slopes: Slopes, scope: Scope) -> str:
@@ -81,7 +81,7 @@ def slopes_ir(program: Program, slopes: Slopes, scope: Scope) -> str:
     row = ", ".join(f"i64 {n}" for n in numbers)
     tape = f"@pc_tape_{scope.value} = constant [{len(numbers)} x i64] [{row}]\n"
     section = _Section(program, place(program), f"pc_slopes_{scope.value}", results=True)
-    return "\n".join((DECLARATIONS + _RUNTIME, tape, section.coefficients(slopes)))
+    return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(slopes)))
 
 
 def _records(placement: Placement) -> str:

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterable, Mapping
 from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Let
+from planarc.runtime import elementary
 
 _TRUTHS = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND, Op.OR, Op.NOT)
-_NEVER_FAIL = frozenset(["sin", "cos", "tan", "atan", "atan2", "tanh", "abs", "min", "max", "sign"])
 
 #: operator, binding strength as in Python's grammar
 _OPERATORS: Mapping[Op, tuple[str, int]] = {
@@ -103,7 +103,8 @@ def _node(e: Expr, args: list[Text], careful: bool) -> Text:
 
 
 def _call(function: str, args: list[str], careful: bool) -> str:
-    if careful and function not in _NEVER_FAIL:
+    row = elementary.TABLE.get(function)
+    if careful and not (row and row.total):
         return f"safe({', '.join([function, *args])})"
     return f"{function}({', '.join(args)})"
 

@@ -11,12 +11,13 @@ import keyword
 import re
 
 from planarc.ir.expr import Expr, Op, text
+from planarc.runtime import elementary
 
-#: Names that the generated text itself uses; see `planarc.solve.kernels.numpy.support`.
+#: Names that the generated text itself uses, beside the elementary functions'; see
+#: `planarc.solve.kernels.numpy.support`.
 _TAKEN = """
     t w block blocks tears range columns seeds column by_columns
-    sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan
-    abs min max sign floor ceil div mod rem safe safe_div
+    pow inf nan safe safe_div
     parameters levels rest initial roots discrete external past
     slopes tape
 """
@@ -27,7 +28,7 @@ class Names:
 
     def __init__(self) -> None:
         self._names: dict[Expr, str] = {}
-        self._taken = set(_TAKEN.split())
+        self._taken = {*_TAKEN.split(), *elementary.TABLE}
 
     def __call__(self, symbol: Expr) -> str:
         found = self._names.get(symbol)

@@ -38,7 +38,7 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
         return call_of_argument(node, env.locals[names[0]], env)
     if names[0] == _CONNECTIONS and len(names) == 2 and lookup.find(env.scope, names[0]) is None:
         return connections.type_operator(node, env)
-    if names[-1] in builtins.NAMES and _is_builtin(node.function, env):
+    if builtins.is_name(names[-1]) and _is_builtin(node.function, env):
         return _builtin(node, env)
     cls = function_class(node.function, env)
     if cls.definition.name in ("Integer", "String") and cls.name == cls.definition.name:
@@ -109,7 +109,7 @@ def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
     """Arguments in order; the few named ones of built-ins are put in place."""
     if not node.named:
         return list(node.arguments)
-    places = builtins.RULES[name].names
+    places = builtins.rule_of(name).names
     filled = list(node.arguments)
     for argument in sorted(
         node.named, key=lambda a: places.index(a.name) if a.name in places else 99

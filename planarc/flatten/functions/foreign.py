@@ -65,7 +65,7 @@ def external_call(
 ) -> ExternalCall:
     """What stands for an external function. Raises PlanarcError when planarc has nothing."""
     node, name = clause.node, clause.name
-    if name in compute.SCALAR:
+    if compute.scalar(name):
         wanted = [v.name for v in signature.inputs]
         given = [a.parts[0].name for a in node.arguments if isinstance(a, syntax.Ref)]
         if given == wanted or not node.arguments:

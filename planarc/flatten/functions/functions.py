@@ -170,7 +170,7 @@ def _plain_builtin(body: tuple[flat.Statement, ...], signature: Signature) -> st
     if len(body) != 1 or not isinstance(body[0], flat.Assignment):
         return None
     value = body[0].value
-    if not isinstance(value, flat.Builtin) or value.function not in compute.SCALAR:
+    if not isinstance(value, flat.Builtin) or not compute.scalar(value.function):
         return None
     names = [a.name for a in value.arguments if isinstance(a, flat.Reference) and not a.subscripts]
     same = names == [v.name for v in signature.inputs]

@@ -15,6 +15,7 @@ from planarc.flatten.tree.nodes import Instance, Session
 from planarc.ir import syntax
 from planarc.ir.figure import Figure, Formula, Plot, Step
 from planarc.ir.text.expression import expression_text
+from planarc.runtime import elementary
 
 
 def figures_of(instance: Instance, session: Session) -> tuple[Figure, ...]:
@@ -51,14 +52,6 @@ def _plot(call: syntax.Call) -> Plot:
     return Plot(_text(call, "title"), tuple(curves), tuple(formulas))
 
 
-#: Functions of a formula, with the number of their arguments.
-_FUNCTIONS = {
-    **dict.fromkeys(("sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan"), 1),
-    **dict.fromkeys(("exp", "log", "log10", "sqrt", "abs", "sign"), 1),
-    **dict.fromkeys(("atan2", "max", "min"), 2),
-}
-
-
 def _steps(value: syntax.Expression) -> list[Step] | None:
     """What computes an expression, operands first; None where more is asked for."""
     match value:
@@ -78,7 +71,8 @@ def _steps(value: syntax.Expression) -> list[Step] | None:
             return [("variable", _name(value) or "")]
         case syntax.Call() if not value.named:
             name = str(value.function)
-            if _FUNCTIONS.get(name) == len(value.arguments):
+            row = elementary.TABLE.get(name)
+            if row is not None and row.arity == len(value.arguments):
                 return _applied(name, value.arguments)
     return None
 

@@ -8,7 +8,8 @@ Reference: Modelica Language Specification 3.6, sections 3.7, 8.3, 10.3 and 16.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import chain
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
@@ -21,6 +22,8 @@ from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import arrays
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat
+from planarc.runtime import elementary
+from planarc.runtime.elementary import Result
 
 Arguments = list[flat.Expression]
 
@@ -36,7 +39,7 @@ class Rule(Data):
 
 def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     """A call of a built-in with complete positional arguments."""
-    rule = RULES[name]
+    rule = rule_of(name)
     if not rule.least <= len(arguments) <= rule.most:
         raise error("F290", f"`{name}` takes {_wanted(rule)}, not {len(arguments)}", span)
     return rule.make(name, arguments, span, env)
@@ -249,35 +252,8 @@ def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expres
     return arrays.BUILDERS[name](arguments, span, env)
 
 
-_ELEMENTARY = [
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "exp",
-    "log",
-    "log10",
-    "sqrt",
-]
-
 RULES: dict[str, Rule] = {
-    **{name: Rule(1, 1, _real) for name in _ELEMENTARY},
-    "atan2": Rule(2, 2, _real),
-    "abs": Rule(1, 1, _same_number),
-    "sign": Rule(1, 1, _integer),
-    "ceil": Rule(1, 1, _real),
-    "floor": Rule(1, 1, _real),
     "integer": Rule(1, 1, _integer),
-    "div": Rule(2, 2, _same_number),
-    "mod": Rule(2, 2, _same_number),
-    "rem": Rule(2, 2, _same_number),
-    "min": Rule(1, 2, _extreme),
-    "max": Rule(1, 2, _extreme),
     "sum": Rule(1, 1, _total),
     "product": Rule(1, 1, _total),
     "der": Rule(1, 1, _der),
@@ -347,7 +323,32 @@ OF_MODELS = frozenset(
     {"der", "initial", "terminal", "sample", "pre", "edge", "change", "delay", "cardinality"}
 )
 
-NAMES = frozenset(RULES) | frozenset(REFUSED) | {"cardinality", "assert", "terminate", "reinit"}
+_ELEMENTARY = {
+    Result.REAL: _real,
+    Result.INTEGER: _integer,
+    Result.SAME: _same_number,
+    Result.EXTREME: _extreme,
+}
+
+
+def rule_of(name: str) -> Rule:
+    row = elementary.TABLE.get(name)
+    if row is None:
+        return RULES[name]
+    least = 1 if row.result is Result.EXTREME else row.arity
+    return Rule(least, row.arity, _ELEMENTARY[row.result])
+
+
+_EQUATIONS = ("cardinality", "assert", "terminate", "reinit")
+
+
+def names() -> Iterator[str]:
+    return chain(elementary.TABLE, RULES, REFUSED, _EQUATIONS)
+
+
+def is_name(name: str) -> bool:
+    return name in elementary.TABLE or name in RULES or name in REFUSED or name in _EQUATIONS
+
 
 #: built-ins whose entries are those of the argument, for opening arrays of them
 ENTRYWISE = MAPPED

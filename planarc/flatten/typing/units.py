@@ -27,17 +27,14 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
+from planarc.runtime import elementary
+from planarc.runtime.elementary import Elementary, Units
 
 #: None: not known, fits everything
 Known = Dimension | None
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
-_KEEP = frozenset({"pre", "noEvent", "abs", "sum", "delay", "transpose", "fill", "cat"})
-_SECOND = frozenset({"smooth"})
-_OF_NUMBERS = frozenset(
-    {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log10"}
-)
-_SAME = frozenset({"min", "max", "homotopy", "mod", "rem"})
+_KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
 
 
 class Checker(Struct):
@@ -131,20 +128,30 @@ class Checker(Struct):
             second = unit.parse("s")
             assert second is not None
             return None if values[0] is None else unit.divide(values[0], second)
-        if name == "sqrt":
-            return None if values[0] is None else unit.power(values[0], Fraction(1, 2))
         if name in _KEEP:
-            return values[-1] if name == "cat" else values[0]
-        if name in _SECOND:
+            return values[0]
+        if name == "cat":
+            return values[-1]
+        if name == "smooth":
             return values[1]
-        if name in _SAME:
-            return self.together(f"the arguments of `{name}`", values, e.span)
-        if name == "atan2":
-            self.together("the arguments of `atan2`", values, e.span)
-            return NUMBER
-        if name in _OF_NUMBERS:
-            self.agree(f"`{name}` takes a number: these", values[0], NUMBER, e.span)
-            return NUMBER
+        if name == "homotopy":
+            return self.together("the arguments of `homotopy`", values, e.span)
+        row = elementary.TABLE.get(name)
+        return None if row is None else self.elementary(row, values, e.span)
+
+    def elementary(self, row: Elementary, values: list[Known], span: Span) -> Known:
+        match row.units:
+            case Units.KEPT:
+                return values[0]
+            case Units.ROOT:
+                return None if values[0] is None else unit.power(values[0], Fraction(1, 2))
+            case Units.SAME | Units.RATIO:
+                shared = self.together(f"the arguments of `{row.name}`", values, span)
+                return shared if row.units is Units.SAME else NUMBER
+            case Units.NUMBER:
+                for value in values:
+                    self.agree(f"`{row.name}` takes a number: these", value, NUMBER, span)
+                return NUMBER
         return None
 
     def call(self, e: flat.Call) -> Known:

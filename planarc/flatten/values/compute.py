@@ -14,7 +14,8 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.ir import flat
-from planarc.ir.expr import FUNCTIONS as ELEMENTARY
+from planarc.runtime import elementary
+from planarc.runtime.elementary import Result
 
 #: operators that give their (first) argument when nothing changes in time
 IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
@@ -200,19 +201,6 @@ def transpose(a: Any) -> Value:
     return [list(row) for row in zip(*a, strict=True)]
 
 
-def _div(a: Any, b: Any) -> Value:
-    result = math.trunc(a / b)
-    return result if isinstance(a, int) and isinstance(b, int) else float(result)
-
-
-def _mod(a: Any, b: Any) -> Value:
-    return a - math.floor(a / b) * b  # type: ignore[no-any-return]
-
-
-def _rem(a: Any, b: Any) -> Value:
-    return a - math.trunc(a / b) * b  # type: ignore[no-any-return]
-
-
 def _min(*values: Any) -> Value:
     return min(flat_values(list(values)))  # type: ignore[no-any-return]
 
@@ -272,21 +260,22 @@ def _outer(a: Any, b: Any) -> Value:
     return [[x * y for y in b] for x in a]
 
 
-#: Functions of scalars, entry by entry over arrays: those of the expression tree, but whole
-#: numbers stay Integers, and `min` and `max` look at all entries.
-SCALAR: dict[str, Callable[..., Any]] = {
-    **{name: f for name, f in ELEMENTARY.items() if name not in ("min", "max")},
-    "div": _div,
-    "mod": _mod,
-    "rem": _rem,
-    "ceil": lambda x: float(math.ceil(x)),
-    "floor": lambda x: float(math.floor(x)),
-    "integer": math.floor,
-    "Integer": int,
-}
+_CONVERSIONS: dict[str, Callable[..., Any]] = {"integer": math.floor, "Integer": int}
+
+
+def scalar(name: str) -> Callable[..., Any] | None:
+    """A function of scalars, which acts on each entry of arrays."""
+    row = elementary.TABLE.get(name)
+    if row is None:
+        return _CONVERSIONS.get(name)
+    return None if row.result is Result.EXTREME else row.value
+
+
+def function_of(name: str) -> Callable[..., Any] | None:
+    return scalar(name) or FUNCTIONS.get(name)
+
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **SCALAR,
     "min": _min,
     "max": _max,
     "sum": total,
@@ -319,24 +308,21 @@ def apply(function: Callable[..., Any] | None, values: list[Value], e: flat.Buil
         return string_of(values, e)
     assert function is not None
     try:
-        result = _map(function, *values) if e.function in SCALAR else function(*values)
+        result = _map(function, *values) if scalar(e.function) else function(*values)
     except ZeroDivisionError:
         raise error("F283", "division by zero in a constant expression", e.span) from None
     except (ValueError, OverflowError, IndexError):
         raise _no_value(e, values) from None
     except TypeError:
         raise NotConstant(f"`{e.function}` has no value here", e.span) from None
-    if e.type.base is flat.Base.REAL:
-        return _real(result)
-    return result
+    number = _NUMBERS.get(e.type.base)
+    return result if number is None else _map(number, result)
+
+
+#: What the values of a type are: functions of numbers give floats.
+_NUMBERS: dict[flat.Base, type] = {flat.Base.REAL: float, flat.Base.INTEGER: int}
 
 
 def _no_value(e: flat.Builtin, values: list[Value]) -> PlanarcError:
     shown = ", ".join(str(v) for v in values)
     return error("F283", f"`{e.function}({shown[:60]})` has no value", e.span)
-
-
-def _real(value: Any) -> Value:
-    if isinstance(value, list):
-        return [_real(v) for v in value]
-    return float(value)

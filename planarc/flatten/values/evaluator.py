@@ -179,7 +179,7 @@ class Evaluator:
             return self.value(e.arguments[-1 if e.function == "smooth" else 0])
         if e.function == "size":
             return self._size(e)
-        function = compute.FUNCTIONS.get(e.function)
+        function = compute.function_of(e.function)
         if function is None:
             what = "`time`" if e.function == "time" else f"`{e.function}(...)`"
             raise NotConstant(f"{what} has no value before the run", e.span)

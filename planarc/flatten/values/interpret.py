@@ -225,8 +225,7 @@ def run_function(
     run = _Run(function, caller)
     for variable, value in zip(function.inputs, arguments, strict=True):
         run.frame[variable.name] = value
-    if function.external in compute.FUNCTIONS:
-        builtin = compute.FUNCTIONS[function.external]
+    if function.external and (builtin := compute.function_of(function.external)):
         call = flat.Builtin(function.outputs[0].type, span, function.external)
         return [compute.apply(builtin, arguments, call)]
     if function.external is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from planarc.flatten.tree.nodes import Session
 from planarc.ir import flat
 from planarc.ir.flatwalk import children
+from planarc.runtime import elementary
 
 _CONSTANT = flat.Variability.CONSTANT
 _DISCRETE = flat.Variability.DISCRETE
@@ -22,11 +23,7 @@ _EVENTS = frozenset(
         "initial",
         "terminal",
         "sample",
-        "sign",
         "integer",
-        "ceil",
-        "floor",
-        "div",
         "hold",
     ]
 )
@@ -51,7 +48,7 @@ def variability_of(
             if function == "time":
                 return _CONTINUOUS
             own = _highest(arguments, session, hidden)
-            if function in _EVENTS:
+            if function in _EVENTS or _steps(function):
                 return min(max(own, _flag(function)), _DISCRETE)
             return own
         case flat.Binary(op=op, left=left, right=right):
@@ -61,6 +58,11 @@ def variability_of(
 
 
 _RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
+
+
+def _steps(function: str) -> bool:
+    row = elementary.TABLE.get(function)
+    return row is not None and row.slopes is None
 
 
 def _flag(function: str) -> flat.Variability:

@@ -8,19 +8,18 @@ alone are looked at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic
-from planarc.evaluate.elementwise import functions
+from planarc.evaluate.rows import RowValues
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
-from planarc.runtime import external
 from planarc.solve.messages.event import assertion_diagnostic
 from planarc.solve.messages.text import Reader, formatted
 from planarc.solve.once import once
@@ -224,21 +223,8 @@ class _Columns:
     def __call__(self, root: Expr) -> Any:
         import numpy as np
 
-        values: dict[Expr, Any] = {}
         with np.errstate(all="ignore"):
-            for e in postorder((root,)):
-                if e.op is Op.CONST:
-                    values[e] = e.data
-                elif not e.args:
-                    values[e] = self._leaf(e)
-                elif e.op is Op.APPLY:
-                    function, output, _ = e.data
-                    columns = [np.atleast_1d(values[a]) for a in e.args]
-                    rows = zip(*np.broadcast_arrays(*columns), strict=True)
-                    values[e] = np.array([external.number(function, output, r) for r in rows])
-                else:
-                    values[e] = _operation(e)(*(values[a] for a in e.args))
-        return values[root]
+            return RowValues(self._leaf)(root)
 
     def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
         if e.op is Op.TIME:
@@ -247,32 +233,3 @@ class _Columns:
         if slot in self._stored:
             return self._rows[:, self._stored[slot]]
         return self._read.leaf(e)
-
-
-def _operation(e: Expr) -> Callable[..., Any]:
-    import numpy as np
-
-    if e.op is Op.CALL:
-        return functions()[e.data]
-    operations: Mapping[Op, Callable[..., Any]] = {
-        Op.ADD: lambda *terms: sum(terms[1:], terms[0]),
-        Op.MUL: _product,
-        Op.NEG: lambda a: -a,
-        Op.DIV: np.divide,
-        Op.POW: np.power,
-        Op.LESS: np.less,
-        Op.LESS_EQUAL: np.less_equal,
-        Op.EQUAL: np.equal,
-        Op.AND: np.logical_and,
-        Op.OR: np.logical_or,
-        Op.NOT: np.logical_not,
-        Op.IF: np.where,
-    }
-    return operations[e.op]
-
-
-def _product(*factors: Any) -> Any:
-    result = factors[0]
-    for factor in factors[1:]:
-        result = result * factor
-    return result

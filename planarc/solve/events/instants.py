@@ -15,7 +15,8 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from planarc.ir.expr import Expr, Op, evaluate, postorder
+from planarc.evaluate.value import evaluate
+from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
 from planarc.solve.messages.text import Reader

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from planarc.ir.expr import Expr, Op, evaluate, postorder
+from planarc.evaluate.value import evaluate
+from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 

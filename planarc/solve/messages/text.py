@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.evaluate.tape import Prepared, prepare
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Message
-from planarc.ir.expr import Expr, Op, evaluate
+from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.once import once

@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from planarc.ir.frame import C_LIBRARY
-from planarc.runtime import external
+from planarc.runtime import elementary, external
 
 _REAL, _POINTER = ctypes.c_double, ctypes.c_void_p
 _FRAME_AND_TIME = (_POINTER, _REAL)
@@ -101,6 +100,8 @@ class Engine:
 
 def _name_library(llvm: Any) -> None:
     """Tell LLVM where the C library's functions are: on Windows it does not find them."""
-    library = ctypes.CDLL("ucrtbase")
-    for name in (*C_LIBRARY, "floor", "ceil", "trunc"):
-        llvm.add_symbol(name, ctypes.cast(getattr(library, name), _POINTER).value)
+    c_library = ctypes.CDLL("ucrtbase")
+    named = (row.native for row in elementary.TABLE.values())
+    library = (name for name in named if name and not name.startswith("llvm."))
+    for name in (*library, "pow", "floor", "ceil", "trunc"):
+        llvm.add_symbol(name, ctypes.cast(getattr(c_library, name), _POINTER).value)

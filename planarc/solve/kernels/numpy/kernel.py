@@ -21,7 +21,7 @@ from planarc.solve.kernels.numpy.block import (
     by_columns,
 )
 from planarc.solve.kernels.numpy.pair import PairBlock
-from planarc.solve.kernels.numpy.support import NAMESPACE
+from planarc.solve.kernels.numpy.support import namespace
 from planarc.solve.kernels.unknowns import find_unknowns
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class NumpyKernel:
         ]
         self.history = History(len(program.delays))
         own: dict[str, Any] = {"by_columns": by_columns, "past": self.history.value}
-        self._functions: dict[str, Callable[..., Any]] = {**NAMESPACE, **own}
+        self._functions: dict[str, Callable[..., Any]] = {**namespace(), **own}
         exec(_compiled(source), self._functions)
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []

@@ -13,31 +13,7 @@ from functools import cache
 from typing import Any
 
 from planarc.ir.newton import SINGULAR
-from planarc.runtime import external
-
-
-def sign(x: float) -> float:
-    return float((x > 0.0) - (x < 0.0))
-
-
-def floor(x: float) -> float:
-    return float(math.floor(x))
-
-
-def ceil(x: float) -> float:
-    return float(math.ceil(x))
-
-
-def div(x: float, y: float) -> float:
-    return float(math.trunc(x / y))
-
-
-def mod(x: float, y: float) -> float:
-    return x - math.floor(x / y) * y
-
-
-def rem(x: float, y: float) -> float:
-    return x - math.trunc(x / y) * y
+from planarc.runtime import elementary, external
 
 
 def safe(function: Callable[..., float], *args: float) -> float:
@@ -52,16 +28,20 @@ def safe_div(a: float, b: float) -> float:
     return a / b if b != 0.0 else math.nan
 
 
-_MATH = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10 sqrt pow inf nan"
+def namespace() -> dict[str, Any]:
+    """The only names that the generated text can reach."""
+    return {
+        "__builtins__": {},
+        **{name: row.value for name, row in elementary.TABLE.items()},
+        "pow": math.pow,
+        "inf": math.inf,
+        "nan": math.nan,
+        "safe": safe,
+        "safe_div": safe_div,
+        "range": range,
+        "external": external.number,
+    }
 
-#: The only names that the generated text can reach.
-NAMESPACE: dict[str, Any] = {
-    "__builtins__": {},
-    **{name: getattr(math, name) for name in _MATH.split()},
-    **{f.__name__: f for f in (abs, min, max, sign, floor, ceil, div, mod, rem, safe, safe_div)},
-    "range": range,
-    "external": external.number,
-}
 
 Rows = Sequence[Sequence[float]]
 

@@ -1,0 +1,71 @@
+"""The value of an expression at one point, on Python's numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from planarc.ir.expr import Expr, Op
+from planarc.runtime import elementary, external
+
+
+def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
+    """The value of an expression; `leaf` gives that of symbols, time, pre and events.
+
+    Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
+    Of a condition's branches only the one that it chooses is evaluated.
+    """
+    values: dict[Expr, Any] = {}
+    stack = [root]
+    while stack:
+        e = stack[-1]
+        needed = _needed(e, values)
+        waiting = [a for a in needed if a not in values]
+        if waiting:
+            stack.extend(waiting)
+            continue
+        stack.pop()
+        if e in values:
+            continue
+        if e.op is Op.CONST:
+            values[e] = e.data
+        elif not e.args or e.op is Op.PAST:
+            values[e] = leaf(e)
+        elif e.op in _CHOICES:
+            values[e] = values[needed[-1]]
+        elif e.op is Op.CALL:
+            values[e] = elementary.TABLE[e.data].value(*(values[a] for a in e.args))
+        elif e.op is Op.APPLY:
+            function, output, _ = e.data
+            values[e] = external.number(function, output, [values[a] for a in e.args])
+        else:
+            values[e] = _VALUES[e.op](*(values[a] for a in e.args))
+    return values[root]
+
+
+_CHOICES = frozenset({Op.IF, Op.AND, Op.OR})
+
+
+def _needed(e: Expr, values: Mapping[Expr, Any]) -> tuple[Expr, ...]:
+    """The arguments that the value hangs on, as far as is known; of a choice the last of
+    them is its value."""
+    if e.op not in _CHOICES or e.args[0] not in values:
+        return e.args if e.op not in _CHOICES else e.args[:1]
+    first = bool(values[e.args[0]])
+    if e.op is Op.IF:
+        return (e.args[0], e.args[1] if first else e.args[2])
+    return e.args if first is (e.op is Op.AND) else e.args[:1]
+
+
+_VALUES: Mapping[Op, Callable[..., Any]] = {
+    Op.ADD: lambda *terms: sum(terms),
+    Op.MUL: lambda *factors: math.prod(factors),
+    Op.NEG: lambda a: -a,
+    Op.DIV: lambda a, b: a / b,
+    Op.POW: lambda a, b: a**b,
+    Op.LESS: lambda a, b: a < b,
+    Op.LESS_EQUAL: lambda a, b: a <= b,
+    Op.EQUAL: lambda a, b: a == b,
+    Op.NOT: lambda a: not a,
+}

@@ -1,0 +1,168 @@
+"""The elementary functions: all that planarc knows of each, in one row.
+
+Whoever types, differentiates, evaluates, prints or draws a call reads its row here, when
+it needs it; a new function is a new row of `TABLE`. A formula is written once, over whatever
+it is handed: `x` and `y` understand + - * / < <= >, and `f` has the functions of the table,
+`f.trunc(x)` and `f.where(condition, a, b)`. So the slopes serve expressions (`ir.calculus`)
+and numbers alike, and `built` serves NumPy's arrays (`evaluate.rows`) and compiled
+code (`codegen.native.formulas`).
+
+Reference: Modelica Language Specification 3.6, sections 3.7.1 and 3.7.3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import Enum, Flag, auto
+from typing import Any, TypeAlias
+
+from planarc.core.data import Data
+
+
+class Sign(Flag):
+    """The signs that a value may have."""
+
+    MINUS = auto()
+    ZERO = auto()
+    PLUS = auto()
+    ANY = MINUS | ZERO | PLUS
+
+
+class Result(Enum):
+    """The type of a value by those of the arguments."""
+
+    REAL = auto()
+    INTEGER = auto()
+    SAME = auto()  # an Integer of Integers
+    EXTREME = auto()  # one of the arguments, or of the entries of an array
+
+
+class Units(Enum):
+    """The unit of a value by those of the arguments."""
+
+    NUMBER = auto()  # a number of numbers
+    KEPT = auto()  # the argument's
+    ROOT = auto()  # the root of the argument's
+    SAME = auto()  # the one that all arguments share
+    RATIO = auto()  # a number of arguments that share one
+    UNKNOWN = auto()
+
+
+Formula: TypeAlias = Callable[..., Any]
+
+
+class Elementary(Data):
+    """A function of numbers. `numpy` and `native` name it in NumPy, and in the C library or
+    LLVM; where it has no name there, it is `built`."""
+
+    name: str
+    arity: int
+    value: Callable[..., float]  # of Python's floats; ValueError or ArithmeticError: none
+    slopes: Formula | None  # by the argument, or a tuple by each; None: steps, flat between
+    numpy: str = ""
+    native: str = ""
+    built: Formula | None = None
+    result: Result = Result.REAL
+    units: Units = Units.NUMBER
+    sign: Sign = Sign.ANY  # of the value, whatever the arguments are
+    odd: bool = False  # has the sign of its argument
+    total: bool = False  # has a value for all finite arguments
+    inverse: str = ""  # in sympy; it is defined exactly where there is a solution
+
+
+def _minimum(f: Any, x: Any, y: Any) -> Any:
+    return f.where(x <= y, 1.0, 0.0), f.where(x <= y, 0.0, 1.0)
+
+
+def _maximum(f: Any, x: Any, y: Any) -> Any:
+    return f.where(y <= x, 1.0, 0.0), f.where(y <= x, 0.0, 1.0)
+
+
+def _angle(f: Any, y: Any, x: Any) -> Any:
+    square = x * x + y * y
+    return x / square, -(y / square)
+
+
+_NOT_NEGATIVE = Sign.ZERO | Sign.PLUS
+
+_ROWS = (
+    Elementary("sin", 1, math.sin, lambda f, x: f.cos(x), "sin", "sin", total=True),
+    Elementary("cos", 1, math.cos, lambda f, x: -f.sin(x), "cos", "cos", total=True),
+    Elementary(
+        "tan", 1, math.tan, lambda f, x: 1.0 + f.tan(x) * f.tan(x), "tan", "tan", total=True
+    ),
+    Elementary(
+        "asin", 1, math.asin, lambda f, x: 1.0 / f.sqrt(1.0 - x * x), "arcsin", "asin", odd=True
+    ),
+    Elementary(
+        "acos", 1, math.acos, lambda f, x: -(1.0 / f.sqrt(1.0 - x * x)), "arccos", "acos",
+        sign=_NOT_NEGATIVE,
+    ),
+    Elementary(
+        "atan", 1, math.atan, lambda f, x: 1.0 / (1.0 + x * x), "arctan", "atan",
+        odd=True, total=True,
+    ),
+    Elementary(
+        "atan2", 2, math.atan2, _angle, "arctan2", "atan2", units=Units.RATIO, total=True
+    ),
+    Elementary(
+        "sinh", 1, math.sinh, lambda f, x: f.cosh(x), "sinh", "sinh", odd=True, inverse="asinh"
+    ),
+    Elementary("cosh", 1, math.cosh, lambda f, x: f.sinh(x), "cosh", "cosh", sign=Sign.PLUS),
+    Elementary(
+        "tanh", 1, math.tanh, lambda f, x: 1.0 - f.tanh(x) * f.tanh(x), "tanh", "tanh",
+        odd=True, total=True, inverse="atanh",
+    ),
+    Elementary(
+        "exp", 1, math.exp, lambda f, x: f.exp(x), "exp", "exp", sign=Sign.PLUS, inverse="log"
+    ),
+    Elementary("log", 1, math.log, lambda f, x: 1.0 / x, "log", "log", inverse="exp"),
+    Elementary("log10", 1, math.log10, lambda f, x: 0.4342944819032518 / x, "log10", "log10"),
+    Elementary(
+        "sqrt", 1, math.sqrt, lambda f, x: 0.5 / f.sqrt(x), "sqrt", "llvm.sqrt.f64",
+        units=Units.ROOT, sign=_NOT_NEGATIVE,
+    ),
+    Elementary(
+        "abs", 1, abs, lambda f, x: f.where(x < 0.0, -1.0, 1.0), "abs", "llvm.fabs.f64",
+        result=Result.SAME, units=Units.KEPT, sign=_NOT_NEGATIVE, total=True,
+    ),
+    Elementary(
+        "sign", 1, lambda x: float((x > 0.0) - (x < 0.0)), None, "sign",
+        built=lambda f, x: f.where(x > 0.0, 1.0, 0.0) - f.where(x < 0.0, 1.0, 0.0),
+        result=Result.INTEGER, units=Units.UNKNOWN, odd=True, total=True,
+    ),
+    Elementary(
+        "min", 2, min, _minimum, "minimum", built=lambda f, x, y: f.where(y < x, y, x),
+        result=Result.EXTREME, units=Units.SAME, total=True,
+    ),
+    Elementary(
+        "max", 2, max, _maximum, "maximum", built=lambda f, x, y: f.where(y > x, y, x),
+        result=Result.EXTREME, units=Units.SAME, total=True,
+    ),
+    Elementary(
+        "floor", 1, lambda x: float(math.floor(x)), None, "floor", "llvm.floor.f64",
+        units=Units.UNKNOWN,
+    ),
+    Elementary(
+        "ceil", 1, lambda x: float(math.ceil(x)), None, "ceil", "llvm.ceil.f64",
+        units=Units.UNKNOWN,
+    ),
+    Elementary(
+        "div", 2, lambda x, y: float(math.trunc(x / y)), None,
+        built=lambda f, x, y: f.trunc(x / y), result=Result.SAME, units=Units.UNKNOWN,
+    ),
+    Elementary(
+        "mod", 2, lambda x, y: x - math.floor(x / y) * y,
+        lambda f, x, y: (1.0, -f.floor(x / y)),
+        built=lambda f, x, y: x - f.floor(x / y) * y, result=Result.SAME, units=Units.SAME,
+    ),
+    Elementary(
+        "rem", 2, lambda x, y: x - math.trunc(x / y) * y,
+        lambda f, x, y: (1.0, -f.div(x, y)),
+        built=lambda f, x, y: x - f.trunc(x / y) * y, result=Result.SAME, units=Units.SAME,
+    ),
+)  # fmt: skip
+
+#: The rows by the functions' Modelica names.
+TABLE: dict[str, Elementary] = {row.name: row for row in _ROWS}
