@@ -94,6 +94,11 @@ class Recorder:
         """As it was with so many rows, and row `following` of the grid to come."""
         self.count, self.next = count, following
 
+    def last(self) -> dict[int, float]:
+        """The last row, by slot; nothing before there is one."""
+        row = self.data[self.count - 1].tolist() if self.count else ()
+        return dict(zip(self.stored, row, strict=False))
+
     def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         time, data = self.time[: self.count], self.data[: self.count]
         if 2 * self.count < len(self.time):  # a short run does not keep the room of a long one

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
-from planarc.ir.result import EventRecord, Held, Result, StateChoice, Statistics
+from planarc.ir.result import EventRecord, Held, Result, Statistics
 from planarc.solve.creep import Creep
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.events.chatter import Chatter
@@ -29,14 +29,12 @@ from planarc.solve.interruption import Interruption
 from planarc.solve.messages import failure
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder, constant_slots
-from planarc.solve.refuge import Refuge
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
 from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, Settings
 from planarc.solve.start import sharing
 from planarc.solve.start.solve import solve_start
-from planarc.solve.states import exchange
-from planarc.solve.states.selector import Selector
+from planarc.solve.states.exchange import GoOn, States
 
 Progress = Callable[[float], None]
 
@@ -73,14 +71,11 @@ class Run:
         self.integrator, self.reason = make_integrator(
             request.solver, kernel, program.state_count, settings
         )
-        self.selector = Selector(program, kernel, self.integrator.looks)
-        self.selection: list[int] = []
-        self.refuge = Refuge(kernel, program, self.recorder)
-        self.selector.watch.refuge = self.refuge
+        looks, delayed = self.integrator.looks, self.delays.present
+        self.states = States(program, kernel, self.recorder, delayed, looks)
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
-        self.states: list[StateChoice] = []
         self.held: tuple[Held, ...] = ()
         self.records: list[EventRecord] = []
         self.open_blocks: set[int] = set()  # of which unknowns were left open in some mode
@@ -98,8 +93,8 @@ class Run:
         for _ in range(START_ROUNDS):
             start = solve_start(self.program, self.kernel, t, frozenset(self.request.starts))
             self.kernel.accept(t)
-            self._choose_states(t, start.held[: len(self.program.candidates)])
-            y = self.state_values()
+            self.states.choose(t, start.held[: len(self.program.candidates)])
+            y = self.states.values()
             delayed = self.delays.settle_start(t)
             if not delayed and not (self.events.present and self.events.settle_start(t, y)):
                 break
@@ -117,7 +112,7 @@ class Run:
             done = self.events.finish_start(t, y)
             self._note(done.ended, done.warnings)
             fired = self.schedule.firing(t)
-            done = self.events.process(t, done.y, {}, fired, self._state_slots())
+            done = self.events.process(t, done.y, {}, fired, self.states.slots())
             self._note(done.ended, done.warnings)
             y = done.y
             if fired:
@@ -133,42 +128,42 @@ class Run:
         if self.program.sharing is not None and self.ended is None:
             self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
 
-    def _choose_states(self, t: float, held: Sequence[Held]) -> None:
-        self.selection = self.selector.choose([i for i, h in enumerate(held) if h.held])
-        self.kernel.select(self.selection)
-        names = tuple(self.program.candidates[i].display for i in self.selection)
-        self.states[:] = [StateChoice(t, names)]
-
-    def state_values(self) -> list[float]:
-        return [self.kernel.w[self.program.candidates[i].slot] for i in self.selection]
-
-    def _state_slots(self) -> dict[int, int]:
-        return {self.program.candidates[c].slot: k for k, c in enumerate(self.selection)}
-
-    def _absolute(self) -> list[float]:
-        """The absolute tolerance of each state."""
-        w, tolerance = self.kernel.w, self.request.tolerance
-        result = []
-        for i in self.selection:
-            nominal = self.program.candidates[i].nominal
-            size = abs(w[nominal]) if nominal is not None else 1.0
-            result.append(tolerance * (size or 1.0))
-        return result
-
     def restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
         """Go on from here; the point becomes the one that nonlinear blocks start from."""
         self.delays.cross(t)
         if self.kernel.outputs(t, y) != 0:
-            self.ended = self.ended or failure.stopped(self, t, y, None)
+            self.ended = self.ended or self._stopped(t, y)
             return
         self.kernel.accept(t)
         self._judge_open(t, y)
         self.delays.resume(t)
-        if self.selector.open:
-            self.refuge.keep(t, y)
-        self.selector.watch.restart()
+        self.states.resume(t, y)
+        absolute = self.states.absolute(self.request.tolerance)
         directions = self.events.crossings.directions()
-        self.integrator.restart(t, y, self._absolute(), directions, step)
+        self.integrator.restart(t, y, absolute, directions, step)
+
+    def _follow(self, decision: GoOn | Diagnostic | None) -> None:
+        """Do as the look at the states says."""
+        if isinstance(decision, Diagnostic):
+            self.ended = decision
+        elif decision is not None:
+            if decision.back:
+                self.asserts.forget(self.recorder.count)
+            self.restart(decision.t, decision.y, decision.step)
+
+    def _stopped(
+        self, t: float, y: Sequence[float], cause: Cause | None = None, block: int = -1
+    ) -> Diagnostic:
+        """Why the run cannot go on from here, in words."""
+        scene = failure.Scene(
+            self.program,
+            self.kernel,
+            self.states.selection,
+            self.request.span,
+            self.integrator.errors(),
+            self.recorder.last(),
+        )
+        return failure.stopped(scene, t, y, cause, block)
 
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
         """What the equations leave open in this mode; told once for each block."""
@@ -192,7 +187,7 @@ class Run:
             if same(limit, stop):
                 limit = stop
             began = time.perf_counter()
-            march = self.integrator.march(limit, self.recorder, self.selector.watch, steps)
+            march = self.integrator.march(limit, self.recorder, self.states.watch, steps)
             taken = steps
             steps = self._budget(steps, time.perf_counter() - began)
             if progress is not None:
@@ -205,17 +200,25 @@ class Run:
             if self.delays.trouble is not None:
                 self.ended = self.delays.trouble
             elif march.outcome is Outcome.FAILED:
-                exchange.rescue(self, march)
+                self._rescue(march)
                 steps = 2
             elif self._happens(march):
                 steps = 2
             elif march.outcome is Outcome.LOOK:
-                exchange.watch(self)
-            elif march.outcome is Outcome.BUDGET and self._creep.found(self.integrator.t, taken):
-                t, y = self.integrator.t, self.integrator.y
-                self.ended = failure.stopped(self, t, y, Cause.STEP)
+                step = self.integrator.last_step()
+                self._follow(self.states.look(self.integrator.t, self.integrator.y, step))
+            elif march.outcome is Outcome.BUDGET and self._creep.found(
+                t := self.integrator.t, taken
+            ):
+                self.ended = self._stopped(t, self.integrator.y, Cause.STEP)
         if self.ended is None:
             self._finish()
+
+    def _rescue(self, march: March) -> None:
+        """The integrator failed: other states may help, else the run ends here."""
+        t, y, block = self.integrator.t, self.integrator.y, self.kernel.failed_block
+        decision = self.states.rescue(t) if self.kernel.outputs(t, y) == 0 else None
+        self._follow(decision or self._stopped(t, y, march.cause, block))
 
     def _budget(self, steps: int, seconds: float) -> int:
         """Steps for the next march, going by what the last one took; soon back after a
@@ -273,7 +276,7 @@ class Run:
         self.delays.cross(t)
         self.delays.kink(t)
         causes = self.events.causes(crossing, fired)
-        done = self.events.process(t, y, crossing, fired, self._state_slots())
+        done = self.events.process(t, y, crossing, fired, self.states.slots())
         self.records.append(EventRecord(t, causes))
         self._note(done.ended, done.warnings)
         if self._row(t, done.y):
@@ -281,9 +284,7 @@ class Run:
             chattering = self._chatter.judge(t, crossing, causes if not fired else ())
             self.ended = self.ended or chattering
             self.restart(t, done.y)
-            changed, _ = self.selector.check(urgent=True)
-            if changed:
-                exchange.exchange(self, t, None)
+            self._follow(self.states.after_event(t))
         self._check_asserts(self.ended is not None)
 
     def _come_back(self, t: float) -> None:
@@ -296,7 +297,7 @@ class Run:
         generation = self.delays.cross(t)
         jumps = jumped(before, self.delays.values(t))
         if self.events.present:
-            done = self.events.process(t, y, {}, (), self._state_slots())
+            done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
             y = done.y
         switched = [
@@ -314,7 +315,7 @@ class Run:
 
     def _row(self, t: float, y: Sequence[float]) -> bool:
         if self.kernel.outputs(t, y) != 0:
-            self.ended = self.ended or failure.stopped(self, t, y, None)
+            self.ended = self.ended or self._stopped(t, y)
             return False
         self.recorder.take(t)
         return True
@@ -337,7 +338,7 @@ class Run:
         self.events.finish()
         if self.events.present and self.program.whens:
             t, y = self.integrator.t, self.integrator.y
-            done = self.events.process(t, y, {}, (), self._state_slots())
+            done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
 
     def result(self) -> Result:
@@ -369,7 +370,7 @@ class Run:
                 events=len(self.records),
                 reason=self.reason + ", Jacobian from formulas" * self.integrator.formulas,
             ),
-            states=tuple(self.states),
+            states=tuple(self.states.choices),
             held=self.held,
             events=tuple(self.records),
             warnings=tuple(self.warnings),

@@ -41,8 +41,7 @@ from planarc.ir.program import (
 )
 from planarc.runtime.elementary import TABLE
 from planarc.runtime.history import History
-from planarc.solve.run import Run
-from planarc.solve.states import exchange
+from planarc.solve.states.exchange import GoOn, States
 from planarc.solve.states.selector import Selector
 
 # The kernel ----------------------------------------------------------------------------------
@@ -618,7 +617,7 @@ def made_late(monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[tuple[float,
     times from which runs go back, and to which."""
 
     def begin() -> list[tuple[float, float]]:
-        look, back = Selector.check, exchange.go_back
+        look, back = Selector.check, States._go_back
         late: list[bool] = []
         times: list[tuple[float, float]] = []
 
@@ -629,14 +628,15 @@ def made_late(monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[tuple[float,
                 late.append(True)
             return found
 
-        def go_back(run: Run) -> bool:
-            before = run.integrator.t
-            done = back(run)
-            times.append((before, run.integrator.t))
-            return done
+        def go_back(states: States, t: float) -> GoOn | None:
+            if states.selector.overdue:
+                found = back(states, t)
+                times.append((t, t if found is None else found.t))
+                return found
+            return None
 
         monkeypatch.setattr(Selector, "check", check)
-        monkeypatch.setattr(exchange, "go_back", go_back)
+        monkeypatch.setattr(States, "_go_back", go_back)
         return times
 
     return begin

@@ -75,12 +75,11 @@ def test_it_follows_the_choice_of_states() -> None:
     candidates = run.program.candidates
     other = [
         next(i for i, c in enumerate(candidates) if c.block == candidates[s].block and i != s)
-        for s in run.selection
+        for s in run.states.selection
     ]
     run.kernel.accept(run.integrator.t)
-    run.selection = other
-    run.kernel.select(other)
-    run.integrator.restart(run.integrator.t, run.state_values(), [1e-6] * len(other), ())
+    run.states.take(other)
+    run.integrator.restart(run.integrator.t, run.states.values(), [1e-6] * len(other), ())
     compare(run)
     after = run.kernel.state_jacobian(run.integrator.t, run.integrator.y)  # type: ignore[attr-defined]
     assert not np.allclose(before, after, rtol=1e-3)

@@ -58,8 +58,9 @@ def assemble(
 
     from planarc.solve.settings import resolve
     from planarc.solve.simulate import set_workspace
+    from planarc.solve.start.held import choose_held
     from planarc.solve.start.sharing import missed
-    from planarc.solve.start.solve import choose_held, solve_stage
+    from planarc.solve.start.stage import solve_stage
     from planarc.solve.start.system import System
 
     if not isinstance(tries, int) or tries < 1:

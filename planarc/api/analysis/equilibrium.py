@@ -181,7 +181,7 @@ class _Way:
         y[self.free] = z
         try:
             self.point.accept(y)
-            if self.point.run.selector.open:
+            if self.point.run.states.selector.open:
                 self.point.reselect()
                 self.plan()
             self.point.settle()

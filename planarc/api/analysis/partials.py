@@ -152,8 +152,7 @@ class Differences:
     def follow(self) -> None:
         base = self._point
         for point in self._points():
-            point.run.selection = list(base.selection)
-            point.kernel.select(base.selection)
+            point.run.states.take(base.selection)
             point.accept(base.y, base.t)
 
     def _points(self) -> list[Point]:

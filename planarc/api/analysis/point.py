@@ -48,7 +48,7 @@ class Point:
 
     @property
     def selection(self) -> list[int]:
-        return self.run.selection
+        return self.run.states.selection
 
     @property
     def states(self) -> list[CandidateSlot]:
@@ -112,11 +112,9 @@ class Point:
 
     def reselect(self) -> None:
         """Choose the states anew for the present values."""
-        run = self.run
         self.outputs(self.y)
-        run.selection = run.selector.choose(())
-        self.kernel.select(run.selection)
-        self.accept([float(self.kernel.w[c.slot]) for c in self.states])
+        self.run.states.choose(self.t, ())
+        self.accept([float(v) for v in self.run.states.values()])
 
     def values(self) -> dict[str, float]:
         """All variables and parameters, by name."""

@@ -230,7 +230,7 @@ class _Equations:
         """The end of a step; true where other states were chosen."""
         n = len(self.base.y)
         y, self.s = z[:n].copy(), z[n:].reshape(n, len(self.changes)).copy()
-        selector = self.base.run.selector
+        selector = self.base.run.states.selector
         self.base.accept(y, t)
         self.partials.follow()
         if not selector.open:
@@ -242,8 +242,8 @@ class _Equations:
             return False
         candidates = [c.slot for c in self.program.candidates]
         values, moved = self._values(t, z, candidates)
-        selection = self.base.run.selection = selector.selection()
-        self.base.kernel.select(selection)
+        selection = selector.selection()
+        self.base.run.states.take(selection)
         self.s = moved[selection]
         self.base.y = values[selection]
         self._follow()

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -14,9 +13,6 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
 from planarc.solve.solvers.integrator import Cause
-
-if TYPE_CHECKING:
-    from planarc.solve.run import Run
 
 
 def constant_not_finite(program: Program, kernel: Kernel) -> str:
@@ -35,23 +31,33 @@ def constant_not_finite(program: Program, kernel: Kernel) -> str:
     return ""
 
 
+class Scene(Data):
+    """What is known of a run when it cannot go on."""
+
+    program: Program
+    kernel: Kernel
+    selection: Sequence[int]  # the candidates that are states
+    span: float  # of the run, in seconds
+    errors: Sequence[float]  # of each state in the last step, as a part of its tolerance
+    row: Mapping[int, float]  # the last one, by slot
+
+
 def stopped(
-    run: Run, t: float, y: Sequence[float], cause: Cause | None, block: int = -1
+    scene: Scene, t: float, y: Sequence[float], cause: Cause | None, block: int = -1
 ) -> Diagnostic:
     """The diagnostic for an integrator or equations that cannot go on from `t`."""
-    program, kernel = run.program, run.kernel
+    program, kernel = scene.program, scene.kernel
     if block < 0:
         block = kernel.failed_block
-    errors = run.integrator.errors()
     ydot = [math.nan] * len(y)
     flag = kernel.rhs(t, y, ydot) or kernel.outputs(t, y) or (0 if _finite(ydot) else -1)
-    place = Place(t, "at", _fastest(run, y, ydot if flag == 0 else ()))
+    place = Place(t, "at", _fastest(scene, y, ydot if flag == 0 else ()))
     if flag == 0:
-        stretched = _stretched(program, kernel, run.selection) if cause in _STRETCHING else -1
+        stretched = _stretched(program, kernel, scene.selection) if cause in _STRETCHING else -1
         if stretched >= 0:
             return _block(program, kernel, place, stretched)
-        worst = _worst(run, errors, y, ydot)
-        beyond = _beyond(run, t, y, ydot, FAR_BEYOND if cause in _OF_VALUES else BEYOND)
+        worst = _worst(scene, y, ydot)
+        beyond = _beyond(scene, t, y, ydot, FAR_BEYOND if cause in _OF_VALUES else BEYOND)
         if beyond is not None:
             flag, t = beyond
             block, place = kernel.failed_block, replace(place, when="right after")
@@ -59,7 +65,7 @@ def stopped(
             return _given_up(place, cause or Cause.STEP, worst)
     if flag < 0:
         return not_finite(program, kernel, place, t)
-    stretched = _stretched(program, kernel, run.selection)
+    stretched = _stretched(program, kernel, scene.selection)
     on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
     return _block(program, kernel, place, stretched if stretched >= 0 and on_top else block, t)
 
@@ -83,36 +89,32 @@ class Place(Data):
 # What is worst --------------------------------------------------------------------------------
 
 
-def _fastest(run: Run, y: Sequence[float], ydot: Sequence[float]) -> str:
-    """From the derivatives here, or where there are none, from those of the last row."""
-    candidates = [run.program.candidates[i] for i in run.selection]
+def _fastest(scene: Scene, y: Sequence[float], ydot: Sequence[float]) -> str:
+    """The fastest states by the derivatives here, or where there are none, by the last row."""
+    candidates, row = [scene.program.candidates[i] for i in scene.selection], scene.row
     if not ydot:
-        if not run.recorder.count:
-            return ""
-        row, column = run.recorder.data[run.recorder.count - 1], run.recorder.stored
-        known = [c for c in candidates if c.slot in column and c.derivative in column]
-        candidates = known
-        y = [float(row[column[c.slot]]) for c in known]
-        ydot = [float(row[column[c.derivative]]) for c in known]
+        candidates = [c for c in candidates if c.slot in row and c.derivative in row]
+        y = [row[c.slot] for c in candidates]
+        ydot = [row[c.derivative] for c in candidates]
     return trouble.fastest([c.display for c in candidates], y, ydot)
 
 
 def _worst(
-    run: Run, errors: Sequence[float], y: Sequence[float], ydot: Sequence[float]
+    scene: Scene, y: Sequence[float], ydot: Sequence[float]
 ) -> tuple[str, EquationInfo] | None:
     """The state with the largest error, or the fastest, and the equation that moves it."""
     if not y:
         return None
-    sizes = [abs(e) for e in errors]
+    sizes = [abs(e) for e in scene.errors]
     if len(sizes) != len(y) or not _finite(sizes) or not any(sizes):
         sizes = trouble.paces(y, ydot)
-    candidates = run.program.candidates
-    state = run.selection[sizes.index(max(sizes))]
+    candidates = scene.program.candidates
+    state = scene.selection[sizes.index(max(sizes))]
     slot = candidates[state].derivative
     higher = {c.slot: c.derivative for c in candidates}
     while slot in higher:  # of an angle it is not w = der(phi) that is wrong
         slot = higher[slot]
-    info = trouble.determining(run.program, run.kernel, slot)
+    info = trouble.determining(scene.program, scene.kernel, slot)
     return None if info is None else (candidates[state].display, info)
 
 
@@ -125,16 +127,16 @@ _WAY = 1e-2
 
 
 def _beyond(
-    run: Run, t: float, y: Sequence[float], ydot: Sequence[float], furthest: float
+    scene: Scene, t: float, y: Sequence[float], ydot: Sequence[float], furthest: float
 ) -> tuple[int, float] | None:
     """The kernel's flag at the first point beyond, along the motion, that cannot be
     evaluated, and its time. The workspace is left there."""
     room = max((pace for pace in trouble.paces(y, ydot)), default=0.0)
-    scratch = [0.0] * len(y)
-    h = 1e-15 * run.request.span
-    while h <= furthest * run.request.span and h * room <= _WAY:
+    kernel, scratch = scene.kernel, [0.0] * len(y)
+    h = 1e-15 * scene.span
+    while h <= furthest * scene.span and h * room <= _WAY:
         moved = [a + h * d for a, d in zip(y, ydot, strict=True)]
-        flag = run.kernel.rhs(t + h, moved, scratch) or run.kernel.outputs(t + h, moved)
+        flag = kernel.rhs(t + h, moved, scratch) or kernel.outputs(t + h, moved)
         if flag != 0 or not _finite(scratch):
             return flag or -1, t + h
         h *= 4

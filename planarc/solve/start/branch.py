@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from planarc.core.data import Data
 from planarc.ir.flat import StateSelect
 from planarc.solve.start import newton
-from planarc.solve.start.system import Part, System, declared
+from planarc.solve.start.stage import Part, solve_stage
+from planarc.solve.start.system import System, declared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,8 +62,6 @@ def nearest_root(
     system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Flags
 ) -> newton.Root:
     """The root's point is of all candidates; `converged` is false where none was found."""
-    from planarc.solve.start.solve import solve_stage
-
     free = [c for c in columns if not held[c]]
     guides = _guides(system, free)
     if not free or not rows or not guides:

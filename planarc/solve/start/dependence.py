@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.solve.start import newton
-from planarc.solve.start.solve import solve_stage
+from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 from planarc.solve.states.pivoting import choose_columns
 

@@ -11,11 +11,12 @@ from planarc.ir.dae import MISFIT
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
 from planarc.solve.start import newton
+from planarc.solve.start.held import Choice, places
+from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
-    from planarc.solve.start.solve import Choice
-    from planarc.solve.start.system import System
 
 _WORST = 3
 #: Below this a length (m) or an angle (rad) is a zero of Newton's method.
@@ -66,8 +67,6 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     """Finds out which of the conditions cannot be met, and with which others."""
     import numpy as np
 
-    from planarc.solve.start.solve import places
-
     if all(system(p) is None for p in places(u0)):
         return not_evaluated(system, system.evaluate_flag(u0))
     nothing = np.zeros(len(u0), dtype=bool)
@@ -87,8 +86,6 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
 def _best(
     system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Vector
 ) -> newton.Root:
-    from planarc.solve.start.solve import solve_stage
-
     return solve_stage(system, u, rows, [c for c in columns if not held[c]])
 
 

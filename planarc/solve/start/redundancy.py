@@ -26,10 +26,12 @@ from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
 from planarc.ir.program import BlockCode
 from planarc.solve.messages import trouble
+from planarc.solve.start.failure import owner
+from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.system import System, gradients
 
 if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
-    from planarc.solve.start.system import System
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8
@@ -74,8 +76,6 @@ def _stays(system: System, i: int, block: BlockCode, values: Vector, step: float
     """Whether conditions are dependent in a position beside this one, too."""
     import numpy as np
 
-    from planarc.solve.start.solve import solve_stage
-
     system.evaluate_flag(values)
     columns = list(range(block.first, block.first + len(block.tears)))
     _, sizes, directions = np.linalg.svd(np.array(system.kernel.jacobian(i), dtype=float))
@@ -115,9 +115,6 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
 def _joints(system: System, i: int, block: BlockCode, chosen: Sequence[int]) -> list[str]:
     """The owners of the joint coordinates that the dependent conditions tie."""
     import numpy as np
-
-    from planarc.solve.start.failure import owner
-    from planarc.solve.start.solve import gradients
 
     program = system.program
     matrix = np.array(system.kernel.jacobian(i), dtype=float)[list(chosen)]

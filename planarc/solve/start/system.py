@@ -3,7 +3,6 @@
 In:   Program, Kernel (parameters and start values set), the time
 Out:  System    rows: the residuals of the blocks below the top, the initial equations, and
                 the variables held that are no candidates
-      Part      some of the rows as a function of some candidates, for Newton's method
 
 A native kernel makes a Jacobian by differences in one call; with another one the same
 differences are made from Python, one evaluation each.
@@ -12,7 +11,7 @@ differences are made from Python, one evaluation each.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -173,57 +172,15 @@ class System:
             yield list(range(self.rows)), list(range(len(self.program.candidates)))
 
 
-class Part:
-    """Some rows as a function of some candidates, the others being as in `u`; and how far
-    variables are from where they are pulled to, with a factor."""
-
-    def __init__(
-        self,
-        system: System,
-        u: Vector,
-        rows: Sequence[int],
-        columns: Sequence[int],
-        pulls: Mapping[int, float] | None = None,
-        factor: float = 1.0,
-    ) -> None:
-        import numpy as np
-
-        self._system, self._full = system, u.copy()
-        self._columns = list(columns)
-        self._slots = tuple(pulls or ())
-        self._rows = [*rows, *range(system.rows, system.rows + len(self._slots))]
-        self._wanted = np.array(list((pulls or {}).values()))
-        self._first, self._factor = len(rows), factor
-
-    def point(self, z: Vector) -> Vector:
-        """All candidates."""
-        self._full[self._columns] = z
-        return self._full.copy()
-
-    def __call__(self, z: Vector) -> Vector | None:
-        self._full[self._columns] = z
-        found = self._system.values(self._full, self._slots)
-        if found is None:
-            return None
-        values: Vector = found[self._rows]
-        if self._slots:
-            pulled = values[self._first :]
-            pulled -= self._wanted
-            pulled *= self._factor
-        return values
-
-    def slopes(self, z: Vector) -> Vector | None:
-        self._full[self._columns] = z
-        found = self._system.slopes(self._full, self._columns, self._slots)
-        if found is None:
-            return None
-        slopes: Vector = found[self._rows]
-        if self._slots:
-            slopes[self._first :] *= self._factor
-        return slopes
-
-
 @once
 def declared(program: Program) -> dict[str, int]:
     """The place of each variable in the order of declaration."""
     return {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
+
+
+def gradients(system: System, point: Vector, others: Sequence[FixedSlot]) -> Vector:
+    """The derivatives of other variables by the candidates; zeros where they have none."""
+    import numpy as np
+
+    found = system.slopes(point, None, tuple(f.slot for f in others)) if others else None
+    return np.zeros((len(others), len(point))) if found is None else found[system.rows :]

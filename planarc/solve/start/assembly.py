@@ -1,0 +1,99 @@
+"""A mechanism put together with start values held.
+
+In:   System, guess, the start values held
+Out:  all candidates, or None where no way was found
+
+Positions are solved first, then velocities, then everything once more together with initial
+equations, which may tie any of them to accelerations. Where Newton's method fails from the
+guesses, the loop is first closed with nothing held, and the held values are then moved from
+there to where they were wanted.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from planarc.solve.start import newton
+from planarc.solve.start.branch import nearest_root
+from planarc.solve.start.held import Choice, places
+from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.system import System
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from planarc.solve.start.newton import Vector
+
+    Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
+    """All candidates' values, or None."""
+    import numpy as np
+
+    held = np.array(choice.held)
+    values = _solve_stages(system, u0, held)
+    if values is not None:
+        return values
+    found = [
+        v
+        for p in places(u0)[1:]
+        if (v := _solve_stages(system, np.where(held, u0, p), held)) is not None
+    ]
+    if found:
+        return min(found, key=lambda v: float(np.linalg.norm(v - u0)))
+    free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
+    return None if free is None else _move(system, free, u0, held)
+
+
+def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
+    u = u0.copy()
+    for rows, columns in system.stages():
+        root = None
+        if system.initial_rows.stop - 1 in rows:
+            here = system(u)
+            if here is not None and not here[rows].any():
+                continue
+            root = solve_stage(system, u, rows, _movable(system, u, held))
+        if root is None or not root.converged:
+            root = nearest_root(system, u, rows, columns, held)
+        if not root.converged:
+            return None
+        u = root.point
+    return u
+
+
+def _movable(system: System, u: Vector, held: Flags) -> list[int]:
+    """The candidates that closed loops and held values leave free: initial equations are for
+    these, and need not shake what is settled."""
+    import numpy as np
+
+    free = [i for i, h in enumerate(held) if not h]
+    jacobian = system.slopes(u)
+    if jacobian is None:
+        return free
+    kept = np.delete(jacobian, system.initial_rows, axis=0)[:, free]
+    moves = np.abs(newton.kernel_of(kept, 1e-8)).max(axis=1, initial=0.0)
+    return [i for i, move in zip(free, moves, strict=True) if move > 1e-6]
+
+
+def _move(
+    system: System,
+    u: Vector,
+    wanted: Vector,
+    held: Flags,
+) -> Vector | None:
+    """Continuation: held values go from an assembled position to where they are wanted."""
+    begin, way, step = u[held].copy(), 0.0, 0.25
+    while way < 1.0:
+        part = min(1.0, way + step)
+        trial = u.copy()
+        trial[held] = (1 - part) * begin + part * wanted[held]
+        following = _solve_stages(system, trial, held)
+        if following is None:
+            step /= 2
+            if step < 1e-3:
+                return None
+        else:
+            u, way, step = following, part, min(0.25, 2 * step)
+    return u

@@ -1,0 +1,172 @@
+"""Which start values are held: first come first served, as long as they are independent.
+
+In:   System, guess
+Out:  Choice    the candidates held, and other variables held besides
+
+Held are those with `fixed = true`, then those that were written, in the order of StateSelect
+and of declaration. Each must move some free motion of the mechanism that those before it do
+not: the free motions are the null space of the conditions where the loops are closed.
+
+Example: of a four-bar with three written angles the first is held; it has one free motion.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
+from planarc.ir.program import FixedSlot
+from planarc.solve.start import newton
+from planarc.solve.start.branch import agreed_place
+from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.system import System, gradients
+
+if TYPE_CHECKING:
+    from planarc.solve.start.newton import Vector
+
+#: A candidate that moves less than this part of a free motion is not held against it.
+INDEPENDENT = 1e-3
+
+
+class Choice(Data):
+    """Which candidates are held, and which other variables besides the fixed ones.
+    `redundant`: fixed candidates that are determined without being held, each with those
+    among the held that determine it."""
+
+    held: tuple[bool, ...]
+    redundant: tuple[tuple[int, tuple[int, ...]], ...] = ()
+    others: tuple[FixedSlot, ...] = ()
+
+
+def choose_held(system: System, u: Vector) -> Choice:
+    """Start values held, first come first served, as long as they are independent.
+
+    The guess may be a singular position by accident. So where not all comes out plainly
+    the same is done with the loops closed, at the guess and at two places beside it, and
+    the outcome that holds the first ones counts. They are closed since the freedoms of a
+    mechanism are those of its assembled positions alone.
+    """
+    outcome = _held_at(system, u)
+    if outcome is None or not outcome.plain:
+        outcome = choose_closed(system, u) or outcome
+    if outcome is None:
+        return Choice(tuple(c.fixed for c in system.program.candidates))
+    return outcome.choice
+
+
+def choose_closed(system: System, u: Vector) -> _Outcome | None:
+    """The best outcome in positions with closed loops."""
+    closed = [p for p in map(partial(_closed, system), places(u)) if p is not None]
+    if not closed and (agreed := agreed_place(system, u)) is not None:
+        closed.append(agreed)
+    found = [o for p in closed if (o := _held_at(system, p)) is not None]
+    return max(found, key=lambda o: o.taken, default=None)
+
+
+def is_confirmed(system: System, values: Vector, choice: Choice) -> bool:
+    """Whether the same start values are independent where the loops are closed."""
+    seen = _held_at(system, values)
+    return seen is not None and seen.choice == choice
+
+
+class _Outcome(Data):
+    """Which of those that ask to be held were taken, in their order; `plain` where no other
+    outcome could hold earlier ones."""
+
+    taken: list[bool]
+    plain: bool
+    choice: Choice
+
+
+def _held_at(system: System, place: Vector) -> _Outcome | None:
+    candidates, order = system.program.candidates, system.asking
+    others = [f for f in order if isinstance(f, FixedSlot)]
+    slopes = gradients(system, place, others)
+    motions = free_motions(system, place)
+    if motions is None:
+        return None
+    span = _Span(_all_rows(motions, slopes))
+    row = {f: len(candidates) + k for k, f in enumerate(others)}
+    taken = [span.add(f if isinstance(f, int) else row[f]) for f in order]
+    held = [c.fixed for c in candidates]
+    extra = []
+    for item, independent in zip(order, taken, strict=True):
+        if isinstance(item, FixedSlot):
+            extra += [item] if independent else []
+        else:
+            held[item] |= independent
+    redundant = tuple(
+        (i, tuple(p for p in span.partners(i) if p < len(candidates)))
+        for i, independent in zip(order, taken, strict=True)
+        if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
+    )
+    plain = sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True)
+    return _Outcome(taken, plain, Choice(tuple(held), redundant, tuple(extra)))
+
+
+def _closed(system: System, u: Vector) -> Vector | None:
+    """An assembled position near a guess, nothing held."""
+    for rows, columns in system.stages():
+        own = [row for row in rows if row < system.initial_rows.start]
+        root = solve_stage(system, u, own, columns)
+        if not root.converged:
+            return None
+        u = root.point
+    return u
+
+
+def _all_rows(motions: Vector, gradients: Vector) -> Vector:
+    """How each candidate, then each other variable, changes with each free motion."""
+    import numpy as np
+
+    return np.vstack([motions, gradients @ motions])
+
+
+def places(u: Vector) -> list[Vector]:
+    """A guess and two points beside it, the same ones every time."""
+    import numpy as np
+
+    n = np.arange(len(u))
+    return [u, u + 0.1 * np.cos(1.0 + 2.0 * n), u + 0.2 * np.sin(2.0 + 1.7 * n)]
+
+
+class _Span:
+    """The directions already held, among the free motions at one place."""
+
+    def __init__(self, motions: Vector) -> None:
+        import numpy as np
+
+        self._motions = motions
+        self._basis = np.empty((motions.shape[1], motions.shape[1]))
+        self._held: list[int] = []
+
+    def add(self, i: int) -> bool:
+        """Holds a candidate if it is independent of those held before."""
+        row, count = self._motions[i], len(self._held)
+        if count == len(row):
+            return False
+        basis = self._basis[:count]
+        rest = row - (basis @ row) @ basis
+        length = math.sqrt(rest @ rest)
+        if length <= INDEPENDENT:
+            return False
+        self._basis[count] = rest / length
+        self._held.append(i)
+        return True
+
+    def partners(self, i: int) -> tuple[int, ...]:
+        """The held candidates that a dependent one follows from."""
+        import numpy as np
+
+        if not self._held or np.linalg.norm(self._motions[i]) < INDEPENDENT:
+            return ()
+        parts = np.linalg.lstsq(self._motions[self._held].T, self._motions[i], rcond=1e-6)[0]
+        return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
+
+
+def free_motions(system: System, point: Vector) -> Vector | None:
+    """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
+    jacobian = system.slopes(point)
+    return None if jacobian is None else newton.kernel_of(jacobian, 1e-5)
