@@ -42,7 +42,6 @@ from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
-
     from planarc.solve.start.newton import Vector
 
 
