@@ -1,4 +1,4 @@
-"""From text to syntax tree: `table` runs the grammar, `build` makes the nodes.
+"""From text to syntax tree: `machine` runs the grammar, `build` makes the nodes.
 
 In:   Source              one text
 Out:  StoredDefinition    its tree, or `PlanarcError` with every syntax error
@@ -30,8 +30,8 @@ from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
 
 if TYPE_CHECKING:
+    from planarc.parse.grammar.language import Language
     from planarc.parse.grammar.lexer import Token
-    from planarc.parse.grammar.machine import Machine
 
 
 def parse_text(source: Source) -> syntax.StoredDefinition:
@@ -88,26 +88,26 @@ def _without_collecting() -> Iterator[None]:
 
 
 def _parse(start: str, span: Span) -> Any:
+    from planarc.parse.grammar.language import load_language
     from planarc.parse.grammar.lexer import scan
-    from planarc.parse.grammar.machine import load_machine
-    from planarc.parse.grammar.table import run
+    from planarc.parse.grammar.machine import run
 
     nul = span.source.text.find("\0", span.start, span.end)
     if nul >= 0:
         message = "this is no text: it holds NUL characters"
         raise PlanarcError(Diagnostic("P100", message, Span(span.source, nul, nul + 1)))
-    machine = load_machine()
-    with machine.lock:
-        tokens, lexical = scan(span.source, machine.terminals, span.start, span.end)
-        machine.build.begin(span)
-        tree = run(machine.table, machine.reductions, start, tokens)
-        errors = machine.build.errors
+    language = load_language()
+    with language.lock:
+        tokens, lexical = scan(span.source, language.terminals, span.start, span.end)
+        language.build.begin(span)
+        tree = run(language.table, language.reductions, start, tokens)
+        errors = language.build.errors
         if tree is None:
             from planarc.parse.repair.recover import find_errors
 
-            errors, mended = find_errors(machine, start, tokens, lexical)
+            errors, mended = find_errors(language, start, tokens, lexical)
             mended.append(tokens[-1])
-            errors = [*errors, *_errors_beside(machine, start, mended, span, [*errors, *lexical])]
+            errors = [*errors, *_errors_beside(language, start, mended, span, [*errors, *lexical])]
     if lexical or errors:
         every = {(e.code, e.message, e.span): e for e in (*lexical, *errors)}
         raise PlanarcError(sorted(every.values(), key=lambda e: e.span.start if e.span else 0))
@@ -115,16 +115,16 @@ def _parse(start: str, span: Span) -> Any:
 
 
 def _errors_beside(
-    machine: Machine, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
+    language: Language, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
 ) -> list[Diagnostic]:
     """What is wrong beside the grammar, found by building the mended text."""
-    from planarc.parse.grammar.table import run
+    from planarc.parse.grammar.machine import run
 
-    machine.build.begin(span)
-    run(machine.table, machine.reductions, start, mended)
+    language.build.begin(span)
+    run(language.table, language.reductions, start, mended)
     lines = {error.span.line for error in errors if error.span}
     return [
         error
-        for error in machine.build.errors
+        for error in language.build.errors
         if error.code != "P102" and error.span and error.span.line not in lines
     ]

@@ -21,9 +21,9 @@ from bisect import bisect_left
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Related
-from planarc.parse.grammar.automaton import Automaton, Stack
+from planarc.parse.grammar.language import Language
 from planarc.parse.grammar.lexer import MAX_ERRORS, Token
-from planarc.parse.grammar.machine import Machine
+from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.repair.hints import explain
 from planarc.parse.repair.repairs import Place, find_repair
 from planarc.parse.repair.trouble import Repair, Trouble
@@ -55,10 +55,10 @@ class _Mended:
 
 
 def find_errors(
-    machine: Machine, start: str, tokens: list[Token], lexical: list[Diagnostic]
+    language: Language, start: str, tokens: list[Token], lexical: list[Diagnostic]
 ) -> tuple[list[Diagnostic], list[Token]]:
     """The errors, and the tokens as they would be right."""
-    automaton = Automaton(machine, start)
+    automaton = Automaton(language.table, start)
     kinds = [token.type for token in tokens]
     errors: list[Diagnostic] = []
     mended = _Mended()
@@ -76,7 +76,7 @@ def find_errors(
             if kinds[at - 1] in _BOUNDARIES:
                 begin = Place(stack, at)
             continue
-        trouble = Trouble(automaton, machine.terminals, stack, tokens, at, begin.at)
+        trouble = Trouble(automaton, language.terminals, stack, tokens, at, begin.at)
         repair = find_repair(trouble, begin)
         error = explain(trouble, repair)
         if not _is_echo(error, errors):

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from planarc.parse.grammar.automaton import Stack
+from planarc.parse.grammar.machine import Stack
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.

@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from planarc.core.source import Span
-from planarc.parse.grammar.automaton import Automaton, Stack
 from planarc.parse.grammar.lexer import Terminals, Token
+from planarc.parse.grammar.machine import Automaton, Stack
 
 #: The words that open a block, as terminals and as written.
 BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}

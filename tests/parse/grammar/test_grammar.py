@@ -12,9 +12,29 @@ from planarc.core.resources import grammar_file, stdlib
 from planarc.core.source import Source, Span, decode
 from planarc.parse.build.build import Build
 from planarc.parse.grammar.grammar import STARTS, NoLexer, make_lark
+from planarc.parse.grammar.language import load_language
 from planarc.parse.grammar.lexer import scan
-from planarc.parse.grammar.machine import load_machine
+from planarc.parse.grammar.machine import Automaton
 from planarc.parse.parser import parse_file
+
+TEXT = """within A;
+package P
+  import B.C;
+  replaceable model M = N(redeclare type T = Real[3] (each min = 1)) constrainedby N;
+protected
+  function f input Real x; output Real y = if x > 1 then 2 else -x^2; algorithm
+    for i in 1:3 loop y := sum(y*k for k in {1, 2}); end for;
+    while not y < 2 or y == x and true loop (y, , x) := f(x, a = 1); break; end while;
+  end f;
+  type E = enumeration(a "a", b);
+initial equation
+  x[end] = der(y.z[1, :]);
+equation
+  when initial() then reinit(x, 1); elsewhen x then connect(a, b[2].c); end when;
+  if x then y = 1; elseif z then assert(x, "text" + "more"); else z = [1, 2; 3, 4]; end if;
+  annotation(Icon());
+end P;
+"""
 
 
 def test_lalr_has_no_conflicts(caplog: pytest.LogCaptureFixture) -> None:
@@ -25,7 +45,7 @@ def test_lalr_has_no_conflicts(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_every_rule_has_a_builder() -> None:
-    names = {rule.alias for rule in load_machine().table.rules}
+    names = {rule.alias for rule in load_language().table.rules}
     passed_on = {  # `?rule` with one child, which is handed on as it is
         *("expression", "range", "disjunction", "conjunction", "negation"),
         *("relation", "sum", "product", "power", "primary"),
@@ -42,7 +62,7 @@ def test_the_reserved_words_are_those_of_the_specification() -> None:
         in initial inner input loop model not operator or outer output package parameter
         partial protected public pure record redeclare replaceable return stream then true
         type when while within"""
-    assert load_machine().terminals.keywords == set(words.split())
+    assert load_language().terminals.keywords == set(words.split())
 
 
 def test_the_table_gives_the_trees_that_lark_gives() -> None:
@@ -53,15 +73,29 @@ def test_the_table_gives_the_trees_that_lark_gives() -> None:
     assert len(paths) > 200
     for path in paths:
         source = Source(path.name, decode(path.read_bytes()), path)
-        tokens, _ = scan(source, load_machine().terminals)
+        tokens, _ = scan(source, load_language().terminals)
         build.begin(Span(source, 0, len(source.text)))
-        state = parser.parse_interactive(start="stored_definition").parser_state
-        for token in tokens[:-1]:
-            state.feed_token(token)
-        expected = state.feed_token(tokens[-1], is_end=True)
+        interactive = parser.parse_interactive(start="stored_definition")
+        for token in tokens:
+            expected = interactive.feed_token(token)
         found = parse_file(path, path.name)
         assert found == expected
         assert places(found) == places(expected)
+
+
+def test_the_machine_expects_what_lark_expects() -> None:
+    """After each word of a text with every kind of section."""
+    parser = make_lark(grammar_file().read_text("utf-8"))
+    automaton = Automaton(load_language().table, "stored_definition")
+    interactive = parser.parse_interactive(start="stored_definition")
+    tokens, _ = scan(Source("text", TEXT), load_language().terminals)
+    stack = automaton.begin
+    for token in tokens[:-1]:
+        assert set(automaton.accepts(stack)) == interactive.accepts()
+        following = automaton.shift(stack, token.type, 0)
+        assert following is not None
+        interactive.feed_token(token)
+        stack = following
 
 
 def places(tree: object) -> list[tuple[int, int]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planarc.core import resources
-from planarc.parse.grammar import machine
+from planarc.parse.grammar import language
 from planarc.parse.grammar.grammar import STARTS, make_table, table_text
 
 
@@ -30,8 +30,8 @@ def test_a_changed_grammar_has_a_table_of_its_own(
 ) -> None:
     changed = tmp_path / "modelica.lark"
     changed.write_text(text.replace('"equation"', '"equations"'), encoding="utf-8")
-    monkeypatch.setattr(machine, "grammar_file", lambda: changed)
-    names = {pattern for _, pattern, _ in machine._load_table().terminals}
+    monkeypatch.setattr(language, "grammar_file", lambda: changed)
+    names = {pattern for _, pattern, _ in language._load_table().terminals}
     assert "equations" in names
     assert "equation" not in names
 
@@ -43,8 +43,8 @@ def test_a_table_that_is_missing_or_damaged_is_made_again(
     path = tmp_path / "modelica.json"
     if content is not None:
         path.write_text(content, encoding="utf-8")
-    monkeypatch.setattr(machine, "table_file", lambda: path)
-    assert machine._load_table() == make_table(text)
+    monkeypatch.setattr(language, "table_file", lambda: path)
+    assert language._load_table() == make_table(text)
 
 
 def test_each_state_is_reached_and_each_target_there(text: str) -> None:
