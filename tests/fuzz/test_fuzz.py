@@ -13,7 +13,7 @@ import fuzz
 from extremes import EXTREMES
 
 from planarc.core.processes import Lost, cores
-from planarc.flatten.tree import instantiate
+from planarc.flatten.instances import instantiate
 
 SAMPLE = 200
 
