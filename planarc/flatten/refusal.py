@@ -1,9 +1,48 @@
-"""Parts of the language that planarc does not have: refused by name, never ignored."""
+"""Refusals that are told apart by what is done about them, each an exception of its own.
+
+    UnknownValue   a loop around it may be written out instead
+    TooLarge       going on would find the same again and again
+    NotThere       a connection to it is left out
+
+Parts of the language that planarc does not have are refused by name, never ignored.
+"""
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, error
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span
+
+
+class UnknownValue(PlanarcError):
+    """A value that shapes the model is not known when the model is compiled (F281)."""
+
+
+class TooLarge(PlanarcError):
+    """A class that contains itself, or a model that is too large (F251, F252)."""
+
+
+class NotThere(PlanarcError):
+    """A conditional component whose condition is false (F215)."""
+
+
+def unknown_value(message: str, span: Span) -> UnknownValue:
+    return UnknownValue(Diagnostic("F281", message, span))
+
+
+def too_large(message: str, span: Span | None) -> TooLarge:
+    return TooLarge(Diagnostic("F252", message, span))
+
+
+def joined(problems: Sequence[PlanarcError]) -> PlanarcError:
+    """All diagnostics in one error, which is of the kind that decides what is done."""
+    diagnostics = [d for problem in problems for d in problem.diagnostics]
+    for kind in (UnknownValue, TooLarge):
+        if any(isinstance(problem, kind) for problem in problems):
+            return kind(diagnostics)
+    whole = NotThere if all(isinstance(p, NotThere) for p in problems) else PlanarcError
+    return whole(diagnostics)
 
 
 def unsupported(feature: str, section: str, span: Span | None) -> PlanarcError:

@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
+from planarc.flatten.refusal import NotThere
+from planarc.flatten.several import for_each
 from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.terms.select import element_at
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -85,16 +87,8 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
 
 def _both(node: syntax.Connect, env: Env) -> tuple[object | None, object | None]:
     """Both sides; what is wrong with either is told."""
-    found: list[object | None] = []
-    wrong: list[PlanarcError] = []
-    for ref in (node.left, node.right):
-        try:
-            found.append(_sides(ref, env))
-        except PlanarcError as problem:
-            wrong.append(problem)
-    if wrong:
-        raise PlanarcError(d for problem in wrong for d in problem.diagnostics)
-    return found[0], found[1]
+    left, right = for_each((node.left, node.right), lambda ref: _sides(ref, env))
+    return left, right
 
 
 def _warn_absent(ref: syntax.Ref, env: Env) -> None:
@@ -121,28 +115,17 @@ def _sides(ref: syntax.Ref, env: Env) -> object | None:
     """The connectors that a reference in a connect equation means; None when absent."""
     outside = _is_outside(ref, env)
     try:
-        view = _resolve_present(ref, env)
-    except PlanarcError as problem:
-        if problem.diagnostics and all(d.code == "F215" for d in problem.diagnostics):
-            return None
-        raise
-    return _as_sides(view, ref, outside, env)
+        view = resolve(ref, env)
+    except NotThere:
+        return None
+    return None if _is_absent(view) else _as_sides(view, ref, outside, env)
 
 
-def _resolve_present(ref: syntax.Ref, env: Env) -> View:
-    view = resolve(ref, env)
-    if isinstance(view, Absent) or _all_absent(view):
-        raise error("F215", f"`{ref}` is not there", ref.span)
-    return view
-
-
-def _all_absent(view: View) -> bool:
-    """A conditional connector of each member of an array of components."""
-    return (
-        isinstance(view, list)
-        and bool(view)
-        and all(isinstance(v, Absent) or _all_absent(v) for v in view)
-    )
+def _is_absent(view: View) -> bool:
+    """A conditional connector, or that of each member of an array of components."""
+    if isinstance(view, list):
+        return bool(view) and all(map(_is_absent, view))
+    return isinstance(view, Absent)
 
 
 def _is_outside(ref: syntax.Ref, env: Env) -> bool:

@@ -16,11 +16,11 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.functions import call_arguments, calls, special
-from planarc.flatten.refusal import unsupported
+from planarc.flatten.refusal import UnknownValue, joined, unknown_value, unsupported
 from planarc.flatten.terms.conform import conforms, mismatch, type_text
 from planarc.flatten.terms.select import element_at, opened
 from planarc.flatten.tree.demand import attributes_of
@@ -38,19 +38,18 @@ def type_statements(
 ) -> Statements:
     """The statements of an algorithm section or of a branch; all wrong ones are reported."""
     typed: list[flat.Statement] = []
-    wrong: list[Diagnostic] = []
-    broken = False
+    wrong: list[PlanarcError] = []
     for statement in statements:
         try:
             typed += _TYPERS[type(statement)](statement, env, component)
+        except UnknownValue:
+            raise  # a loop around it may be written out instead
         except PlanarcError as problem:
-            if any(d.code == "F281" for d in problem.diagnostics):
-                raise  # a loop around it may be written out instead
-            broken = True
-            wrong.extend(problem.diagnostics)
-    if broken and env.function is not None:
-        raise PlanarcError(wrong)  # a function that lacks statements cannot be called
-    env.session.errors.extend(wrong)
+            wrong.append(problem)
+    if wrong and env.function is not None:
+        raise joined(wrong)  # a function that lacks statements cannot be called
+    for one in wrong:
+        env.session.keep(one)
     return tuple(typed)
 
 
@@ -241,9 +240,7 @@ def _for(node: syntax.ForStatement, env: Env, component: str) -> Statements:
     errors = len(env.session.errors)
     try:
         return _loop(node.iterators, node, env, component)
-    except PlanarcError as problem:
-        if not any(d.code == "F281" for d in problem.diagnostics):
-            raise
+    except UnknownValue:
         del env.session.errors[errors:]
         return _unrolled(node.iterators, node, env, component)
 
@@ -267,7 +264,7 @@ def _unrolled(
         return type_statements(node.body, env, component)
     values = comprehension.iteration_values(iterators[0], env, node.body)
     if values is None:
-        raise error("F281", "the range of this loop must be known when compiling", node.span)
+        raise unknown_value("the range of this loop must be known when compiling", node.span)
     found: list[flat.Statement] = []
     for value in values:
         inner = replace(env.with_iterator(iterators[0].name, value), in_loop=False)

@@ -16,10 +16,10 @@ from __future__ import annotations
 from itertools import product
 from math import prod
 
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances import outer, shape
-from planarc.flatten.refusal import unsupported
+from planarc.flatten.refusal import TooLarge, too_large, unsupported
 from planarc.flatten.tree import annotation, lookup, redeclare
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.modify import merge, subscript
@@ -128,8 +128,7 @@ def _make_leaf(
     leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
     leaf.type = layout.builtin.with_dims(_leaf_dims(leaf, definition, scope, layout))
     if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
-        raise error(
-            "F252",
+        raise too_large(
             f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}",
             definition.span,
         )
@@ -204,7 +203,7 @@ def _make_composite(
     def build(full: str, modifier: Mod) -> Instance:
         session.component_count += 1
         if session.component_count > MAX_COMPONENTS:
-            raise error("F252", f"the model has more than {MAX_COMPONENTS:,} components", None)
+            raise too_large(f"the model has more than {MAX_COMPONENTS:,} components", None)
         prefix = full if parent.prefix is not None else None
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
         made.causality = causality
@@ -215,8 +214,7 @@ def _make_composite(
         return build(name, mod)
     dims = _family_dims(written, element, mod, cls, name)
     if prod(dims) > MAX_ITEMS:
-        raise error(
-            "F252",
+        raise too_large(
             f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}",
             definition.span,
         )
@@ -272,11 +270,8 @@ def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
             seen += 1
         current = current.parent
     if seen >= MAX_NESTING_OF_ONE_CLASS or parent.depth > MAX_DEPTH:
-        raise error(
-            "F251",
-            f"`{cls.name}` contains itself through `{parent.full_name(element.name)}`",
-            element.definition.span,
-        )
+        message = f"`{cls.name}` contains itself through `{parent.full_name(element.name)}`"
+        raise TooLarge(Diagnostic("F251", message, element.definition.span))
 
 
 def check_modifier(instance: Instance) -> None:

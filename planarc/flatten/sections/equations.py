@@ -29,6 +29,7 @@ from planarc.flatten.functions.call_arguments import result_types
 from planarc.flatten.functions.calls import type_call
 from planarc.flatten.functions.special import type_assert, type_reinit, type_terminate
 from planarc.flatten.functions.statements import check_result_count, when_condition
+from planarc.flatten.refusal import too_large, unknown_value
 from planarc.flatten.several import for_each
 from planarc.flatten.terms.conform import scalar_count, type_text, unify
 from planarc.flatten.tree.nodes import Env, Instance
@@ -191,11 +192,11 @@ def _unroll(
     if not iterators:
         left[0] -= 1
         if left[0] < 0:
-            raise error("F252", f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
+            raise too_large(f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
         return type_equations(node.body, env, to)
     values = iteration_values(iterators[0], env, node.body)
     if values is None:
-        raise error("F281", "the range of this loop must be known when compiling", node.span)
+        raise unknown_value("the range of this loop must be known when compiling", node.span)
     found: list[flat.Equation] = []
     errors = len(env.session.errors)
     for value in values:

@@ -16,6 +16,7 @@ from planarc.flatten.connect.joining import Joined, join, sections_of
 from planarc.flatten.connect.rooting import Rooting, find_roots
 from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.instances.outer import inner_half
+from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.equations import Collector, type_equations
 from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
@@ -87,10 +88,6 @@ def _walk(root: Node, found: Gathered) -> None:
             stack.extend(reversed(_children(node)))
 
 
-#: a class that contains itself, or a model that is too large
-_ENDLESS = frozenset({"F251", "F252"})
-
-
 def _children(instance: Instance) -> list[Node]:
     nodes: list[Node] = []
     for name, (_, definition) in instance.layout.members.items():
@@ -100,9 +97,9 @@ def _children(instance: Instance) -> list[Node]:
         assert element is not None
         try:
             node = node_of(inner_half(element))
+        except TooLarge:
+            raise  # going on would find the same again and again
         except PlanarcError as problem:
-            if any(d.code in _ENDLESS for d in problem.diagnostics):
-                raise  # going on would find the same again and again
             instance.session.keep(problem)
             continue
         if _is_here(element, node):

@@ -12,6 +12,7 @@ from math import prod
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
+from planarc.flatten.refusal import too_large
 from planarc.flatten.terms.conform import NUMERIC, type_text, unify
 from planarc.flatten.terms.select import array, element_at, integer, opened, pick, real
 from planarc.flatten.tree.nodes import Env
@@ -67,7 +68,7 @@ def _sizes(name: str, arguments: Arguments, env: Env) -> tuple[int | None, ...]:
         sizes.append(None if value is None else int(value))  # type: ignore[arg-type]
     known = prod(s for s in sizes if s is not None)
     if known > 10_000_000:
-        raise error("F252", f"`{name}` makes an array of {known:,} entries", arguments[0].span)
+        raise too_large(f"`{name}` makes an array of {known:,} entries", arguments[0].span)
     return tuple(sizes)
 
 
@@ -107,7 +108,7 @@ def _identity(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
 
 def _bound(name: str, rows: int, columns: int, span: Span) -> None:
     if rows * columns > MAX_MATRIX:
-        raise error("F252", f"`{name}` makes an array of {rows * columns:,} entries", span)
+        raise too_large(f"`{name}` makes an array of {rows * columns:,} entries", span)
 
 
 def _rows(

@@ -15,6 +15,7 @@ import math
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
+from planarc.flatten.refusal import too_large, unknown_value
 from planarc.flatten.terms.conform import unify
 from planarc.flatten.terms.constant import to_expression
 from planarc.flatten.terms.select import array, integer
@@ -58,7 +59,7 @@ def iteration_values(
         return None
     assert isinstance(value, list)
     if len(value) > MAX_OPENED:
-        raise error("F252", f"a loop over {len(value):,} values is too long", iterator.span)
+        raise too_large(f"a loop over {len(value):,} values is too long", iterator.span)
     element = typed.type.element()
     return [to_expression(v, element, iterator.span) for v in value]
 
@@ -213,7 +214,7 @@ def _open_items(
 
 def _bound(count: int, span: Span) -> None:
     if count > MAX_OPENED:
-        raise error("F252", f"a loop over {count:,} values is too long", span)
+        raise too_large(f"a loop over {count:,} values is too long", span)
 
 
 def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expression:
@@ -232,7 +233,7 @@ def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expr
 def _kept(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
     """Sizes are unknown: the iterators stay."""
     if env.function is None and not env.in_algorithm:
-        raise error("F281", "the range of this loop must be known when compiling", node.span)
+        raise unknown_value("the range of this loop must be known when compiling", node.span)
     ranges = []
     for iterator in node.iterators[::-1] if reduce == "array" else node.iterators:
         typed = iteration_range(iterator, env, (node.body,))

@@ -17,10 +17,10 @@ from typing import TypeAlias
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.refusal import unsupported
+from planarc.flatten.refusal import NotThere, unsupported
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup, naming
@@ -168,13 +168,10 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
     return select(node_of(element), part.subscripts, env, ref)
 
 
-def absent_error(view: Absent, span: Span) -> PlanarcError:
-    return error(
-        "F215",
-        f"`{view.name}` does not exist: its condition is false",
-        span,
-        related=[Related("declared here", view.element.definition.span)],
-    )
+def absent_error(view: Absent, span: Span) -> NotThere:
+    declared = Related("declared here", view.element.definition.span)
+    message = f"`{view.name}` does not exist: its condition is false"
+    return NotThere(Diagnostic("F215", message, span, related=(declared,)))
 
 
 # Subscripts --------------------------------------------------------------------------------------

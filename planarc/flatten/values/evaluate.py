@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
+from planarc.flatten.refusal import unknown_value
 from planarc.flatten.terms.conform import expect_scalar
 from planarc.flatten.terms.constant import NotConstant, Value, to_expression
 from planarc.flatten.tree.nodes import Env, Leaf, Scope
@@ -32,8 +33,7 @@ def structural_value(expression: flat.Expression, env: Env, what: str) -> Value:
     try:
         return evaluator.Evaluator(env.session, mark=True, hidden=env.hidden).value(expression)
     except NotConstant as problem:
-        raise error(
-            "F281",
+        raise unknown_value(
             f"{what} must be known when the model is compiled: {problem.reason}",
             problem.span or expression.span,
         ) from None
@@ -124,8 +124,7 @@ def package_constant(leaf: Leaf, span: Span) -> flat.Expression:
     try:
         value = evaluator.Evaluator(leaf.parent.session).leaf_value(leaf)
     except NotConstant as problem:
-        raise error(
-            "F281",
+        raise unknown_value(
             f"the constant `{leaf.name}` has no value: {problem.reason}",
             problem.span or leaf.span,
         ) from None

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
+from planarc.flatten.refusal import too_large
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.tree.demand import attributes_of, leaf_binding
 from planarc.flatten.tree.nodes import Leaf, Session
@@ -25,7 +26,7 @@ def range_count(first: float, step: float, last: float, span: Span) -> int:
         raise error("F275", "the step of a range is zero", span)
     steps = (last - first) / step
     if not steps < sys.maxsize:  # not a number either
-        raise error("F252", f"a range of {steps:g} values is too long", span)
+        raise too_large(f"a range of {steps:g} values is too long", span)
     return max(0, int(steps + 1e-12) + 1) if steps >= 0 else 0
 
 
@@ -171,7 +172,7 @@ class Evaluator:
             raise NotConstant("a range needs numbers", e.span)
         count = range_count(float(first), float(step), float(last), e.span)  # type: ignore[arg-type]
         if count > 10_000_000:
-            raise error("F252", f"a range of {count:,} values is too long", e.span)
+            raise too_large(f"a range of {count:,} values is too long", e.span)
         return [first + k * step for k in range(count)]  # type: ignore[operator]
 
     def _builtin(self, e: flat.Builtin) -> Value:
