@@ -58,6 +58,7 @@ def generate(sorted: SortedDae) -> Program:
         guesses=tables.guesses(),
         functions=dae.functions,
         visuals=dae.visuals,
+        declared=dae.declared,
         parts=dae.parts,
         experiment=dae.experiment,
         equations_before=sorted.equations_before,

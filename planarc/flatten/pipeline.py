@@ -253,6 +253,7 @@ def _model(
         tuple(found.initial_algorithms),
         (),
         tuple(found.visuals),
+        tuple(found.declared),
         parts,
         tuple(connected.physical),
         experiment,

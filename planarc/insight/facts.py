@@ -89,17 +89,19 @@ def energy_facts(found: Energies | None) -> list[tuple[str, str]]:
     if found is None or not found.exchanged:
         return []
     dissipated, supplied = float(found.dissipated[-1]), float(found.supplied[-1])
-    error = float(np.max(np.abs(found.balance))) / found.exchanged
+    error = float(np.max(np.abs(found.balance - found.untold))) / found.exchanged
     parts = [f"kinetic up to {found.kinetic.max():.4g} J"]
     parts.append(f"potential over {np.ptp(found.potential):.4g} J")
     if abs(dissipated) > 1e-9 * found.exchanged:
         parts.append(f"dissipated {dissipated:.4g} J")
     if abs(supplied) > 1e-9 * found.exchanged:
         parts.append(f"supplied {supplied:.4g} J")
-    return [
-        ("energy", ", ".join(parts)),
-        ("energy balance", f"holds to {error:.1g} of the energy exchanged"),
-    ]
+    rows = [("energy", ", ".join(parts))]
+    if found.strangers:
+        amount = float(np.max(np.abs(found.untold)))
+        by = _names([f"`{name}`" for name in found.strangers])
+        rows.append(("energy not told", f"up to {amount:.4g} J, exchanged by {by}"))
+    return [*rows, ("energy balance", f"holds to {error:.1g} of the energy exchanged")]
 
 
 def _number(count: int, one: str, many: str) -> str:

@@ -3,12 +3,15 @@
 In:   Mechanism, Result
 Out:  Layers, to be laid over the moving picture
 
-A link's motion is that of a body on it, whose velocities the result knows exactly, or else by
-differences of its frame. Of a point P of a link with origin O (r, v, a known), d = P - O and
+A link's motion is that of a frame: velocities that the result holds are exact, others are taken
+by differences. Of a point P of a link with origin O (r, v, a known), with d = P - O and
 n = {-d[2], d[1]}:
 
     v_P = v_O + w*n            a_P = a_O + z*n - w^2*d
     instant centre  O + {-v_O[2], v_O[1]}/w, where the link has no velocity
+
+Components declare further points, such as centres of mass, and where the force of a joint acts:
+`annotation(__planarc(point(centre = r_0CM), contact = frame_b.r + r2))`.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.data import Data
-from planarc.insight.values import Values, rate
+from planarc.insight.values import Values
 from planarc.ir.insight import Layer, Mark
 from planarc.ir.mechanism import GROUND
 
@@ -49,7 +52,7 @@ def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...
         return ()
     values = Values(result)
     motions = {i: _motion(values, link) for i, link in enumerate(mechanism.links) if i != GROUND}
-    points = [*_joint_points(values, mechanism, motions), *_centres_of_mass(values)]
+    points = [*_joint_points(values, mechanism, motions), *_declared_points(values)]
     moving = [p for p in points if not (isinstance(p.x, float) and isinstance(p.y, float))]
     found = (
         Layer("paths", "Paths", "paths", "m", tuple(Mark(p.name, p.x, p.y) for p in moving)),
@@ -69,23 +72,16 @@ class _Point(Data):
 
 
 def _motion(values: Values, link: Link) -> _Motion | None:
-    """None where the result does not hold the link's position."""
-    for frame in link.frames:
-        body = frame.rpartition(".")[0]
-        if values.has(body, "r[1]", "v[1]", "a[1]", "w", "z") and frame.endswith(".frame_a"):
-            (x, y), (u, v), (du, dv) = (values.pair(body, n) for n in ("r", "v", "a"))
-            return _Motion(x, y, u, v, du, dv, values.get(f"{body}.w"), values.get(f"{body}.z"))
-    frame = link.frames[0]
-    if not values.has(frame, "r[1]", "r[2]", "phi"):
+    """That of the frame with the most exact velocities; None where no position is known."""
+    named = [tuple(f"{frame}.{n}" for n in ("r[1]", "r[2]", "phi")) for frame in link.frames]
+    known = [names for names in named if all(name in values.result for name in names)]
+    if not known:
         return None
-    own = [f"{frame}.{n}" for n in ("r[1]", "r[2]", "phi")]
+    own = max(known, key=lambda names: sum(map(values.exactness, names)))
+    x, y, _ = (values.get(name) for name in own)
     u, v, w = (values.rate(name) for name in own)
-    du, dv, z = (_second(values, track) for track in (u, v, w))
-    return _Motion(values.get(own[0]), values.get(own[1]), u, v, du, dv, w, z)
-
-
-def _second(values: Values, track: Track) -> Track:
-    return 0.0 if isinstance(track, float) else rate(values.time, track)
+    du, dv, z = (values.rate(name, 2) for name in own)
+    return _Motion(x, y, u, v, du, dv, w, z)
 
 
 def _joint_points(
@@ -123,19 +119,14 @@ def _carried(o: _Motion, x: Track, y: Track) -> tuple[tuple[Track, Track], tuple
     return velocity, (o.du - o.z * dy - square * dx, o.dv + o.z * dx - square * dy)
 
 
-def _centres_of_mass(values: Values) -> Iterator[_Point]:
-    for part in values.result.program.parts:
-        for r, v, a in (("r_0CM", "v_CM", "a_CM"), ("r_mass", "v", "a")):
-            if values.has(part.name, f"{r}[1]", f"{v}[1]", f"{a}[1]"):
-                pairs = [values.pair(part.name, n) for n in (r, v, a)]
-                yield _Point(f"{part.name} centre", *pairs[0], (pairs[1], pairs[2]))
-                break
-        else:
-            own = ("m", "r[1]", "v[1]", "a[1]", "frame_a.phi")
-            if values.has(part.name, *own) and not values.has(part.name, "I"):
-                x, y = values.pair(part.name, "r")
-                moved = values.pair(part.name, "v"), values.pair(part.name, "a")
-                yield _Point(part.name, x, y, moved)
+def _declared_points(values: Values) -> Iterator[_Point]:
+    """The points that components declare, such as centres of mass."""
+    points = values.declared("point")
+    velocities, accelerations = (values.declared("point", order) for order in (1, 2))
+    for component, own in points.items():
+        for name, (x, y) in own.items():
+            moved = velocities[component][name], accelerations[component][name]
+            yield _Point(f"{component} {name}".strip(), x, y, moved)
 
 
 def _vectors(points: list[_Point], which: int) -> tuple[Mark, ...]:
@@ -155,24 +146,17 @@ def _is_zero(vector: tuple[Track, Track]) -> bool:
 def _forces(values: Values, mechanism: Mechanism) -> Iterator[Mark]:
     """The force of a joint on the link at its last moving frame: less the cut force there."""
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
+    contacts = values.declared("contact")
     for joint in mechanism.joints:
         frame = _acted(joint, link_of)
         if frame is None or not values.has(frame, "r[1]", "f[1]", "f[2]"):
             continue
-        (x, y), (u, v) = _touched(values, joint, frame), values.pair(frame, "f")
+        x, y = contacts[joint.name][""] if joint.name in contacts else values.pair(frame, "r")
+        u, v = values.pair(frame, "f")
         on = mechanism.links[link_of[frame]].name
         mark = Mark(f"{joint.name} on {on}", x, y, -u, -v)
         if not _is_zero((u, v)):
             yield mark
-
-
-def _touched(values: Values, joint: Joint, frame: str) -> tuple[Track, Track]:
-    """Where the force acts: at the frame, or where two curves touch."""
-    x, y = values.pair(frame, "r")
-    if not values.has(joint.name, "r2[1]", "normal2[1]") or not frame.endswith(".frame_b"):
-        return x, y
-    dx, dy = values.pair(joint.name, "r2")
-    return x + dx, y + dy
 
 
 def _acted(joint: Joint, link_of: dict[str, int]) -> str | None:

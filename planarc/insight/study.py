@@ -47,6 +47,7 @@ def _energy_series(found: Energies | None) -> list[Series]:
         ("mechanical energy", "kinetic and potential", found.mechanical),
         ("dissipated energy", "turned into heat or lost in impacts", found.dissipated),
         ("supplied energy", "put in by drives and applied forces", found.supplied),
+        ("untold energy", "put in by components that declare no energy", found.untold),
     )
     # What stays nothing is no curve; the others are told as they are, be they constant.
     small = 1e-9 * found.exchanged

@@ -25,12 +25,12 @@ from itertools import combinations
 
 from planarc.core.data import Data
 from planarc.core.disjoint import DisjointSets
+from planarc.insight.connectors import FRAME, find_frames
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
 from planarc.ir.mechanism import Joint, Link, Mechanism
 
-_POTENTIALS = ("r[1]", "r[2]", "phi")
-_FLOWS = ("f[1]", "f[2]", "t")
+_FLOWS, _POTENTIALS = zip(*FRAME, strict=True)
 
 
 class _Relation(Data):
@@ -58,16 +58,6 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
             if _conditions(relations, (frame,)) >= 3:
                 links.join((_GROUND, frame))
     return _mechanism(frames, groups, links)
-
-
-def find_frames(names: Iterable[str]) -> tuple[str, ...]:
-    """The connectors with position, angle, force and torque, in their order."""
-    known = dict.fromkeys(names)
-    return tuple(
-        owner
-        for owner in (n[:-5] for n in known if n.endswith(".r[1]"))
-        if all(f"{owner}.{v}" in known for v in (*_POTENTIALS, *_FLOWS))
-    )
 
 
 #: Stands for whatever does not move.

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+
+from planarc.evaluate.rows import RowValues, applied
+from planarc.ir.expr import Expr, Op, symbol_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +25,32 @@ class Values:
     def __init__(self, result: Result) -> None:
         self.result = result
         self.time = result.time
-        self._rates: dict[tuple[int, int], Any] = {}
+        self._rates: dict[tuple[int, int], Track] = {}
+        slots = result.program.slots
+        #: the slots of variables whose derivatives the result holds, too
+        self._derivatives = {
+            slots[name[4:-1]]: slot
+            for name, slot in slots.items()
+            if name.startswith("der(")
+            and name[4:-1] in slots
+            and (slot in result.stored or slot in result.constants)
+        }
+
+    def declared(self, kind: str, order: int = 0) -> Mapping[str, Mapping[str, Any]]:
+        """What components declare of one kind, or its derivative: component, name, rows.
+
+        A component of which something cannot be evaluated is left out.
+        """
+        evaluator = _Declared(self)
+        found: dict[str, dict[str, Any]] = {}
+        failed = set()
+        for d in self.result.program.declared:
+            if d.kind == kind:
+                try:
+                    found.setdefault(d.component, {})[d.name] = evaluator.derivative(d.value, order)
+                except _Unknown:
+                    failed.add(d.component)
+        return {component: values for component, values in found.items() if component not in failed}
 
     def has(self, owner: str, *names: str) -> bool:
         columns = self.result.columns
@@ -29,31 +58,96 @@ class Values:
 
     def get(self, name: str) -> Track:
         """A number where it never changes; KeyError if there is none."""
-        column = self.result.columns[name]
-        if column.slot not in self.result.stored:
-            return float(column.sign * self.result.constants[column.slot])
-        return self.result[name]
+        return self.rate(name, 0)
 
     def pair(self, owner: str, name: str) -> tuple[Track, Track]:
         """A vector of the plane, as its two components."""
         return self.get(f"{owner}.{name}[1]"), self.get(f"{owner}.{name}[2]")
 
-    def rate(self, name: str) -> Track:
-        """The derivative by differences; equal variables share it."""
+    def rate(self, name: str, order: int = 1) -> Track:
+        """A derivative: the variable that is one, or else by differences; KeyError if none."""
         column = self.result.columns[name]
-        if column.slot not in self.result.stored:
+        return column.sign * self._rate(column.slot, order)
+
+    def exactness(self, name: str, order: int = 2) -> int:
+        """How many derivatives of a variable, up to an order, are no differences."""
+        slot = self.result.columns[name].slot
+        for exact in range(order):
+            if slot not in self.result.stored:
+                break  # constant
+            if slot not in self._derivatives:
+                return exact
+            slot = self._derivatives[slot]
+        return order
+
+    def _rate(self, slot: int, order: int) -> Track:
+        result = self.result
+        if not order and slot in result.stored:
+            return result.data[:, result.stored[slot]]
+        if not order:
+            return float(result.constants[slot])
+        if slot not in result.stored:
             return 0.0
-        key = column.slot, column.sign
-        if key not in self._rates:
-            self._rates[key] = rate(self.time, self.result[name])
-        known: Track = self._rates[key]
-        return known
+        if slot in self._derivatives:
+            return self._rate(self._derivatives[slot], order - 1)
+        if (slot, order) not in self._rates:
+            lower = self._rate(slot, order - 1)
+            self._rates[slot, order] = self.slope(lower)
+        return self._rates[slot, order]
+
+    def slope(self, track: Track) -> Track:
+        """The derivative of rows, by differences."""
+        return 0.0 if isinstance(track, float) else rate(self.time, track)
 
     def full(self, value: Track) -> Vector:
         """As many rows as the result has."""
         import numpy as np
 
         return np.full(len(self.time), value) if isinstance(value, float) else value
+
+
+class _Unknown(Exception):
+    """An expression holds what the result does not tell."""
+
+
+def _applied(e: Expr, args: Sequence[Any]) -> Any:
+    try:
+        return applied(e, args)
+    except KeyError:  # a function of the user's own that could not be inlined
+        raise _Unknown from None
+
+
+class _Declared(RowValues):
+    """The values of expressions; derivatives that the result does not hold are differences."""
+
+    def __init__(self, values: Values) -> None:
+        super().__init__(self._variable, _applied)
+        self._rows = values
+
+    def derivative(self, value: Any, order: int) -> Any:
+        """Of a vector each component."""
+        if isinstance(value, tuple):
+            return tuple(self.derivative(item, order) for item in value)
+        found = self(value)
+        if order and value.is_symbol:
+            return self._variable(value, order)
+        for _ in range(order):
+            found = self._rows.slope(found)
+        return found
+
+    def _variable(self, e: Expr, order: int = 0) -> Any:
+        result = self._rows.result
+        if e.op is Op.TIME:
+            return result.time
+        if e.op is Op.EVENT:
+            raise _Unknown
+        name, own = (e.data, 0) if e.op is Op.PRE else e.data
+        held = symbol_text(name, own)
+        if held not in result:
+            held, order = name, order + own
+        if held not in result:
+            raise _Unknown
+        return self._rows.rate(held, order)
 
 
 def rate(time: Vector, values: Vector) -> Vector:

@@ -200,6 +200,15 @@ class Visual(Data):
         return dict(self.attributes)[name]
 
 
+class Declared(Data):
+    """What a component says of itself; see flat.Declared. A vector is a tuple."""
+
+    component: str
+    kind: str
+    name: str
+    value: VisualValue
+
+
 class Function(Located):
     """A function that is called as such, because it could not be inlined.
 
@@ -231,6 +240,7 @@ class Dae(Located):
     assertions: tuple[Assertion, ...] = ()
     functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
+    declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
     connections: tuple[tuple[str, ...], ...] = ()
     experiment: Experiment = field(default_factory=Experiment)

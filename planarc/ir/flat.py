@@ -399,6 +399,17 @@ class Visual(Located):
     span: Span = NOWHERE
 
 
+class Declared(Located):
+    """What a component says of itself in `annotation(__planarc(energy(kinetic = ...)))`: a value
+    in a `unit`, evaluated from the result; see `flatten.sections.declared` for kinds and names."""
+
+    component: str
+    kind: str
+    name: str
+    unit: str
+    value: Expression
+
+
 class Experiment(Data):
     start: float = 0.0
     stop: float = 1.0
@@ -423,6 +434,7 @@ class FlatModel(Located):
     initial_algorithms: tuple[Algorithm, ...] = ()
     functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
+    declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
     #: connection sets of physical connectors: the connectors' full names
     connections: tuple[tuple[str, ...], ...] = ()

@@ -5,7 +5,7 @@ All walks are iterative and keep the order of the text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from planarc.ir import flat
 
@@ -144,3 +144,29 @@ def expressions_of_model(model: flat.FlatModel) -> Iterator[flat.Expression]:
         yield from expressions_of_statements(algorithm.statements)
     for visual in model.visuals:
         yield from (value for _, value in visual.attributes)
+    yield from (declared.value for declared in model.declared)
+
+
+def functions_called(
+    expressions: Iterable[flat.Expression], functions: Mapping[str, flat.Function]
+) -> set[str]:
+    """The names of the functions that expressions call, directly or through others."""
+    called: set[str] = set()
+    todo = list(_calls(expressions))
+    while todo:
+        name = todo.pop()
+        if name in called or name not in functions:
+            continue
+        called.add(name)
+        function = functions[name]
+        todo += _calls(expressions_of_function(function))
+        todo += [derivative for derivative, _ in function.derivatives]
+        if function.derivative_of is not None:
+            todo.append(function.derivative_of[0])
+    return called
+
+
+def _calls(expressions: Iterable[flat.Expression]) -> Iterator[str]:
+    for node in nodes_of(expressions):
+        if isinstance(node, flat.Call | flat.PartialCall):
+            yield node.function

@@ -19,7 +19,7 @@ from msgspec import field
 
 from planarc.core.data import Data
 from planarc.core.source import Span
-from planarc.ir.dae import Action, Assertion, Function, Kind, Visual
+from planarc.ir.dae import Action, Assertion, Declared, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
@@ -280,6 +280,7 @@ class Program(Data):
     guesses: tuple[tuple[int, int], ...] = ()  # of tears of the top: (slot, slot of start)
     functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
+    declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
     figures: tuple[Figure, ...] = ()
     mechanism: Mechanism | None = None  # None where it has no frames

@@ -28,7 +28,7 @@ from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
 from planarc.lower.scope import Model
 from planarc.lower.values import Value, expr
-from planarc.lower.visuals import lower_visual
+from planarc.lower.visuals import lower_declared, lower_visual
 
 
 def lower(source: flat.FlatModel) -> dae.Dae:
@@ -73,6 +73,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         whens=tuple(into.whens),
         assertions=tuple(model.assertions),
         visuals=tuple(lower_visual(model, v) for v in source.visuals),
+        declared=tuple(lower_declared(model, d) for d in source.declared),
         parts=source.parts,
         connections=source.connections,
         experiment=source.experiment,

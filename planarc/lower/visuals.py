@@ -21,6 +21,13 @@ def lower_visual(model: Model, visual: flat.Visual) -> dae.Visual:
     return dae.Visual(visual.component, visual.kind, attributes)
 
 
+def lower_declared(model: Model, declared: flat.Declared) -> dae.Declared:
+    """What a component says of itself, its value as an expression."""
+    value = lower_expression(Scope(model, events=False), declared.value)
+    plain = _plain(value, declared.value.span)
+    return dae.Declared(declared.component, declared.kind, declared.name, plain)
+
+
 def _plain(value: Value, span: Span) -> dae.VisualValue:
     if isinstance(value, Tensor):
         return tuple(_plain(row, span) for row in value.rows())

@@ -171,7 +171,7 @@ def _held_misfits(model: SortedDae, names: Sequence[str]) -> tuple[SortedDae, li
 
 def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
     """Those at all frames of joints, or of the model."""
-    from planarc.insight.topology import find_frames
+    from planarc.insight.connectors import find_frames
 
     frames: Iterable[str] = dict.fromkeys(f for joint in mechanism.joints for f in joint.frames)
     if everywhere:

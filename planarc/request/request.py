@@ -24,6 +24,8 @@ from planarc.request.reader import Reader
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Library
 
+#: What classes of the standard library declare that planarc's part of it does not hold.
+_DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 #: Kinds of classes that can be simulated.
 MODELS = ("model", "block", "class")
 
@@ -70,7 +72,7 @@ def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
     from planarc.parse.parser import parse_annotation
 
     reader = Reader()
-    library = Library(roots_of(request), reader, parse_annotation)
+    library = Library(roots_of(request), reader, parse_annotation, [_DECLARED])
     names: tuple[str, ...] = ()
     if request.text is not None:
         name = str(request.file or "<text>")

@@ -6,37 +6,18 @@ are functions themselves come along, as partial functions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 from msgspec.structs import replace
 
 from planarc.flatten.tree.nodes import Session
 from planarc.ir import flat
-from planarc.ir.flatwalk import expressions_of_function, expressions_of_model, nodes_of
+from planarc.ir.flatwalk import expressions_of_model, functions_called
 
 
 def with_functions(model: flat.FlatModel, session: Session) -> flat.FlatModel:
     """The model with the functions that it calls, in the order in which they were made."""
-    wanted: set[str] = set()
-    todo = list(_calls(expressions_of_model(model)))
-    while todo:
-        name = todo.pop()
-        if name in wanted or name not in session.functions:
-            continue
-        wanted.add(name)
-        function = session.functions[name]
-        todo += _calls(expressions_of_function(function))
-        todo += [derivative for derivative, _ in function.derivatives]
-        if function.derivative_of is not None:
-            todo.append(function.derivative_of[0])
+    wanted = functions_called(expressions_of_model(model), session.functions)
     called = [f for name, f in session.functions.items() if name in wanted]
     return replace(model, functions=(*_interfaces(called, session), *called))
-
-
-def _calls(expressions: Iterable[flat.Expression]) -> Iterator[str]:
-    for node in nodes_of(expressions):
-        if isinstance(node, flat.Call | flat.PartialCall):
-            yield node.function
 
 
 def _interfaces(functions: list[flat.Function], session: Session) -> list[flat.Function]:

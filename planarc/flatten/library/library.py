@@ -118,11 +118,15 @@ class Library:
         roots: Sequence[Path],
         parse_file: ParseFile,
         parse_annotation: ParseAnnotation,
+        declarations: Sequence[Path] = (),
     ) -> None:
+        """`declarations` are files of classes that only declare, see `declaring`."""
         self.roots = tuple(roots)
         self.parse_file = parse_file
         self.parse_annotation = parse_annotation
+        self._declarations = tuple(declarations)
         self._top: dict[str, Entry | None] = {}
+        self._hidden: dict[str, tuple[Entry, ...]] = {}
         self._added: dict[str, syntax.ClassDef] = {}
         self._files: dict[Path, syntax.StoredDefinition] = {}
 
@@ -167,6 +171,30 @@ class Library:
         if name not in self._top:
             self._top[name] = self._find_top(name)
         return self._top[name]
+
+    def declaring(self, name: str) -> syntax.Annotation | None:
+        """The annotation of a class that is hidden by one of its name in a library in front.
+
+        It says of that one what only planarc asks: the standard library's own classes
+        declare no energy, those of planarc's part of it do.
+        """
+        first, *rest = split_name(name)
+        if first not in self._hidden:
+            self._hidden[first] = self._find_hidden(first)
+        for holder in self._hidden[first]:
+            entry: Entry | None = holder
+            for part in rest:
+                entry = None if entry is None else entry.child(part)
+            if entry is not None and entry.definition.annotation is not None:
+                return entry.definition.annotation
+        return None
+
+    def _find_hidden(self, name: str) -> tuple[Entry, ...]:
+        found = [e for root in self.roots if (e := self._find_in_root(root, name)) is not None]
+        if name in self._added or len(found) < 2:
+            return ()
+        more = (self._find_in_root(file, name) for file in self._declarations)
+        return (*found[1:], *(entry for entry in more if entry is not None))
 
     # The outermost scope is asked as a package is asked (see `Entry`).
 

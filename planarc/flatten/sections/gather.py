@@ -1,7 +1,7 @@
 """Gathering: a walk over the instance tree that collects the flat model's parts.
 
 In:   the root Instance
-Out:  Gathered   variables, equations, connections, visuals, parts, in order of declaration
+Out:  Gathered   variables, equations, connections, visuals, ..., in order of declaration
 
 The walk opens every component, so all errors of a model are found, not only the first.
 """
@@ -17,6 +17,7 @@ from planarc.flatten.connect.rooting import Rooting, find_roots
 from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.instances.outer import inner_half
 from planarc.flatten.refusal import TooLarge
+from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import Collector, type_equations
 from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
@@ -51,6 +52,7 @@ class Gathered(Struct):
     joined: Joined = field(default_factory=Joined)
     rooting: Rooting = field(default_factory=Rooting)
     visuals: list[flat.Visual] = field(default_factory=list)
+    declared: list[flat.Declared] = field(default_factory=list)
 
 
 def gather(root: Instance) -> Gathered:
@@ -69,6 +71,7 @@ def gather(root: Instance) -> Gathered:
     session.cardinalities = found.joined.cardinalities()
     for instance in found.instances:
         _equations(instance, found)
+        found.declared.extend(declared_of(instance))
     return found
 
 

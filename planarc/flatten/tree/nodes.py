@@ -138,6 +138,8 @@ class Layout(Struct, eq=False):
     type_attributes: flat.Attributes | None = None
     derivative: tuple[syntax.DerivativeClass, Scope] | None = None
     visual: str | None = None  # what instances are drawn as, "" for nothing, None: not asked
+    #: (part, foreign, kind, name, expression) that instances declare; None: not asked
+    told: tuple[tuple[int, bool, str, str, syntax.Expression], ...] | None = None
 
 
 class Class(Struct, eq=False):

@@ -266,4 +266,8 @@ def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnosti
         checker.variable(variable)
     checker.equations(model.equations)
     checker.equations(model.initial_equations)
+    for declared in model.declared:
+        what = f"`{declared.name or declared.kind}` of `__planarc` and its value"
+        wanted, value = unit.parse(declared.unit), declared.value
+        checker.agree(what, wanted, checker.of(value), value.span)
     return [d for d in checker.found if d.span is not None and d.span.source.name in files]

@@ -250,3 +250,6 @@ def check_model(model: flat.FlatModel) -> None:
     for visual in model.visuals:
         for _, value in visual.attributes:
             checker.expression(value)
+    checker.where = "what a component declares"
+    for declared in model.declared:
+        checker.expression(declared.value)

@@ -22,7 +22,12 @@ import re
 from msgspec.structs import replace
 
 from planarc.ir import flat
-from planarc.ir.flatwalk import expressions_of_function, expressions_of_model, nodes_of
+from planarc.ir.flatwalk import (
+    expressions_of_function,
+    expressions_of_model,
+    functions_called,
+    nodes_of,
+)
 
 _PLAIN = re.compile(r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$")
 
@@ -433,8 +438,18 @@ def _type_lines(name: str, type_: flat.Type) -> list[str]:
     return [*lines, f"end {quoted(name)};"]
 
 
+def _without_declared(model: flat.FlatModel) -> flat.FlatModel:
+    """The model as its equations and its drawing need it: fewer functions."""
+    functions = {f.name: f for f in model.functions}
+    plain = replace(model, declared=())
+    others = functions_called((d.value for d in model.declared), functions)
+    others -= functions_called(expressions_of_model(plain), functions)
+    return replace(plain, functions=tuple(f for f in model.functions if f.name not in others))
+
+
 def print_model(model: flat.FlatModel) -> str:
-    """The flat model as Modelica text."""
+    """The flat model as Modelica text, without what its components declare of themselves."""
+    model = _without_declared(model)
     blocks = ["\n".join(_type_lines(n, t)) for n, t in _named_types(model).items()]
     blocks += [print_function(f) for f in model.functions]
     name = quoted(model.name)

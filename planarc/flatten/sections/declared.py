@@ -1,0 +1,150 @@
+"""What components declare of themselves: energies, points worth showing, points of contact.
+
+In:   Instance of a class with `annotation(__planarc(...))`
+Out:  flat.Declared, one for each expression, typed in the component's own scope
+
+    energy(kinetic = E, potential = E)           stored, in J
+    energy(potential(rate = P))                  stored, told by what flows in, in W
+    energy(potential(rate = P) = E)              E counts where it changes by P, else P does
+    energy(lossPower = P, suppliedPower = P)     turned into heat; put in from outside; in W
+    point(centre = r), point = r                 a point of the plane that moves, in m
+    contact = r                                  where a joint's force acts, in m
+
+Example: `annotation(__planarc(energy(potential = c*s^2/2)))` in the class of `spring` becomes
+    Declared("spring", "energy", "potential", spring.c*spring.s^2/2)
+
+A class inherits what its bases declare, and what it declares itself takes the place of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.nearest import did_you_mean
+from planarc.core.prose import ticked
+from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
+from planarc.flatten.tree.nodes import Env, Instance, Layout, Part, Session
+from planarc.flatten.typing.expressions import type_expression
+from planarc.ir import flat, syntax
+
+_WORD = "__planarc"
+_ENERGIES = {"kinetic": "J", "potential": "J", "lossPower": "W", "suppliedPower": "W"}
+_STORED = ("kinetic", "potential")
+_KINDS = ("visual", "energy", "point", "contact")
+_NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
+
+
+def declared_of(instance: Instance) -> Iterator[flat.Declared]:
+    """What the class of an instance declares; errors are kept in the session."""
+    session = instance.session
+    for index, foreign, kind, name, value in _told(instance.layout, session):
+        try:
+            typed = type_expression(value, Env(instance.scope(index)))
+            dims = () if kind == "energy" else (2,)
+            if typed.type.base not in _NUMBERS or typed.type.dims != dims:
+                raise _wrong_type(kind, name, value)
+        except PlanarcError as problem:
+            if not foreign:  # a library in another version may have other variables
+                session.keep(problem)
+            continue
+        yield flat.Declared(instance.prefix or "", kind, name, unit_of(kind, name), typed)
+
+
+def unit_of(kind: str, name: str) -> str:
+    """The unit in which something is declared."""
+    if kind != "energy":
+        return "m"
+    return "W" if name.endswith(".rate") else _ENERGIES[name]
+
+
+def _wrong_type(kind: str, name: str, value: syntax.Expression) -> PlanarcError:
+    what = "a number" if kind == "energy" else "a vector of two numbers"
+    return error("F267", f"`{name or kind}` of `{_WORD}` must be {what}", value.span)
+
+
+# Reading --------------------------------------------------------------------------------------
+
+_Told = tuple[int, bool, str, str, syntax.Expression]
+
+
+def _told(layout: Layout, session: Session) -> tuple[_Told, ...]:
+    """Read once a class: (part, foreign, kind, name, expression)."""
+    if layout.told is None:
+        layout.told = ()  # its errors are told once
+        found: dict[tuple[str, str], list[_Told]] = {}
+        for part in layout.parts:
+            for foreign, kind, name, value in _of_part(part, session):
+                others = found.setdefault((kind, name), [])
+                if not any(_derives(layout, o[0], part) for o in others):
+                    others.append((part.index, foreign, kind, name, value))
+        layout.told = tuple(told for several in found.values() for told in several)
+    return layout.told
+
+
+def _derives(layout: Layout, index: int, base: Part) -> bool:
+    """Whether a part extends another, directly or not."""
+    current: int | None = base.index
+    while current is not None:
+        if current == index:
+            return True
+        current = layout.parts[current].derived
+    return False
+
+
+def _of_part(part: Part, session: Session) -> Iterator[tuple[bool, str, str, syntax.Expression]]:
+    arguments = arguments_of(part.definition.annotation, _WORD, session)
+    foreign = False
+    if not arguments:
+        hidden = session.library.declaring(part.cls.name)
+        arguments, foreign = arguments_of(hidden, _WORD, session), True
+    for argument in inside(find_argument(arguments, _WORD)):
+        try:
+            for kind, name, value in _read(argument):
+                yield foreign, kind, name, value
+        except PlanarcError as problem:
+            session.keep(problem)
+
+
+def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+    """(kind, name, expression) of an argument of the annotation."""
+    kind = _name(argument)
+    if kind not in _KINDS:
+        raise _unknown(kind, _KINDS, argument)
+    assert isinstance(argument, syntax.ElementModification)
+    if kind == "visual":
+        return
+    value = binding_of(argument)
+    if value is not None:
+        if kind == "energy":
+            raise error("F267", "say which energy: `energy(kinetic = ...)`", argument.span)
+        yield kind, "", value
+    for inner in inside(argument):
+        name = _name(inner)
+        if kind == "energy":
+            yield from _energy(name, inner)
+        elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
+            yield kind, name, own
+
+
+def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+    if name not in _ENERGIES:
+        raise _unknown(name, tuple(_ENERGIES), argument)
+    assert isinstance(argument, syntax.ElementModification)
+    value = binding_of(argument)
+    if value is not None:
+        yield "energy", name, value
+    for inner in inside(argument):
+        rate = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
+        if name not in _STORED or _name(inner) != "rate" or rate is None:
+            raise _unknown(_name(inner), ("rate",) if name in _STORED else (), inner)
+        yield "energy", f"{name}.rate", rate
+
+
+def _name(argument: syntax.Argument) -> str:
+    return ".".join(argument.name) if isinstance(argument, syntax.ElementModification) else ""
+
+
+def _unknown(name: str, known: tuple[str, ...], argument: syntax.Argument) -> PlanarcError:
+    hint = did_you_mean(name, known) or (f"it knows {ticked(known)}" if known else "leave it out")
+    return error("F267", f"`{_WORD}` knows no `{name}` here", argument.span, hint=hint)

@@ -1,0 +1,37 @@
+"""Connectors through which energy flows, known by what they hold and nothing else.
+
+frame     r[2], phi and the flows f[2], t      of the plane
+flange    phi and the flow tau                 of what turns
+flange    s and the flow f                     of what slides
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+#: Flow and position; their product, by the rate of the position, is the power that enters.
+Pairs = tuple[tuple[str, str], ...]
+
+FRAME: Pairs = (("f[1]", "r[1]"), ("f[2]", "r[2]"), ("t", "phi"))
+_KINDS: tuple[Pairs, ...] = (FRAME, (("tau", "phi"),), (("f", "s"),))
+
+
+def find_frames(names: Iterable[str]) -> tuple[str, ...]:
+    """The connectors with position, angle, force and torque, in their order."""
+    known = dict.fromkeys(names)
+    return tuple(
+        owner
+        for owner in (n[:-5] for n in known if n.endswith(".r[1]"))
+        if all(f"{owner}.{v}" in known for pair in FRAME for v in pair)
+    )
+
+
+def find_connectors(names: Iterable[str]) -> Mapping[str, Pairs]:
+    """The frames and flanges of a model by their names, with their flows and positions."""
+    held: dict[str, set[str]] = {}
+    for name in names:
+        owner, _, member = name.rpartition(".")
+        if "(" not in name:
+            held.setdefault(owner, set()).add(member)
+    kinds = {frozenset(n for pair in pairs for n in pair): pairs for pairs in _KINDS}
+    return {owner: kinds[key] for owner, own in held.items() if (key := frozenset(own)) in kinds}
