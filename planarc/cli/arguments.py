@@ -48,6 +48,12 @@ RedundantJoints: TypeAlias = Annotated[
         "share their forces with the smallest sum of squares.",
     ),
 ]
+Undrawn: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--no-drawing", help="Leave out colours and whatever else only the picture needs."
+    ),
+]
 AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print one JSON object instead of text.")
 ]

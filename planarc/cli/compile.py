@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import ClassName, Libraries, Target, make_request
+from planarc.cli.arguments import ClassName, Libraries, Target, Undrawn, make_request
 
 if TYPE_CHECKING:
     from planarc.ir.program import Program
@@ -23,15 +23,18 @@ def compile_model(
     target: Target,
     class_name: ClassName = None,
     emit: Annotated[Emit, typer.Option(help="The language of the code.")] = Emit.NUMPY,
+    no_drawing: Undrawn = False,
     library: Libraries = None,
 ) -> int:
     """Print the generated code of a model."""
     from planarc import stages
+    from planarc.ir.undrawn import without_drawing
     from planarc.request.request import open_target
 
     flat = stages.flatten(open_target(make_request(target, class_name, library)))
     console.complain(flat.warnings)
-    program = stages.to_program(stages.to_sorted(stages.to_dae(flat)))
+    dae = stages.to_dae(without_drawing(flat) if no_drawing else flat)
+    program = stages.to_program(stages.to_sorted(dae))
     console.say(code_text(program, emit))
     return 0
 
