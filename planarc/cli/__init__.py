@@ -1,10 +1,27 @@
-"""The command line. One file a command; nothing outside this folder prints."""
+"""The command line. One file a command; nothing outside this folder prints.
+
+Nothing is imported before `main` catches Ctrl-C: outside of it, Python shows a traceback.
+"""
 
 from __future__ import annotations
 
 
 def main() -> None:
     """The console script `planarc`: run the command and leave with its exit code."""
+    try:
+        code = _run()
+    except KeyboardInterrupt:  # while modules are imported: afterwards `run` tells it
+        import sys
+
+        sys.stderr.write("error[C130]: interrupted\n")
+        code = 130
+    import gc
+
+    gc.freeze()  # else Python looks for cycles in all there is, for 50 ms, before it ends
+    raise SystemExit(code)
+
+
+def _run() -> int:
     import gc
     import os
     import sys
@@ -17,12 +34,6 @@ def main() -> None:
     # matrices of planar mechanisms are too small for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    try:
-        from planarc.cli.app import run
+    from planarc.cli.app import run
 
-        code = run(sys.argv[1:])
-    except KeyboardInterrupt:  # while modules are imported: afterwards `run` tells it
-        sys.stderr.write("error[C130]: interrupted\n")
-        code = 130
-    gc.freeze()  # else Python looks for cycles in all there is, for 50 ms, before it ends
-    sys.exit(code)
+    return run(sys.argv[1:])

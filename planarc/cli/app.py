@@ -112,6 +112,8 @@ def run(arguments: Sequence[str]) -> int:
         app = make_app(_wanted(arguments))
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
         sys.stdout.flush()
+        if code == Exit.INTERRUPTED and not isinstance(code, Exit):
+            raise KeyboardInterrupt  # typer gives the bare number where Ctrl-C broke a command off
         return int(code or 0)
     except PlanarcError as error:
         return _fail(error.diagnostics, exit_code(error), as_json)

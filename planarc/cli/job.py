@@ -21,10 +21,13 @@ from planarc.cli.settings import Setting
 from planarc.cli.summary import details, state_reasons, summary
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
 
 #: The code of the diagnostic with which a run ends at Ctrl-C.
 INTERRUPTED = "R440"
+#: Ctrl-C while files are written: they are written to their ends.
+LATE = Diagnostic("C130", "interrupted after the run, whose results are saved")
 
 if TYPE_CHECKING:
     from planarc.ir.kernel import Kernel
@@ -57,6 +60,7 @@ class Run:
         self.clock = Clock()
         self.begin = perf_counter()
         self.outcome = Outcome(ok=False, backend=job.options.backend.value)
+        self._late = False  # Ctrl-C came when the run was over
 
     def finish(self) -> int:
         """Run, tell, and give the exit code."""
@@ -72,7 +76,7 @@ class Run:
             self._tell((*rows, *details(result)) if console.is_verbose() else rows)
         else:
             self._tell(())
-        return _exit_of(result)
+        return Exit.INTERRUPTED if self._late else _exit_of(result)
 
     def _simulate(self) -> tuple[Result, bool]:
         from planarc import compiler
@@ -107,9 +111,13 @@ class Run:
             result = compiler.run(compiled, options, clock, progress, kernel)
         self._know(result)
         if len(result.time):
-            with clock.phase("write"):
+            with clock.phase("write"), Interruption() as interruption:
                 self._write(result, places, kernel)
-        self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE)
+            self._late = interruption.asked
+        if self._late:
+            known = (*self.outcome.diagnostics, LATE)
+            self.outcome = replace(self.outcome, diagnostics=known)
+        self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE and not self._late)
         return result, compiled.remembered
 
     def _know(self, result: Result) -> None:

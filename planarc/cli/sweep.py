@@ -29,6 +29,7 @@ from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.interruption import Interruption
 from planarc.core.options import Redundant
 from planarc.core.render import to_json
 
@@ -111,10 +112,13 @@ def sweep(
         study, stopped = interrupted.study, interrupted
     refused: tuple[Diagnostic, ...] = ()
     if output is not None:
-        try:
-            save(output, study.to_csv)
-        except UsageError as problem:
-            refused = problem.diagnostics
+        with Interruption() as late:
+            try:
+                save(output, study.to_csv)
+            except UsageError as problem:
+                refused = problem.diagnostics
+        if late.asked and stopped is None:
+            stopped = StudyInterrupted(study)
     if as_json:
         failures = [{"point": dict(f.point), "reason": f.reason} for f in study.failures]
         said = {} if not refused else {"diagnostics": [to_json(d) for d in refused]}

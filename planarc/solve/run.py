@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.core.interruption import Interruption
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
@@ -25,7 +26,6 @@ from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, same
 from planarc.solve.events.iteration import Events
-from planarc.solve.interruption import Interruption
 from planarc.solve.messages import failure
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.recorder import Recorder, constant_slots

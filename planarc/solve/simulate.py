@@ -48,14 +48,14 @@ def simulate(
         except PlanarcError:
             _blame_parameters(program, kernel, request)
             raise
-        try:
-            with run.interruption:
+        with run.interruption:
+            try:
                 run.go(progress)
-        except KeyboardInterrupt:
-            run.ended = Diagnostic(
-                "R440", f"interrupted at t = {run.integrator.t:.6g} s", severity=Severity.ERROR
-            )
-        return run.result()
+            except KeyboardInterrupt:
+                run.ended = Diagnostic(
+                    "R440", f"interrupted at t = {run.integrator.t:.6g} s", severity=Severity.ERROR
+                )
+            return run.result()
     finally:
         run.close()
 

@@ -1,14 +1,15 @@
-"""Ctrl-C during a run: it is remembered, and the run ends between two marches.
+"""Ctrl-C in a work that must not break off in its middle: the work asks for it, or ends first.
 
-An exception in the middle of a step would be lost where Python is called from C, or
-leave half a row. A second Ctrl-C is raised at once, for what never comes back.
+An exception in the middle of a step would be lost where Python is called from C, or leave half
+a row; in the middle of a file it would lose what was computed. A second Ctrl-C is raised at
+once, for what never comes back.
 """
 
 from __future__ import annotations
 
 import signal
 import threading
-from types import FrameType, TracebackType
+from types import FrameType
 
 
 class Interruption:
@@ -34,11 +35,6 @@ class Interruption:
             signal.default_int_handler(number, frame)
         self.asked = True
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._installed:
             signal.signal(signal.SIGINT, signal.default_int_handler)
