@@ -22,8 +22,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
-from planarc.flatten.checks.balance import check_balance
-from planarc.flatten.checks.occurrences import names_in
+from planarc.flatten.checks.balance import check_balance, names_in_equations
 from planarc.flatten.checks.parameters import check_parameters
 from planarc.flatten.checks.ranges import check_ranges
 from planarc.flatten.connect.expand import is_expandable
@@ -205,7 +204,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     connections = found.joined.connections
     experiment = experiment_of(root, session)
     buses = any(is_expandable(i) for i in found.instances)
-    used = names_in(found.equations) if buses else set()
+    used = names_in_equations(found.equations) if buses else set()
     connected = connect_all(connections, found.leaves, found.rooting, used, session)
     leaves = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
     pairs = [(leaf, variable_of(leaf, session)) for leaf in leaves]

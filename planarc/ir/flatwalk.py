@@ -50,6 +50,11 @@ def nodes_of(expressions: Iterable[flat.Expression]) -> Iterator[flat.Expression
         stack.extend(reversed(children(node)))
 
 
+def names_in(expressions: Iterable[flat.Expression]) -> set[str]:
+    """The variables that expressions name."""
+    return {node.name for node in nodes_of(expressions) if isinstance(node, flat.Reference)}
+
+
 def expressions_of_variable(variable: flat.Variable) -> Iterator[flat.Expression]:
     """The binding, the attributes, and the sizes."""
     a = variable.attributes

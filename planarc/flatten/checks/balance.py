@@ -13,20 +13,20 @@ Reference: Modelica Language Specification 3.6, section 4.7.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 
 from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted
-from planarc.flatten.checks.occurrences import names_in
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import variables_of_target
+from planarc.ir.flatwalk import expressions_of_equations, names_in, variables_of_target
 
 
 class Count(Struct):
@@ -43,6 +43,12 @@ def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
         and variable.binding is None
         and not is_given(leaf)
     )
+
+
+def names_in_equations(equations: Iterable[flat.Equation]) -> set[str]:
+    """The variables that equations name, those of asserts left out."""
+    real = (e for e in equations if not isinstance(e, flat.Assert | flat.Terminate))
+    return names_in(expressions_of_equations(real))
 
 
 def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
@@ -141,7 +147,7 @@ def _idle(
     leaves: dict[str, Leaf],
 ) -> list[Related]:
     """Unknowns that no equation names, and inputs that nothing is connected to."""
-    named = names_in(equations)
+    named = names_in_equations(equations)
     for algorithm in algorithms:
         named.update(targets_of(algorithm))
     connected = {side.name for c in connections for side in (c.left, c.right)}

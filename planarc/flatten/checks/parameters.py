@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import ticked
-from planarc.flatten.checks.occurrences import references_in
 from planarc.flatten.tree.demand import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.ir import flat
+from planarc.ir.flatwalk import nodes_of
 
 Pairs = list[tuple[Leaf, flat.Variable | None]]
 
@@ -75,7 +75,8 @@ def find_circle(parameters: dict[str, flat.Variable]) -> list[str]:
 def _needed(variable: flat.Variable, parameters: dict[str, flat.Variable]) -> list[str]:
     if variable.binding is None:
         return []
-    names = [r.name for r in references_in(variable.binding) if r.name in parameters]
+    parts = nodes_of((variable.binding,))
+    names = [r.name for r in parts if isinstance(r, flat.Reference) and r.name in parameters]
     if variable.type.dims:  # entries of one array may depend on each other
         names = [n for n in names if n != variable.name]
     return names

@@ -14,6 +14,7 @@ Reference: Modelica Language Specification 3.6, chapter 9.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 
 from planarc.core.data import Data
@@ -78,7 +79,7 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
                 )
             pairs = list(zip(a, b, strict=True)) + pairs
         elif isinstance(a, Side) and isinstance(b, Side):
-            _check_pair(a, b, node)
+            deque(match_leaves(a, b, node.span), 0)  # raises where they do not fit
             found.append(Connection(a, b, node.span, instance.prefix or ""))
         else:
             raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
@@ -135,14 +136,11 @@ def _is_outside(ref: syntax.Ref, env: Env) -> bool:
         return False
     if found[0].definition.prefixes.outer:
         return False
-    node = node_of(found[0])
-    return _is_connector(node)
+    return _is_connector(node_of(found[0]))
 
 
 def _is_connector(node: Node) -> bool:
-    if isinstance(node, Leaf):
-        return node.is_connector
-    if isinstance(node, Instance):
+    if isinstance(node, Leaf | Instance):
         return node.is_connector
     if isinstance(node, Family):
         return layout_of(node.cls).kind in CONNECTOR_KINDS
@@ -159,7 +157,7 @@ def _as_sides(view: View, ref: syntax.Ref, outside: bool, env: Env) -> object:
     if isinstance(view, Instance) and view.is_connector:
         return Side(view.name, outside, view)
     if isinstance(view, Leaf) and view.is_connector:
-        return _leaf_sides(view, outside, ref.span)
+        return _entries(view, flat.Reference(view.type, ref.span, view.name), outside)
     if isinstance(view, flat.Reference):
         return _entry_sides(view, ref, outside, env)
     if isinstance(view, flat.Array):
@@ -180,21 +178,19 @@ def _nest(items: list[object], dims: tuple[int, ...]) -> list[object]:
     return items
 
 
-def _leaf_sides(leaf: Leaf, outside: bool, span: Span) -> object:
-    """A scalar connector; an array of them entry by entry."""
-    reference = flat.Reference(leaf.type, span, leaf.name)
-    return _entries(leaf, reference, outside)
-
-
 def _entries(leaf: Leaf, reference: flat.Expression, outside: bool) -> object:
+    """A scalar connector; an array of them entry by entry."""
     if reference.type.dims:
         size = reference.type.dims[0] or 0
         return [_entries(leaf, element_at(reference, i), outside) for i in range(1, size + 1)]
     assert isinstance(reference, flat.Reference)
     entry = reference if reference.subscripts else None
+    return Side(_entry_name(reference), outside, leaf, entry)
+
+
+def _entry_name(reference: flat.Reference) -> str:
     label = ",".join(str(s.value) for s in reference.subscripts if isinstance(s, flat.Literal))
-    name = f"{reference.name}[{label}]" if label else reference.name
-    return Side(name, outside, leaf, entry)
+    return f"{reference.name}[{label}]" if label else reference.name
 
 
 def _entry_sides(view: flat.Reference, ref: syntax.Ref, outside: bool, env: Env) -> object:
@@ -205,12 +201,6 @@ def _entry_sides(view: flat.Reference, ref: syntax.Ref, outside: bool, env: Env)
 
 
 # Matching ----------------------------------------------------------------------------------
-
-
-def _check_pair(a: Side, b: Side, node: syntax.Connect) -> None:
-    """Both connectors have the same variables, of the same types."""
-    for _ in match_leaves(a, b, node.span):
-        pass
 
 
 class Member(Data):
@@ -225,8 +215,7 @@ class Member(Data):
         if self.entry is None:
             return self.leaf.name, self.outside
         assert isinstance(self.entry, flat.Reference)
-        label = ",".join(str(s.value) for s in self.entry.subscripts if isinstance(s, flat.Literal))
-        return f"{self.leaf.name}[{label}]", self.outside
+        return _entry_name(self.entry), self.outside
 
     @property
     def type(self) -> flat.Type:

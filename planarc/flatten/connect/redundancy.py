@@ -32,7 +32,8 @@ def redundant_unknowns(instances: list[Instance], leaves: list[Leaf], rooting: R
         group = rooting.groups.find(part.name)
         if group not in counted:
             counted.add(group)
-            total += _size(part, leaves) - _degrees(part)
+            constraint = equality_of(part).signature.outputs[0]
+            total += _size(part, leaves) - scalar_count(constraint.type)
     return total
 
 
@@ -51,11 +52,6 @@ def _size(part: Instance | Leaf, leaves: list[Leaf]) -> int:
     return sum(
         scalar_count(leaf.type) for leaf in inside if leaf.variability > flat.Variability.PARAMETER
     )
-
-
-def _degrees(part: Instance | Leaf) -> int:
-    """The size of what `equalityConstraint` gives."""
-    return scalar_count(equality_of(part).signature.outputs[0].type)
 
 
 def equality_of(part: Instance | Leaf) -> FunctionInfo:

@@ -26,6 +26,7 @@ from planarc.flatten.functions.variables import declare_variables, interface
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import annotation, lookup
 from planarc.flatten.tree.demand import function_of, layout_of, session_of, static_instance
+from planarc.flatten.tree.naming import not_modifiable
 from planarc.flatten.tree.nodes import (
     Binding,
     Class,
@@ -81,12 +82,7 @@ def _binds_inputs_only(
 ) -> bool:
     for name, sub in mod.subs.items():
         if name not in members:
-            raise error(
-                "F222",
-                f"`{cls.name}` has no element `{name}` to modify",
-                sub.span,
-                hint=did_you_mean(name, members),
-            )
+            raise not_modifiable(cls.name, name, sub.span, members)
         definition = members[name][1]
         if (
             sub.redeclaration is not None

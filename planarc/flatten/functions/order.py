@@ -22,8 +22,7 @@ from planarc.core.prose import both
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.nodes import Instance
-from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import nodes_of
+from planarc.ir import flat, flatwalk, syntax
 
 
 def names_in_order(instance: Instance) -> list[str]:
@@ -109,7 +108,7 @@ def assigned_first(
         variable = variables.get(name)
         if variable is None or variable.binding is None:
             continue
-        used = {e.name for e in nodes_of((variable.binding,)) if isinstance(e, flat.Reference)}
+        used = flatwalk.names_in((variable.binding,))
         if name in late:
             if used.isdisjoint(_targets(moved)):
                 continue

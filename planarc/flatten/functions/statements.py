@@ -28,7 +28,7 @@ from planarc.flatten.tree.nodes import Env, Instance, Leaf
 from planarc.flatten.typing import comprehension, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import children
+from planarc.ir.flatwalk import names_in
 
 Statements = tuple[flat.Statement, ...]
 
@@ -62,7 +62,7 @@ def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements
         return (flat.Assignment(node.span, component, target, value),)
     entries = _entries(node.span, target, value)
     names = {left.name for left, _ in entries}
-    if len(entries) > 1 and names & _names_in(value):
+    if len(entries) > 1 and names & names_in((value,)):
         return (flat.Assignment(node.span, component, _whole(target), value),)
     return tuple(flat.Assignment(node.span, component, *entry) for entry in entries)
 
@@ -164,7 +164,7 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
     check_result_count(len(node.targets), len(types), node.value, node.span)
     targets: list[flat.Target | None] = []
     first: list[flat.Statement] = []
-    arguments = {name for a in call.arguments for name in _names_in(a)}
+    arguments = names_in(call.arguments)
     for k, (target, type_) in enumerate(zip(node.targets, types, strict=False)):
         if target is None:
             targets.append(None)
@@ -182,16 +182,6 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
     if not any(targets):
         return tuple(first)
     return (*first, flat.TupleAssignment(node.span, component, tuple(targets), call))
-
-
-def _names_in(expression: flat.Expression) -> set[str]:
-    stack, found = [expression], set()
-    while stack:
-        e = stack.pop()
-        if isinstance(e, flat.Reference):
-            found.add(e.name)
-        stack.extend(children(e))
-    return found
 
 
 def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:

@@ -69,8 +69,7 @@ def _declare(
     env = Env(scope, dict(names), signature)
     cls = lookup.find_class(scope, definition.type)
     type_, layout = variable_type(cls, env.session, definition.span)
-    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
-    written += layout.dimensions
+    written = redeclare.written_dims(definition, scope, layout)
     merged = merge(mod, cls.mod, name) if cls.mod else mod
     binding = merged.binding
     causality = (
@@ -182,15 +181,9 @@ def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, 
 def record_type(cls: Class, session: Session) -> flat.Type:
     """The type of a record class; sizes that are not constant are left open."""
     if cls.record is None:
-        fields = []
-        instance = static_instance(cls)
-        for name, (_, definition) in instance.layout.members.items():
-            if isinstance(definition, syntax.ClassDef):
-                continue
-            element = lookup.member(instance, name)
-            assert element is not None
-            fields.append((name, _field_type(element, session)))
-        cls.record = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
+        parts = lookup.components(static_instance(cls))
+        fields = tuple((name, _field_type(element, session)) for name, element in parts)
+        cls.record = flat.Type(flat.Base.RECORD, (), cls.name, (), fields)
     return cls.record
 
 
@@ -198,10 +191,8 @@ def _field_type(element: Element, session: Session) -> flat.Type:
     definition, scope, _ = redeclare.effective_component(element)
     cls = lookup.find_class(scope, definition.type)
     type_, layout = variable_type(cls, session, definition.span)
-    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
-    written += layout.dimensions
     dims: list[int | None] = []
-    for expression, own in written:
+    for expression, own in redeclare.written_dims(definition, scope, layout):
         if isinstance(expression, syntax.Colon):
             dims.append(None)
             continue

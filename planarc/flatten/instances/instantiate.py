@@ -17,12 +17,12 @@ from itertools import product
 from math import prod
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
-from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances import outer, shape
 from planarc.flatten.refusal import TooLarge, too_large, unsupported
 from planarc.flatten.tree import annotation, lookup, redeclare
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.modify import merge, subscript
+from planarc.flatten.tree.naming import not_modifiable
 from planarc.flatten.tree.nodes import (
     Absent,
     Class,
@@ -126,7 +126,9 @@ def _make_leaf(
         raise unsupported("stream variables", "15", definition.span)
     in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
     leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
-    leaf.type = layout.builtin.with_dims(_leaf_dims(leaf, definition, scope, layout))
+    leaf.type = layout.builtin.with_dims(
+        shape.leaf_dims(leaf, redeclare.written_dims(definition, scope, layout))
+    )
     if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
         raise too_large(
             f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}",
@@ -156,18 +158,6 @@ def _leaf_variability(
     return min(own, parent.variability)
 
 
-def _leaf_dims(
-    leaf: Leaf, definition: syntax.Component, scope: Scope, layout: Layout
-) -> tuple[int, ...]:
-    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
-    written += layout.dimensions
-    if not written:
-        return ()
-    if any(isinstance(d, syntax.Colon) for d, _ in written):
-        return shape.binding_dims(leaf, written)
-    return shape.evaluate_dims(written, leaf.name)
-
-
 def _refuse_special(builtin: flat.Type, definition: syntax.Component) -> None:
     if builtin.name == "ExternalObject":
         raise unsupported("external objects", "12.9.7", definition.span)
@@ -194,8 +184,7 @@ def _make_composite(
         mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
     causality = _causality(definition, layout, parent)
-    written = [(d, scope) for d in (*definition.dimensions, *definition.type_dimensions)]
-    written += layout.dimensions
+    written = redeclare.written_dims(definition, scope, layout)
     session = parent.session
 
     annotation.find_visual(layout, session)
@@ -212,7 +201,7 @@ def _make_composite(
 
     if not written:
         return build(name, mod)
-    dims = _family_dims(written, element, mod, cls, name)
+    dims = shape.family_dims(written, element, mod, name)
     if prod(dims) > MAX_ITEMS:
         raise too_large(
             f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}",
@@ -223,19 +212,6 @@ def _make_composite(
         label = ",".join(map(str, indices))
         items.append(build(f"{name}[{label}]", subscript(mod, indices)))
     return Family(name, dims, items, cls, element)
-
-
-def _family_dims(
-    written: list[tuple[syntax.Expression, Scope]],
-    element: Element,
-    mod: Mod,
-    cls: Class,
-    name: str,
-) -> tuple[int, ...]:
-    if not any(isinstance(d, syntax.Colon) for d, _ in written):
-        return shape.evaluate_dims(written, name)
-
-    return shape.record_binding_dims(written, element, mod, cls)
 
 
 def _times(dims: tuple[int | None, ...]) -> str:
@@ -279,12 +255,7 @@ def check_modifier(instance: Instance) -> None:
     members = instance.layout.members
     for name, mod in instance.mod.subs.items():
         if name not in members and lookup.member(instance, name) is None:
-            raise error(
-                "F222",
-                f"`{instance.cls.name}` has no element `{name}` to modify",
-                mod.span,
-                hint=did_you_mean(name, members),
-            )
+            raise not_modifiable(instance.cls.name, name, mod.span, members)
         if name in members and mod.redeclaration is None:
             _check_modified(instance, name, mod)
 

@@ -14,15 +14,12 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
-from msgspec.structs import replace
-
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
-from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of, node_of
+from planarc.flatten.tree.lookup import find_class, inner_elements
 from planarc.flatten.tree.nodes import Element, Family, Instance, Leaf, Node
+from planarc.flatten.tree.redeclare import inner_half
 from planarc.ir import syntax
 
 
@@ -37,35 +34,14 @@ def inner_node(element: Element) -> Node:
             definition.span,
             hint="modify the `inner` component",
         )
-    found = _find_inner(element)
+    found = next(inner_elements(element), None)
+    if found is not None:
+        _warn_twins(element, found.scope.instance)
     if found is None and definition.prefixes.inner and element.scope.instance.parent is None:
         return node_of(inner_half(element))  # the model itself: nothing is outside
     node = _default_node(element, definition) if found is None else node_of(inner_half(found))
     _check_compatible(element, definition, node, found)
     return node
-
-
-def inner_half(element: Element) -> Element:
-    """The element as what stands inside of its model sees it."""
-    definition = element.definition
-    prefixes = definition.prefixes
-    if not (prefixes.inner and prefixes.outer) or isinstance(definition, syntax.ClassDef):
-        return element
-    if element.inner is None:
-        alone = replace(definition, prefixes=replace(prefixes, outer=False))
-        element.inner = Element(element.name, alone, element.scope, element.mod, element.protected)
-    return element.inner
-
-
-def _find_inner(element: Element) -> Element | None:
-    current = element.scope.instance.parent
-    while current is not None:
-        slot = current.layout.members.get(element.name)
-        if slot is not None and slot[1].prefixes.inner:
-            _warn_twins(element, current)
-            return lookup.member(current, element.name)
-        current = current.parent
-    return None
 
 
 def _warn_twins(element: Element, owner: Instance) -> None:
@@ -96,7 +72,7 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     if known is not None:
         return known
     root = session.root
-    cls = lookup.find_class(element.scope, definition.type)
+    cls = find_class(element.scope, definition.type)
     layout = layout_of(cls)
     if root is None or _is_taken(root, element.name) or layout.builtin is not None:
         raise _missing(element, definition)
@@ -134,7 +110,7 @@ def _check_compatible(
     """The inner component has all that the outer's class declares (6.3)."""
     if found is None:
         return
-    cls = lookup.find_class(element.scope, definition.type)
+    cls = find_class(element.scope, definition.type)
     layout = layout_of(cls)
     place: Span = found.definition.span
     if isinstance(node, Leaf):
@@ -142,7 +118,7 @@ def _check_compatible(
     else:
         have = node.cls if isinstance(node, Instance | Family) else None
         fits = have is not None and layout.builtin is None
-        fits = fits and _has_all(layout_of(have).members, layout.members) if have else fits
+        fits = fits and layout_of(have).members.keys() >= layout.members.keys() if have else fits
     if not fits:
         raise error(
             "F263",
@@ -150,7 +126,3 @@ def _check_compatible(
             definition.span,
             related=[Related("the inner one", place)],
         )
-
-
-def _has_all(have: Collection[str], wanted: Collection[str]) -> bool:
-    return all(name in have for name in wanted)

@@ -22,11 +22,6 @@ from planarc.ir import flat, syntax
 Written = Sequence[tuple[syntax.Expression, Scope]]
 
 
-def evaluate_dims(written: Written, name: str) -> tuple[int, ...]:
-    """The sizes of a declaration."""
-    return tuple([_size(expression, scope, name) for expression, scope in written])
-
-
 def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     if isinstance(expression, syntax.Integer):
         return expression.value
@@ -64,8 +59,10 @@ def _size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
     return None
 
 
-def binding_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:
-    """Sizes of a variable that leaves some of them to its value."""
+def leaf_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:
+    """The sizes of a variable; it may leave some of them to its value."""
+    if not _is_open(written):
+        return tuple([_size(expression, scope, leaf.name) for expression, scope in written])
     binding = leaf.mod.binding or type_mod(leaf.layout).binding
     value: flat.Expression | None = None
     if bindings.record_binding(leaf.parent) is not None:
@@ -79,11 +76,16 @@ def binding_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:
     return _deduced(written, value, leaf.name, leaf.element)
 
 
-def record_binding_dims(
-    written: Written, element: Element, mod: Mod, cls: Class
-) -> tuple[int, ...]:
+def family_dims(written: Written, element: Element, mod: Mod, name: str) -> tuple[int, ...]:
+    """The sizes of an array of components."""
+    if not _is_open(written):
+        return tuple([_size(expression, scope, name) for expression, scope in written])
     value = None if mod.binding is None else type_binding(mod.binding)
-    return _deduced(written, value, element.scope.instance.full_name(element.name), element)
+    return _deduced(written, value, name, element)
+
+
+def _is_open(written: Written) -> bool:
+    return any(isinstance(expression, syntax.Colon) for expression, _ in written)
 
 
 def _names_itself(expression: syntax.Expression, name: str) -> bool:

@@ -15,7 +15,6 @@ from planarc.flatten.connect.inputs import is_given
 from planarc.flatten.connect.joining import Joined, join, sections_of
 from planarc.flatten.connect.rooting import Rooting, find_roots
 from planarc.flatten.functions.statements import type_statements
-from planarc.flatten.instances.outer import inner_half
 from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import Collector, type_equations
@@ -23,7 +22,7 @@ from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
-from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.lookup import components
 from planarc.flatten.tree.nodes import (
     Absent,
     Element,
@@ -34,6 +33,7 @@ from planarc.flatten.tree.nodes import (
     Node,
     Session,
 )
+from planarc.flatten.tree.redeclare import inner_half
 from planarc.flatten.values.evaluator import Evaluator
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
@@ -93,11 +93,7 @@ def _walk(root: Node, found: Gathered) -> None:
 
 def _children(instance: Instance) -> list[Node]:
     nodes: list[Node] = []
-    for name, (_, definition) in instance.layout.members.items():
-        if isinstance(definition, syntax.ClassDef):
-            continue
-        element = member(instance, name)
-        assert element is not None
+    for _, element in components(instance):
         try:
             node = node_of(inner_half(element))
         except TooLarge:
@@ -207,9 +203,10 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
     allowed = leaf.variability
     actual = variability_of(binding, session)
     if actual <= allowed:
-        return None
+        return
     if allowed is flat.Variability.CONSTANT and actual is flat.Variability.PARAMETER:
-        return _check_constant(leaf, binding, session)
+        message = f"the constant `{leaf.name}` is bound to a parameter"
+        raise error("F284", message, binding.span, hint="declare it as a parameter")
     kind = {
         flat.Variability.CONSTANT: "constant",
         flat.Variability.PARAMETER: "parameter",
@@ -220,13 +217,4 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         f"the {kind} `{leaf.name}` is bound to an expression that changes with time",
         binding.span,
         hint="declare it without the prefix, or bind it to constants and parameters",
-    )
-
-
-def _check_constant(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
-    raise error(
-        "F284",
-        f"the constant `{leaf.name}` is bound to a parameter",
-        binding.span,
-        hint="declare it as a parameter",
     )

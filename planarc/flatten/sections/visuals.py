@@ -11,19 +11,15 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
-from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.lookup import components
 from planarc.flatten.tree.nodes import Family, Instance, Leaf, Node
-from planarc.ir import flat, syntax
+from planarc.ir import flat
 
 
 def visual_of(instance: Instance) -> flat.Visual:
     """What is drawn of an instance of a visual class."""
     attributes: list[tuple[str, flat.Expression]] = []
-    for name, (_, definition) in instance.layout.members.items():
-        if isinstance(definition, syntax.ClassDef):
-            continue
-        element = member(instance, name)
-        assert element is not None
+    for name, element in components(instance):
         try:
             _collect(node_of(element), name, attributes)
         except PlanarcError as problem:
@@ -44,9 +40,5 @@ def _collect(node: Node, name: str, attributes: list[tuple[str, flat.Expression]
         for item in node.items:
             _collect(item, f"{name}{item.name[item.name.rindex('[') :]}", attributes)
     elif isinstance(node, Instance):
-        for inner, (_, definition) in node.layout.members.items():
-            if isinstance(definition, syntax.ClassDef):
-                continue
-            element = member(node, inner)
-            assert element is not None
+        for inner, element in components(node):
             _collect(node_of(element), f"{name}.{inner}", attributes)

@@ -23,10 +23,10 @@ from typing import cast
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
-from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of, static_instance
+from planarc.flatten.tree.naming import not_modifiable
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
@@ -168,12 +168,7 @@ def _check_names(modification: syntax.Modification | None, known: Layout, base: 
             continue
         on_disk = any(e.child(name) is not None for e in known.parts[0].entries)
         if name not in known.members and not on_disk:
-            raise error(
-                "F222",
-                f"`{base.name}` has no element `{name}` to modify",
-                argument.span,
-                hint=did_you_mean(name, known.members),
-            )
+            raise not_modifiable(base.name, name, argument.span, known.members)
 
 
 #: a class of these kinds that extends one of a more special kind is of that kind

@@ -17,6 +17,8 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from planarc.core.diagnostic import Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
@@ -43,6 +45,26 @@ def member(instance: Instance, name: str, part: Part | None = None) -> Element |
             return None
         return _declare(instance, name, *slot)
     return _member_on_disk(instance, name, part)
+
+
+def components(instance: Instance) -> Iterator[tuple[str, Element]]:
+    """The declared components by name, in their order."""
+    for name, (_, definition) in instance.layout.members.items():
+        if isinstance(definition, syntax.Component):
+            element = member(instance, name)
+            assert element is not None
+            yield name, element
+
+
+def inner_elements(element: Element) -> Iterator[Element]:
+    """The `inner` elements of that name in the instances around, the nearest first (5.4)."""
+    current = element.scope.instance.parent
+    while current is not None:
+        slot = current.layout.members.get(element.name)
+        found = member(current, element.name) if slot and slot[1].prefixes.inner else None
+        if found is not None:
+            yield found
+        current = current.parent
 
 
 def _declare(
@@ -213,7 +235,6 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
 
 def _class_through_component(element: Element, names: tuple[str, ...], ref: syntax.Ref) -> Class:
     """`world.Types.X`: the component's own class as it is after redeclaration."""
-
     node = node_of(element)
     for index, step in enumerate(names[1:], 1):
         if not isinstance(node, Instance):

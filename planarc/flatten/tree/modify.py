@@ -126,7 +126,7 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         return outer
     if not outer:
         return inner
-    if inner.final and not _same(outer, inner):
+    if inner.final and outer is not inner:
         raise final_error(name, outer.span, inner.span)
     if not inner.subs:
         subs = outer.subs
@@ -145,10 +145,6 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         outer.span or inner.span,
         outer.broken,
     )
-
-
-def _same(outer: Mod, inner: Mod) -> bool:
-    return outer is inner
 
 
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
@@ -27,6 +29,11 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         span,
         hint=did_you_mean(name, member_names(static_instance(cls))),
     )
+
+
+def not_modifiable(owner: str, name: str, span: Span | None, names: Iterable[str]) -> PlanarcError:
+    message = f"`{owner}` has no element `{name}` to modify"
+    return error("F222", message, span, hint=did_you_mean(name, names))
 
 
 def protected_error(name: str, owner: str, span: Span) -> PlanarcError:

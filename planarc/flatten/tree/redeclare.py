@@ -29,6 +29,7 @@ from planarc.flatten.tree.nodes import (
     Class,
     Element,
     Instance,
+    Layout,
     Mod,
     Redeclaration,
     Scope,
@@ -53,9 +54,9 @@ def make_class(element: Element, span: Span | None) -> Class:
 
 def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
     if definition.prefixes.outer:
-        found = _inner_class(element)
-        if found is not None:
-            return found
+        for found in lookup.inner_elements(element):
+            if found.is_class:
+                return class_of(inner_half(found))
     mod = element.mod
     redeclaration = mod.redeclaration
     instance = element.scope.instance
@@ -118,28 +119,13 @@ def _class_name(instance: Instance, name: str) -> str:
     return f"{owner}.{name}" if owner else name
 
 
-def _inner_class(element: Element) -> Class | None:
-    """The `inner` class of that name in an enclosing instance (5.4)."""
-    current = element.scope.instance.parent
-    while current is not None:
-        slot = current.layout.members.get(element.name)
-        if slot is not None and slot[1].prefixes.inner:
-            found = lookup.member(current, element.name)
-            if found is not None and found.is_class:
-                return class_of(_inner_half(found))
-        current = current.parent
-    return None
-
-
-def _inner_half(element: Element) -> Element:
-    """An `inner outer` class as what stands inside of its model sees it: as it is declared."""
-    definition = element.definition
-    assert isinstance(definition, syntax.ClassDef)
-    prefixes = definition.prefixes
+def inner_half(element: Element) -> Element:
+    """An `inner outer` element as what stands inside of its model sees it."""
+    prefixes = element.definition.prefixes
     if not (prefixes.inner and prefixes.outer):
         return element
     if element.inner is None:
-        alone = replace(definition, prefixes=replace(prefixes, outer=False))
+        alone = replace(element.definition, prefixes=replace(prefixes, outer=False))
         element.inner = Element(
             element.name, alone, element.scope, element.mod, element.protected, element.entry
         )
@@ -169,7 +155,7 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         own = compile_modification(definition.modification, element.scope, default=True)
         if definition.prefixes.final:
             own = replace(own, final=True)
-        return definition, element.scope, _merge_declared(mod, own, element)
+        return definition, element.scope, merge(mod, own, element.name)
     new = redeclaration.element
     if not isinstance(new, syntax.Component):
         raise error(
@@ -181,11 +167,22 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
     _check_replaceable(element, definition.span, new.span)
     _check_component_constraint(element, definition, new, redeclaration)
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)
-    whole = merge(outer, _own_mod(new, redeclaration), element.name)
+    own = compile_modification(new.modification, redeclaration.scope)
+    if redeclaration.subscripts:
+        own = subscript(own, redeclaration.subscripts)
+    whole = merge(outer, own, element.name)
     whole = merge(whole, _constraint_mod(definition, element.scope), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:
         whole = replace(whole, final=True)
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
+
+
+def written_dims(
+    definition: syntax.Component, scope: Scope, layout: Layout
+) -> list[tuple[syntax.Expression, Scope]]:
+    """The sizes of a declaration and of its type, each with the scope of its text."""
+    own = (*definition.dimensions, *definition.type_dimensions)
+    return [*((d, scope) for d in own), *layout.dimensions]
 
 
 def _check_component_constraint(
@@ -199,17 +196,6 @@ def _check_component_constraint(
     reason = subtype.obstacle(cls, lookup.find_class(element.scope, base))
     if reason is not None:
         raise _does_not_fit(element, definition.span, new.span, cls, reason)
-
-
-def _merge_declared(mod: Mod, own: Mod, element: Element) -> Mod:
-    return own if not mod else merge(mod, own, element.name)
-
-
-def _own_mod(new: syntax.Component, redeclaration: Redeclaration) -> Mod:
-    own = compile_modification(new.modification, redeclaration.scope)
-    if redeclaration.subscripts:
-        own = subscript(own, redeclaration.subscripts)
-    return own
 
 
 def _constraint_mod(definition: syntax.Component, scope: Scope) -> Mod:

@@ -22,10 +22,11 @@ from planarc.ir import flat
 
 Arguments = list[flat.Expression]
 MAX_OPENED = 100_000
+MANY = 1000  # arguments: as many as there are
 MAX_MATRIX = 1_000_000  # entries of a matrix that is written out
 
 
-def _wrong(name: str, value: flat.Expression) -> PlanarcError:
+def wrong_argument(name: str, value: flat.Expression) -> PlanarcError:
     return error("F291", f"`{name}` cannot be applied to {type_text(value.type)}", value.span)
 
 
@@ -39,7 +40,7 @@ def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
         return array([integer(d or 0, span) for d in dims], flat.INTEGER, span)
     dimension = which[0]
     if dimension.type.base is not flat.Base.INTEGER or dimension.type.dims:
-        raise _wrong("size", dimension)
+        raise wrong_argument("size", dimension)
     known = evaluate.try_value(dimension, env, mark=True)
     if known is None:
         return flat.Builtin(flat.INTEGER, span, "size", (value, dimension))
@@ -58,7 +59,7 @@ def _sizes(name: str, arguments: Arguments, env: Env) -> tuple[int | None, ...]:
     sizes: list[int | None] = []
     for argument in arguments:
         if argument.type.base is not flat.Base.INTEGER or argument.type.dims:
-            raise _wrong(name, argument)
+            raise wrong_argument(name, argument)
         if env.function is not None or env.in_algorithm:
             value = evaluate.try_value(argument, env, mark=True)
         else:
@@ -132,7 +133,7 @@ def _kept(
 def _diagonal(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (vector,) = arguments
     if len(vector.type.dims) != 1 or vector.type.base not in NUMERIC:
-        raise _wrong("diagonal", vector)
+        raise wrong_argument("diagonal", vector)
     n = vector.type.dims[0]
     if n is None:
         return _kept("diagonal", (n, n), arguments, span)
@@ -162,7 +163,7 @@ def _transpose(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (matrix,) = arguments
     dims = matrix.type.dims
     if len(dims) < 2:
-        raise _wrong("transpose", matrix)
+        raise wrong_argument("transpose", matrix)
     if not _known(matrix):
         return _kept("transpose", (dims[1], dims[0], *dims[2:]), arguments, span)
     n, m = dims[0] or 0, dims[1] or 0
@@ -172,7 +173,7 @@ def _transpose(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
 
 def _three(name: str, value: flat.Expression) -> Arguments:
     if value.type.dims != (3,) or value.type.base not in NUMERIC:
-        raise _wrong(name, value)
+        raise wrong_argument(name, value)
     return opened(value)
 
 
@@ -204,7 +205,7 @@ def _outer(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     a, b = arguments
     for value in arguments:
         if len(value.type.dims) != 1 or value.type.base not in NUMERIC:
-            raise _wrong("outerProduct", value)
+            raise wrong_argument("outerProduct", value)
     if not _known(a) or not _known(b):
         return _kept("outerProduct", (*a.type.dims, *b.type.dims), arguments, span)
     _bound("outerProduct", a.type.dims[0] or 0, b.type.dims[0] or 0, span)
@@ -217,7 +218,7 @@ def _symmetric(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (matrix,) = arguments
     dims = matrix.type.dims
     if len(dims) != 2 or dims[0] != dims[1]:
-        raise _wrong("symmetric", matrix)
+        raise wrong_argument("symmetric", matrix)
     if not _known(matrix):
         return _kept("symmetric", dims, arguments, span)
     n = range(1, (dims[0] or 0) + 1)
@@ -228,7 +229,7 @@ def _symmetric(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
 def _scalar(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (value,) = arguments
     if any(d not in (1, None) for d in value.type.dims):
-        raise _wrong("scalar", value)
+        raise wrong_argument("scalar", value)
     return pick(value, (1,) * len(value.type.dims))
 
 
@@ -238,7 +239,7 @@ def _vector(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if not dims:
         return array([value], value.type, span)
     if len([d for d in dims if d not in (1, None)]) > 1:
-        raise _wrong("vector", value)
+        raise wrong_argument("vector", value)
     if not _known(value):
         return value if len(dims) == 1 else _kept("vector", (None,), arguments, span)
     entries = [value]
@@ -255,7 +256,7 @@ def _matrix(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if not dims:
         return array([array([value], value.type, span)], value.type.with_dims((1,)), span)
     if len(dims) > 2 and any(d != 1 for d in dims[2:]):
-        raise _wrong("matrix", value)
+        raise wrong_argument("matrix", value)
     if not _known(value):
         return _kept("matrix", (*dims[:2], 1)[:2], arguments, span)
     if len(dims) == 1:
@@ -291,7 +292,7 @@ def _common_element(parts: Arguments) -> flat.Type:
     for part in parts:
         common = unify(type_, part.type, dims=False)
         if common is None or len(part.type.dims) != len(parts[0].type.dims):
-            raise _wrong("cat", part)
+            raise wrong_argument("cat", part)
         type_ = common.with_dims(())
     return type_
 
@@ -317,21 +318,22 @@ def _ndims(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     return integer(len(arguments[0].type.dims), span)
 
 
-BUILDERS: dict[str, Callable[[Arguments, Span, Env], flat.Expression]] = {
-    "ndims": _ndims,
-    "zeros": _zeros,
-    "ones": _ones,
-    "fill": _fill,
-    "identity": _identity,
-    "diagonal": _diagonal,
-    "linspace": _linspace,
-    "transpose": _transpose,
-    "cross": _cross,
-    "skew": _skew,
-    "outerProduct": _outer,
-    "symmetric": _symmetric,
-    "scalar": _scalar,
-    "vector": _vector,
-    "matrix": _matrix,
-    "cat": _cat,
+#: the fewest and the most arguments, and what is built of them
+BUILDERS: dict[str, tuple[int, int, Callable[[Arguments, Span, Env], flat.Expression]]] = {
+    "ndims": (1, 1, _ndims),
+    "zeros": (1, MANY, _zeros),
+    "ones": (1, MANY, _ones),
+    "fill": (2, MANY, _fill),
+    "identity": (1, 1, _identity),
+    "diagonal": (1, 1, _diagonal),
+    "linspace": (3, 3, _linspace),
+    "transpose": (1, 1, _transpose),
+    "cross": (2, 2, _cross),
+    "skew": (1, 1, _skew),
+    "outerProduct": (2, 2, _outer),
+    "symmetric": (1, 1, _symmetric),
+    "scalar": (1, 1, _scalar),
+    "vector": (1, 1, _vector),
+    "matrix": (1, 1, _matrix),
+    "cat": (2, MANY, _cat),
 }

@@ -12,20 +12,19 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import error
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.terms.conform import NUMERIC, expect, type_text, unify
-from planarc.flatten.terms.select import MAPPED, array, boolean, integer, opened
+from planarc.flatten.terms.conform import NUMERIC, expect, unify
+from planarc.flatten.terms.select import array, boolean, integer, opened
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import arrays
+from planarc.flatten.typing.arrays import MANY, Arguments, wrong_argument
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Result
-
-Arguments = list[flat.Expression]
 
 
 class Rule(Data):
@@ -51,13 +50,6 @@ def _wanted(rule: Rule) -> str:
     if rule.least == rule.most:
         return counted(rule.least, "argument")
     return f"{rule.least} to {rule.most} arguments"
-
-
-MANY = 1000
-
-
-def wrong_argument(name: str, value: flat.Expression) -> PlanarcError:
-    return error("F291", f"`{name}` cannot be applied to {type_text(value.type)}", value.span)
 
 
 def _numeric(name: str, arguments: Arguments) -> None:
@@ -249,7 +241,7 @@ def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Express
 
 
 def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return arrays.BUILDERS[name](arguments, span, env)
+    return arrays.BUILDERS[name][2](arguments, span, env)
 
 
 RULES: dict[str, Rule] = {
@@ -272,49 +264,17 @@ RULES: dict[str, Rule] = {
     "String": Rule(1, 4, _to_string),
     "getInstanceName": Rule(0, 0, _instance_name),
     "size": Rule(1, 2, _size),
-    **{
-        name: Rule(least, most, _build)
-        for name, least, most in (
-            ("ndims", 1, 1),
-            ("zeros", 1, MANY),
-            ("ones", 1, MANY),
-            ("fill", 2, MANY),
-            ("identity", 1, 1),
-            ("diagonal", 1, 1),
-            ("linspace", 3, 3),
-            ("transpose", 1, 1),
-            ("cross", 2, 2),
-            ("skew", 1, 1),
-            ("outerProduct", 2, 2),
-            ("symmetric", 1, 1),
-            ("scalar", 1, 1),
-            ("vector", 1, 1),
-            ("matrix", 1, 1),
-            ("cat", 2, MANY),
-        )
-    },
+    **{name: Rule(least, most, _build) for name, (least, most, _) in arrays.BUILDERS.items()},
 }
 
 #: operators of the language that planarc refuses by name, with the section
+_CLOCKS = ("previous", "hold", "subSample", "superSample", "shiftSample", "backSample")
+_MACHINES = ("transition", "initialState", "activeState", "ticksInState", "timeInState")
 REFUSED = {
-    "inStream": ("stream connectors", "15"),
-    "actualStream": ("stream connectors", "15"),
+    **dict.fromkeys(("inStream", "actualStream"), ("stream connectors", "15")),
     "spatialDistribution": ("`spatialDistribution`", "3.7.4.2"),
-    "previous": ("clocks", "16"),
-    "hold": ("clocks", "16"),
-    "subSample": ("clocks", "16"),
-    "superSample": ("clocks", "16"),
-    "shiftSample": ("clocks", "16"),
-    "backSample": ("clocks", "16"),
-    "noClock": ("clocks", "16"),
-    "interval": ("clocks", "16"),
-    "Clock": ("clocks", "16"),
-    "firstTick": ("clocks", "16"),
-    "transition": ("state machines", "17"),
-    "initialState": ("state machines", "17"),
-    "activeState": ("state machines", "17"),
-    "ticksInState": ("state machines", "17"),
-    "timeInState": ("state machines", "17"),
+    **dict.fromkeys((*_CLOCKS, "noClock", "interval", "Clock", "firstTick"), ("clocks", "16")),
+    **dict.fromkeys(_MACHINES, ("state machines", "17")),
     "promote": ("`promote`", "10.3.5"),
 }
 
@@ -348,7 +308,3 @@ def names() -> Iterator[str]:
 
 def is_name(name: str) -> bool:
     return name in elementary.TABLE or name in RULES or name in REFUSED or name in _EQUATIONS
-
-
-#: built-ins whose entries are those of the argument, for opening arrays of them
-ENTRYWISE = MAPPED

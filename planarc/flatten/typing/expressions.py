@@ -18,7 +18,7 @@ from typing import Any
 from planarc.core.diagnostic import error
 from planarc.flatten.several import for_each
 from planarc.flatten.terms.conform import expect_scalar, type_text, unify
-from planarc.flatten.terms.select import array, boolean, integer, string
+from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import comprehension, matrices, operators, references
 from planarc.flatten.values import evaluate
@@ -30,20 +30,17 @@ def type_expression(expression: syntax.Expression, env: Env) -> flat.Expression:
     return _TYPERS[type(expression)](expression, env)
 
 
-def _integer(node: syntax.Integer, env: Env) -> flat.Expression:
-    return integer(node.value, node.span)
+def _literal(node: Literal, env: Env) -> flat.Expression:
+    return flat.Literal(_LITERALS[type(node)], node.span, node.value)
 
 
-def _real(node: syntax.Real, env: Env) -> flat.Expression:
-    return flat.Literal(flat.REAL, node.span, node.value)
-
-
-def _string(node: syntax.String, env: Env) -> flat.Expression:
-    return string(node.value, node.span)
-
-
-def _boolean(node: syntax.Boolean, env: Env) -> flat.Expression:
-    return boolean(node.value, node.span)
+Literal = syntax.Integer | syntax.Real | syntax.String | syntax.Boolean
+_LITERALS: dict[type, flat.Type] = {
+    syntax.Integer: flat.INTEGER,
+    syntax.Real: flat.REAL,
+    syntax.String: flat.STRING,
+    syntax.Boolean: flat.BOOLEAN,
+}
 
 
 def _end(node: syntax.End, env: Env) -> flat.Expression:
@@ -196,10 +193,7 @@ def _member(node: syntax.Member, env: Env) -> flat.Expression:
 
 
 _TYPERS: dict[type, Callable[[Any, Env], flat.Expression]] = {
-    syntax.Integer: _integer,
-    syntax.Real: _real,
-    syntax.String: _string,
-    syntax.Boolean: _boolean,
+    **dict.fromkeys(_LITERALS, _literal),
     syntax.End: _end,
     syntax.Colon: _colon,
     syntax.Ref: references.type_reference,

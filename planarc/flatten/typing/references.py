@@ -333,14 +333,7 @@ def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
         raise unsupported("operator records", "14", span)
     if not instance.is_record:
         raise error("F216", f"`{instance.name}` is a component, not a value", span)
-    items: list[tuple[str, flat.Expression]] = []
-    for name, (_, definition) in instance.layout.members.items():
-        if isinstance(definition, syntax.ClassDef):
-            continue
-        element = lookup.member(instance, name)
-        assert element is not None
-        node = node_of(element)
-        items.append((name, node_value(node, span, env)))
+    items = [(n, node_value(node_of(e), span, env)) for n, e in lookup.components(instance)]
     type_ = flat.Type(
         flat.Base.RECORD, (), instance.cls.name, (), tuple((n, e.type) for n, e in items)
     )

@@ -13,6 +13,7 @@ from typing import Any
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
+from planarc.flatten.values.text import string_of
 from planarc.ir import flat
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Result
@@ -149,11 +150,13 @@ def index(value: Value, subscripts: list[Value | None], span: Span) -> Value:
     if first is None:
         return [index(v, rest, span) for v in value]
     if isinstance(first, list):
-        return [index(_at(value, int(i), span), rest, span) for i in first]  # type: ignore[arg-type]
-    return index(_at(value, int(first), span), rest, span)  # type: ignore[arg-type]
+        return [index(entry(value, i, span), rest, span) for i in first]
+    return index(entry(value, first, span), rest, span)
 
 
-def _at(value: list[Value], place: int, span: Span) -> Value:
+def entry(value: list[Value], index: Any, span: Span) -> Value:
+    """The entry at an index from 1."""
+    place = int(index)
     if not 1 <= place <= len(value):
         raise error("F219", f"the index {place} is outside of 1 to {len(value)}", span)
     return value[place - 1]
@@ -303,8 +306,6 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 def apply(function: Callable[..., Any] | None, values: list[Value], e: flat.Builtin) -> Value:
     """A built-in function on values; a failure is the user's error."""
     if e.function == "String":
-        from planarc.flatten.values.text import string_of
-
         return string_of(values, e)
     assert function is not None
     try:

@@ -9,7 +9,7 @@ Reference: Modelica Language Specification 3.6, sections 11.2 and 12.4.4.
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Protocol
+from typing import Any, Protocol
 
 from planarc.core.diagnostic import error
 from planarc.core.prose import counted
@@ -178,20 +178,11 @@ def _stored_field(
     first = indices[0] if indices else None
     if not isinstance(old, list) or not isinstance(first, int):
         raise NotConstant("fields of several records are assigned at once", span)
-    if not 1 <= first <= len(old):
-        raise error("F219", f"the index {first} is outside of 1 to {len(old)}", span)
-    entry = _stored_field(old[first - 1], fields, indices[1:], value, span)
+    entry = _stored_field(compute.entry(old, first, span), fields, indices[1:], value, span)
     return [*old[: first - 1], entry, *old[first:]]
 
 
-def _place(index: Value, old: list[Value], span: Span) -> int:
-    place = int(index)  # type: ignore[arg-type]
-    if not 1 <= place <= len(old):
-        raise error("F219", f"the index {place} is outside of 1 to {len(old)}", span)
-    return place
-
-
-def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -> Value:
+def _stored(old: Value, indices: list[Any], value: Value, span: Span) -> Value:
     """`old` with the entry at the indices replaced."""
     if not indices:
         return value
@@ -205,12 +196,10 @@ def _stored(old: Value, indices: list[Value | None], value: Value, span: Span) -
             message = f"{counted(len(value), 'value')} cannot be assigned to {len(places)} places"
             raise error("F270", message, span)
         for k, place in enumerate(places):
-            at = _place(place, old, span)
             entry = value[k] if isinstance(value, list) else value
-            new[at - 1] = _stored(old[at - 1], rest, entry, span)
+            new[int(place) - 1] = _stored(compute.entry(old, place, span), rest, entry, span)
         return new
-    place = _place(first, old, span)
-    new[place - 1] = _stored(old[place - 1], rest, value, span)
+    new[int(first) - 1] = _stored(compute.entry(old, first, span), rest, value, span)
     return new
 
 
