@@ -25,6 +25,7 @@ from planarc.core.source import NOWHERE
 from planarc.flatten.checks.balance import check_balance, names_in_equations
 from planarc.flatten.checks.parameters import check_parameters
 from planarc.flatten.checks.ranges import check_ranges
+from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.connect.expand import is_expandable
 from planarc.flatten.connect.redundancy import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
@@ -214,6 +215,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     check_parameters(pairs, session)
     if not session.errors:
         check_ranges(pairs, session)
+        check_unheeded(root, connections, session)
         _warn_obsolete(found.instances, session)
         problem = check_balance(
             found.instances,

@@ -150,9 +150,9 @@ def _imported(scope: Scope, name: str) -> Element | None:
             continue
         if clause.names:
             if name in clause.names:
-                return _import_target(scope, (*clause.path, name), clause.span)
+                return import_target(scope, (*clause.path, name), clause.span)
         elif name == (clause.alias or clause.path[-1]):
-            return _import_target(scope, clause.path, clause.span)
+            return import_target(scope, clause.path, clause.span)
     found: list[tuple[Element, syntax.Import]] = []
     for clause in scope.part.imports:
         if clause.wildcard:
@@ -170,7 +170,7 @@ def _imported(scope: Scope, name: str) -> Element | None:
     return found[0][0] if found else None
 
 
-def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
+def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
     """Import paths are full names: they start at the top level."""
     root = scope.session.root_scope
     assert root is not None
@@ -186,13 +186,17 @@ def _import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
             "F210",
             f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist",
             span,
-            hint=did_you_mean(path[-1], scope.session.library.class_names(".".join(path[:-1]))),
+            hint=_meant_in(scope.session, *done.rpartition(".")[::2]),
         )
     return element
 
 
+def _meant_in(session: Session, package: str, name: str) -> str | None:
+    return did_you_mean(name, session.library.class_names(package))
+
+
 def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
-    package = _import_target(scope, clause.path, clause.span)
+    package = import_target(scope, clause.path, clause.span)
     element = member(static_instance(class_of(package, clause.span)), name)
     return None if element is None or element.protected else element
 

@@ -1,0 +1,85 @@
+"""What a model says that nobody heeds: misspelt annotations, imports of nothing, self-connections.
+
+In:   the root instance, its connections
+Out:  warnings F226 to F228
+
+The specification lets a tool ignore annotations that it does not know, so that one misspelt letter
+silently takes an experiment away. Only names that were meant for planarc are told: those near to a
+known one, and settings of an experiment outside of it. Of other tools' annotations nothing is said.
+
+Reference: Modelica Language Specification 3.6, chapter 18 and section 13.2.1.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.nearest import meant, nearest
+from planarc.flatten.connect.connect import Connection
+from planarc.flatten.tree.annotation import find_argument, inside
+from planarc.flatten.tree.lookup import import_target
+from planarc.flatten.tree.nodes import Instance, Session
+from planarc.ir import syntax
+
+#: Settings of an experiment, in the order of the specification.
+SETTINGS = ("StartTime", "StopTime", "Interval", "Tolerance")
+_TEXT = re.compile(r"exper|start_?time|stop_?time", re.IGNORECASE)
+#: Letters that a misspelt name must share, in their order, with the one that was meant.
+_NEAR = 0.75
+
+
+def check_unheeded(root: Instance, connections: Iterable[Connection], session: Session) -> None:
+    """Warn of what has no effect in the model itself."""
+    _check_experiment(root, session)
+    _check_imports(root, session)
+    for connection in connections:
+        if connection.left == connection.right:
+            name = connection.left.name
+            session.warn(
+                "F228",
+                f"`{name}` is connected to itself, which says nothing",
+                connection.span,
+                "connect it to the other part",
+            )
+
+
+def _check_experiment(root: Instance, session: Session) -> None:
+    annotation = root.cls.definition.annotation
+    if annotation is None or not _TEXT.search(annotation.span.text):
+        return
+    arguments = session.library.parse_annotation(annotation)
+    for argument in _modifications(arguments):
+        name = argument.name[0]
+        if nearest(name, SETTINGS, 1, _NEAR):
+            hint = f"write `experiment({nearest(name, SETTINGS, 1, _NEAR)[0]}=...)`"
+            message = f"`{name}` is no annotation, but a setting of an experiment"
+            session.warn("F226", message, argument.span, hint)
+        elif name != "experiment" and nearest(name, ("experiment",), 1, _NEAR):
+            message = f"`{name}` is no annotation that planarc knows"
+            session.warn("F226", message, argument.span, meant(["experiment"]))
+    for argument in _modifications(inside(find_argument(arguments, "experiment"))):
+        name = argument.name[0]
+        near = [] if name in SETTINGS else nearest(name, SETTINGS, 1, _NEAR)
+        if near:
+            message = f"an experiment has no `{name}`"
+            session.warn("F226", message, argument.span, meant(near))
+
+
+def _modifications(
+    arguments: tuple[syntax.Argument, ...],
+) -> Iterable[syntax.ElementModification]:
+    return (a for a in arguments if isinstance(a, syntax.ElementModification))
+
+
+def _check_imports(root: Instance, session: Session) -> None:
+    """An import of what does not exist is an error only for who uses it."""
+    scope = root.scope()
+    for clause in scope.part.imports:
+        for path in [(*clause.path, n) for n in clause.names] or [clause.path]:
+            try:
+                import_target(scope, path, clause.span)
+            except PlanarcError as problem:
+                first = problem.diagnostics[0]
+                session.warn("F227", first.message, first.span, first.hint)
