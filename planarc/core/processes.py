@@ -2,6 +2,7 @@
 
 A job that kills its process, or takes longer than the limit, is reported as lost;
 a new process takes the place of the old one. Jobs may be added while others run.
+However the first process ends, the others end with it.
 
 Example:
 
@@ -31,6 +32,9 @@ Result = TypeVar("Result")
 
 #: Bytes that one process may take.
 MEMORY = 4 * 1024**3
+#: Elsewhere fork is not there, or not safe.
+_FORKS = sys.platform.startswith("linux")
+_PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 
 
 class Lost(Enum):
@@ -69,7 +73,7 @@ class Crew(Generic[Job, Result]):
         self._busy: list[_Worker[Job]] = []
         self._idle: list[_Worker[Job]] = []
         self._start: Callable[..., BaseProcess] = multiprocessing.get_context("spawn").Process
-        if sys.platform.startswith("linux"):  # elsewhere fork is not there, or not safe
+        if _FORKS:
             self._start = multiprocessing.get_context("fork").Process
 
     def add(self, jobs: Iterable[Job]) -> None:
@@ -129,7 +133,9 @@ class Crew(Generic[Job, Result]):
 
     def _hire(self, job: Job) -> _Worker[Job]:
         ours, theirs = multiprocessing.Pipe()
-        process = self._start(target=_serve, args=(theirs, self._work, self._memory), daemon=True)
+        inherited = [w.connection for w in (*self._busy, *self._idle)] + [ours] if _FORKS else []
+        arguments = (theirs, self._work, self._memory, os.getpid(), inherited)
+        process = self._start(target=_serve, args=arguments, daemon=True)
         process.start()
         theirs.close()
         return _Worker(process, ours, job, 0.0)
@@ -147,8 +153,18 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _serve(connection: Connection, work: Callable[[Job], Result], memory: int) -> None:
+def _serve(
+    connection: Connection,
+    work: Callable[[Job], Result],
+    memory: int,
+    parent: int,
+    inherited: Iterable[Connection],
+) -> None:
+    """In a process of the crew. `inherited`: ends of pipes that belong to the first process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
+    _end_with(parent)
+    for other in inherited:
+        other.close()  # else nobody would notice that its owner is gone
     _bound_memory(memory)
     while True:
         try:
@@ -156,6 +172,25 @@ def _serve(connection: Connection, work: Callable[[Job], Result], memory: int) -
         except (EOFError, OSError):
             return
         connection.send(work(job))
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent ends, even if it is killed."""
+    if _FORKS:
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)
+        return
+    from threading import Thread
+
+    def watch() -> None:
+        if first := multiprocessing.parent_process():
+            first.join()
+            os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 def _bound_memory(memory: int) -> None:
