@@ -11,8 +11,9 @@ Reserved names, set by the solver: `$initial` (true in the first event iteration
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum
-from typing import TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from msgspec import field
 
@@ -94,6 +95,7 @@ class Equation(Located):
     span: Span = NOWHERE
     component: str = ""
     generated: bool = False  # from a connection set
+    assigned: bool = False  # by an algorithm: it gives `left` its value, and nothing else
 
 
 class Relation(Located):
@@ -183,6 +185,24 @@ class When(Located):
     branches: tuple[tuple[str, tuple[Action, ...]], ...]
     span: Span = NOWHERE
     component: str = ""
+
+
+class Clause(Protocol):
+    """A when-clause; the actions of a branch come last."""
+
+    @property
+    def branches(self) -> tuple[tuple[*tuple[Any, ...], tuple[Action, ...]], ...]: ...
+
+
+def set_by_whens(whens: Iterable[Clause]) -> frozenset[str]:
+    """The variables that when-clauses give their values."""
+    return frozenset(
+        action.name
+        for when in whens
+        for branch in when.branches
+        for action in branch[-1]
+        if isinstance(action, SetDiscrete)
+    )
 
 
 #: A value that a drawn thing has: a number, truth, text, or (nested) tuples of such.

@@ -13,7 +13,15 @@ from collections.abc import Mapping
 from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.ir.dae import INITIAL, Action, Assertion, Reinit, SetDiscrete, Terminate
+from planarc.ir.dae import (
+    INITIAL,
+    Action,
+    Assertion,
+    Reinit,
+    SetDiscrete,
+    Terminate,
+    set_by_whens,
+)
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
@@ -36,6 +44,7 @@ class Whens:
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self.program, self.kernel = program, kernel
         self._at_start = _initial_conditions(program)
+        self._slots = _own_slots(program)
         self._read = Reader(program, kernel, 0.0)
 
     def reader(self, t: float) -> Reader:
@@ -56,8 +65,13 @@ class Whens:
         return actions
 
     def assign(self, t: float, edges: list[tuple[Action, ...]]) -> Diagnostic | None:
-        """Sets the discrete variables; tells the first value that does not exist."""
+        """Sets the discrete variables; tells the first value that does not exist.
+
+        What no clause assigns keeps the value that it had before, also where an earlier
+        pass of this instant has set it.
+        """
         read, w, slots = self.reader(t), self.kernel.w, self.program.slots
+        kept = dict(self._slots)
         for actions in edges:
             for action in actions:
                 if isinstance(action, SetDiscrete):
@@ -65,6 +79,9 @@ class Whens:
                         w[slots[action.name]] = float(read(action.value))
                     except (ArithmeticError, ValueError):
                         return no_value(t, action.name, action)
+                    kept.pop(slots[action.name], None)
+        for slot, pre in kept.items():
+            w[slot] = w[pre]
         return None
 
     def act(
@@ -112,6 +129,17 @@ def _assertion(t: float, action: Assertion, read: Reader, done: Processed) -> No
         done.warnings.append(found)
     elif done.ended is None:
         done.ended = found
+
+
+def _own_slots(program: Program) -> dict[int, int]:
+    """Slots of the variables that when-clauses alone set, with those of their left limits."""
+    given = {s.target for s in program.discrete if isinstance(s, Let)}
+    names = set_by_whens(program.whens)
+    return {
+        d.slot: d.pre
+        for d in program.discretes
+        if d.name in names and program.table.symbol(d.name) not in given
+    }
 
 
 def _initial_conditions(program: Program) -> frozenset[int]:
