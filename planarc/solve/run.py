@@ -107,10 +107,10 @@ class Run:
                 hint="write start values that lie clearly on one side of each relation",
             )
         self.held = start.held
+        self.kernel.outputs(t, y)
+        done = self.events.finish_start(t, y)
+        self._note(done.ended, done.warnings)
         if self.events.present:
-            self.kernel.outputs(t, y)
-            done = self.events.finish_start(t, y)
-            self._note(done.ended, done.warnings)
             fired = self.schedule.firing(t)
             done = self.events.process(t, done.y, {}, fired, self.states.slots())
             self._note(done.ended, done.warnings)

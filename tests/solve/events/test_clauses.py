@@ -37,3 +37,17 @@ equation
     )
     assert result["z"][-1] == 0
     assert result["v"].tolist() == [1.0] * len(result.time)
+
+
+@pytest.mark.parametrize("rest", ["", "Boolean late = time > 5;"])
+def test_the_start_ends(backend: str, rest: str) -> None:
+    result = run(
+        f"""
+  Real x(start=0, fixed=true);
+  {rest}
+equation
+  der(x) = if initial() then 1 else -1;""",
+        backend,
+        1.0,
+    )
+    assert result["x"][-1] == pytest.approx(-1.0, abs=1e-12)
