@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.expr import Expr, Op
+from planarc.ir.expr import Expr, Op, symbols
 from planarc.lower.scalar import lower_expression, none_of
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import (
@@ -41,9 +41,18 @@ Pair = tuple[Expr, Expr]
 class Lowered(Struct):
     """The scalar equations, by what they are."""
 
-    continuous: list[dae.Equation] = field(default_factory=list)
-    discrete: list[dae.Equation] = field(default_factory=list)
+    equations: list[dae.Equation] = field(default_factory=list)
     whens: list[dae.When] = field(default_factory=list)
+
+    def parted(self, model: Model) -> tuple[list[dae.Equation], list[dae.Equation]]:
+        """The equations of continuous unknowns, and those of discrete ones."""
+        held = dae.set_by_whens(self.whens)
+        continuous: list[dae.Equation] = []
+        discrete: list[dae.Equation] = []
+        for e in self.equations:
+            own = frozenset[str]() if e.assigned else held
+            (discrete if _is_discrete(model, own, e) else continuous).append(e)
+        return continuous, discrete
 
 
 def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowered) -> None:
@@ -72,16 +81,26 @@ def add_equation(
     model: Model, into: Lowered, left: Expr, right: Expr, origin: flat.EquationNode
 ) -> None:
     generated = isinstance(origin, flat.Equality) and origin.generated
-    equation = dae.Equation(left, right, origin.span, origin.component, generated)
-    discrete = _sets_discrete(model, left, right) or _sets_discrete(model, right, left)
-    (into.discrete if discrete else into.continuous).append(equation)
+    assigned = isinstance(origin, flat.Algorithm)
+    into.equations.append(
+        dae.Equation(left, right, origin.span, origin.component, generated, assigned)
+    )
 
 
-def _sets_discrete(model: Model, target: Expr, value: Expr) -> bool:
-    """Whether `target = value` gives a discrete variable its value."""
+def _is_discrete(model: Model, held: frozenset[str], e: dae.Equation) -> bool:
+    found = {s.name for s in symbols(e.left, e.right)} & model.discretes
+    if found and model.is_steady(e.left) and model.is_steady(e.right):
+        return True
+    sides = ((e.left, e.right), (e.right, e.left))
+    return any(_sets_discrete(model, held, target, value) for target, value in sides)
+
+
+def _sets_discrete(model: Model, held: frozenset[str], target: Expr, value: Expr) -> bool:
+    """Whether `target = value` gives a discrete variable its value. Variables that are
+    `held` have theirs from elsewhere: the equation may give another one its value."""
     if target.op is not Op.SYMBOL or target.name not in model.discretes:
         return False
-    return value.op is not Op.SYMBOL or model.is_steady(value)
+    return value.op is not Op.SYMBOL and target.name not in held
 
 
 def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.Equation]:

@@ -50,6 +50,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
     lower_equations(model, (*classified.bindings, *source.equations), into)
     for algorithm in source.algorithms:
         lower_algorithm(model, algorithm, starts, into)
+    continuous, discrete = into.parted(model)
     initial = lower_initial(model, source.initial_equations)
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
@@ -62,11 +63,11 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         table=model.table,
         variables=(*classified.variables, *(v for v, _ in model.delayed)),
         parameters=(*start_time, *_freeze(model, classified.parameters)),
-        equations=(*into.continuous, *(e for _, e in model.delayed)),
+        equations=(*continuous, *(e for _, e in model.delayed)),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
         initial_equations=tuple(initial),
-        discrete_equations=(*into.discrete, *(e for _, e in model.auxiliaries)),
+        discrete_equations=(*discrete, *(e for _, e in model.auxiliaries)),
         relations=tuple(model.relations),
         samplers=tuple(model.samplers),
         delays=tuple(model.delays),

@@ -5,8 +5,8 @@ Out:  Assignment for each, after those that it needs
 
 Example: b = a and u;  a = x > 1    ->    a := x > 1;  b := a and u
 
-pre(x) is known at an event, so it makes no order. Variables that only when-clauses set
-are known, too.
+pre(x) is known at an event, so it makes no order. Variables that when-clauses set are
+known, too: no equation gives them a value, but for the algorithm that sets them itself.
 
 Promises:  a loop over discrete variables, an equation that cannot be solved for a
            discrete variable, or two equations for one, are errors that name them.
@@ -14,10 +14,12 @@ Promises:  a loop over discrete variables, an equation that cannot be solved for
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import ticked
-from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, Exprs, Substitution, text
+from planarc.ir.dae import Dae, Equation, set_by_whens
+from planarc.ir.expr import Expr, Exprs, Substitution, symbols, text
 from planarc.ir.sorted import Assignment
 from planarc.structure.blocks import sort_blocks
 from planarc.structure.linear import Contents, coefficients, solve_affine
@@ -33,12 +35,16 @@ def sort_discrete(
     names = {v.name: i for i, v in enumerate(dae.discretes)}
     contents = Contents(names.__contains__)
     sides = [(rewrite(e.left), rewrite(e.right)) for e in dae.discrete_equations]
-    solved = [_solutions(table, contents, signs, left, right) for left, right in sides]
+    held = {table.symbol(name) for name in set_by_whens(dae.whens)}
+    solved = [
+        _solutions(table, contents, signs, left, right, () if e.assigned else held)
+        for e, (left, right) in zip(dae.discrete_equations, sides, strict=True)
+    ]
     rows = [[names[s.name] for s in options] for options in solved]
     matching = match_equations(rows, len(names))
     if matching.exposed:
         raise PlanarcError(
-            [_unsolvable(dae.discrete_equations[e], solved[e]) for e in matching.exposed]
+            [_unsolvable(dae, dae.discrete_equations[e], solved[e]) for e in matching.exposed]
         )
     values = [
         solved[e][table.symbol(dae.discretes[v].name)] for e, v in enumerate(matching.variable)
@@ -60,18 +66,23 @@ def sort_discrete(
 
 
 def _solutions(
-    table: Exprs, contents: Contents, signs: Signs, left: Expr, right: Expr
+    table: Exprs,
+    contents: Contents,
+    signs: Signs,
+    left: Expr,
+    right: Expr,
+    held: Collection[Expr],
 ) -> dict[Expr, Expr]:
     """What an equation can be solved for, with the values; left = right comes first."""
     options = {}
     for a, b in ((left, right), (right, left)):
-        if a.is_symbol and contents(a) and a not in contents(b):
+        if a.is_symbol and contents(a) and a not in contents(b) and a not in held:
             options[a] = b
     if options:
         return options
     residual = table.sub(left, right)
     for symbol, factor in sorted(coefficients(table, contents, residual).items()):
-        if factor is not None and signs.never_zero(factor):
+        if factor is not None and symbol not in held and signs.never_zero(factor):
             options[symbol] = solve_affine(table, contents, left, right, symbol, factor)
     return options
 
@@ -80,9 +91,21 @@ def _text(equation: Equation) -> str:
     return f"`{text(equation.left)} = {text(equation.right)}`"
 
 
-def _unsolvable(equation: Equation, options: dict[Expr, Expr]) -> Diagnostic:
+def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diagnostic:
+    held = set_by_whens(dae.whens)
+    ours = [e.name for e in symbols(equation.left, equation.right) if e.name in held]
+    if ours and not options:
+        clause = next(w for w in dae.whens if ours[0] in set_by_whens((w,)))
+        return Diagnostic(
+            "S314",
+            f"the discrete equation {_text(equation)} is one too many: a when-clause sets "
+            f"`{ours[0]}`",
+            equation.span,
+            hint="remove the equation, or the assignment in the when-clause",
+            related=(Related("this when-clause", clause.span),),
+        )
     if options:
-        names = ticked(text(s) for s in options)
+        names = ", ".join(f"`{text(s)}`" for s in options)
         return Diagnostic(
             "S314",
             f"the discrete equation {_text(equation)} is one too many: others set {names}",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import planarc
+from planarc.core.diagnostic import PlanarcError
 
 
 @pytest.fixture(params=["numpy", "native"])
@@ -16,6 +17,109 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 def run(body: str, backend: str, stop: float) -> planarc.Result:
     return planarc.load(f"model M\n{body}\nend M;", backend=backend).simulate(stop, intervals=10)
+
+
+@pytest.mark.parametrize("equation", ["a = b;", "b = a;", "2*b = 2*a;"])
+@pytest.mark.parametrize("kind", ["Integer", "discrete Real", "Real"])
+def test_an_equation_takes_the_value_that_a_clause_sets(
+    backend: str, kind: str, equation: str
+) -> None:
+    if kind == "Integer":
+        equation = equation.replace("2*", "")
+    result = run(
+        f"""
+  Integer a(start=0, fixed=true);
+  {kind} b;
+equation
+  {equation}
+  when sample(0.5, 0.5) then
+    a = pre(a) + 1;
+  end when;""",
+        backend,
+        1.8,
+    )
+    assert result["a"][-1] == result["b"][-1] == 3
+
+
+def test_a_connection_takes_the_value_that_a_clause_sets(backend: str) -> None:
+    result = run(
+        """
+  connector Out = output Integer;
+  connector In = input Integer;
+  model Counter
+    Out y(start=0, fixed=true);
+  equation
+    when sample(0.5, 0.5) then
+      y = pre(y) + 1;
+    end when;
+  end Counter;
+  model Doubler
+    In u;
+    Out y;
+  equation
+    y = 2*u;
+  end Doubler;
+  Counter counter;
+  Doubler doubler;
+equation
+  connect(counter.y, doubler.u);""",
+        backend,
+        1.8,
+    )
+    assert [result[n][-1] for n in ("counter.y", "doubler.u", "doubler.y")] == [3, 3, 6]
+
+
+def test_two_values_for_one_variable_are_refused() -> None:
+    with pytest.raises(PlanarcError) as caught:
+        run(
+            """
+  Integer a(start=0, fixed=true), b(start=0, fixed=true);
+equation
+  a = 7;
+  when sample(0.5, 0.5) then
+    a = pre(a) + 1;
+  end when;""",
+            "numpy",
+            1.0,
+        )
+    (found,) = caught.value.diagnostics
+    assert found.code == "S314"
+    assert "a when-clause sets `a`" in found.message
+    assert [found.span.line, found.related[0].span.line] == [5, 6]
+
+
+def test_an_algorithm_may_set_what_its_own_clause_sets(backend: str) -> None:
+    """Outside of the instant the plain assignment holds."""
+    result = run(
+        """
+  Integer a(start=0, fixed=true), n(start=0, fixed=true);
+algorithm
+  a := 1;
+  when sample(0.5, 0.5) then
+    a := 5;
+  end when;
+  n := pre(n) + (if a == 5 and pre(a) == 1 then 1 else 0);""",
+        backend,
+        1.8,
+    )
+    assert result["a"][-1] == 1
+
+
+@pytest.mark.parametrize("equation", ["p - n = d", "d = p - n", "0 = p - n - d"])
+def test_a_clause_variable_in_an_equation_of_continuous_ones(backend: str, equation: str) -> None:
+    result = run(
+        f"""
+  Real d(start=0, fixed=true), p, n;
+equation
+  p = 3 + time;
+  {equation};
+  when sample(0.5, 0.5) then
+    d = pre(d) + 1;
+  end when;""",
+        backend,
+        1.8,
+    )
+    assert result["n"][-1] == pytest.approx(3 + 1.8 - 3, abs=1e-12)
 
 
 def test_what_no_clause_sets_in_the_end_is_kept(backend: str) -> None:
