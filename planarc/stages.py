@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from planarc.ir.sorted import SortedDae
     from planarc.request.request import Target
 
-#: The warning of `flatten` that a connection was left out.
-_LEFT_OUT = "F311"
-
 
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     """The flat model of a class; files of libraries are parsed on the way. Raises PlanarcError."""
@@ -74,9 +71,11 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         with (clock or Clock()).phase("structure"):
             return structure(dae)
     except PlanarcError as problem:
+        from planarc.ir.flat import LeftOut
+
         # Without a connection that was left out, equations cannot fit: that is the one message.
         left_out = [
-            replace(w, severity=Severity.ERROR) for w in dae.warnings if w.code == _LEFT_OUT
+            replace(w, severity=Severity.ERROR) for w in dae.warnings if isinstance(w, LeftOut)
         ]
         raise PlanarcError(left_out or _held_too_often(dae, problem.diagnostics)) from None
 

@@ -245,7 +245,7 @@ class Result:
     def _write(
         self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
     ) -> Path:
-        from planarc.view.storage import with_ending
+        from planarc.view.storage import CannotWrite, with_ending
         from planarc.view.table.files import write_table
 
         only = None
@@ -253,7 +253,7 @@ class Result:
             names = "|".join(re.escape(n) for n in self.select(variables))
             only = re.compile(rf"\A(?:{names})\Z")
         if path.is_dir():
-            raise UsageError(
+            raise CannotWrite(
                 Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
             )
         path = with_ending(path, suffix)

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _scalars(
         if elements:
             yield from _elements(name, value, elements)
         elif kind == "parameter" and any(c.name == name for c in program.columns):
-            raise UsageError(
+            raise UnknownName(
                 Diagnostic(
                     "C201",
                     f"`{name}` is a variable, not a parameter",

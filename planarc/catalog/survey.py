@@ -211,7 +211,7 @@ def _in_order(tops: Sequence[_Job], found: dict[_Job, Finding]) -> Iterator[Find
 
 def _lost(job: _Job, why: Lost) -> Finding:
     if why is Lost.DIED:
-        what = Diagnostic("X002", f"planarc's process ended while it read `{job.name}`")
+        what = Diagnostic("X004", f"planarc's process ended while it read `{job.name}`")
     else:
         what = Diagnostic("X003", f"`{job.name}` takes more than {LIMIT:g} s")
     return Finding(job.name, "class", Verdict.BAD, (what,))

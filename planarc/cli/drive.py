@@ -107,7 +107,7 @@ def read_motion(path: Path) -> tuple[list[float], list[float]]:
         lines = path.read_text("utf-8-sig", errors="replace").splitlines()
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("C252", f"cannot read `{path}`: {reason}")) from None
+        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
     rows: list[tuple[float, ...]] = []
     for at, line in enumerate(lines, 1):
         if not line.strip():

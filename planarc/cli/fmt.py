@@ -103,7 +103,7 @@ def _format_file(path: Path, check: bool) -> bool:
         ) from None
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("C102", f"cannot read `{path}`: {reason}")) from None
+        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
     formatted = formatted_text(Source(str(path), text))
     if formatted == text:
         return False

@@ -24,8 +24,6 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageErr
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
 
-#: The code of the diagnostic with which a run ends at Ctrl-C.
-INTERRUPTED = "R440"
 #: Ctrl-C while files are written: they are written to their ends.
 LATE = Diagnostic("C130", "interrupted after the run, whose results are saved")
 
@@ -198,4 +196,6 @@ def _exit_of(result: Result) -> Exit:
         return Exit.DONE
     if not len(result.time):
         return Exit.MODEL  # it has no start
-    return Exit.INTERRUPTED if result.ended.code == INTERRUPTED else Exit.RUN
+    from planarc.ir.result import Interrupted
+
+    return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN

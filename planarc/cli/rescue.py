@@ -12,19 +12,19 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import UsageError
 
-_CANNOT_WRITE = "V501"
-
 
 def save(path: Path, write: Callable[[Path], object]) -> None:
     """Call `write` with the path. Raises UsageError V501, which says where else it is."""
+    from planarc.view.storage import CannotWrite
+
     try:
         write(path)
-    except UsageError as problem:
-        first = problem.diagnostics[0]
-        other = _elsewhere(path, write) if first.code == _CANNOT_WRITE else None
+    except CannotWrite as problem:
+        other = _elsewhere(path, write)
         if other is None:
             raise
-        raise UsageError(replace(first, hint=f"what was computed is in `{other}`")) from None
+        first = replace(problem.diagnostics[0], hint=f"what was computed is in `{other}`")
+        raise CannotWrite(first) from None
 
 
 def _elsewhere(path: Path, write: Callable[[Path], object]) -> Path | None:

@@ -180,7 +180,7 @@ def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -
             Diagnostic("C255", "nothing is varied", hint='write `--vary "rod.L=0.5,0.6"`')
         )
     if random is not None and latin is not None:
-        raise UsageError(Diagnostic("C256", "both `--random` and `--latin` are given"))
+        raise UsageError(Diagnostic("C112", "both `--random` and `--latin` are given"))
     pairs = [split_pair("--vary", item, '--vary "rod.L=0.5,0.6"') for item in vary]
     axes = dict(pairs)
     if len(axes) < len(pairs):

@@ -13,13 +13,13 @@ class UnknownName(UsageError, KeyError):
     """There is no such parameter or variable; the hint names the nearest ones."""
 
 
-def unknown_name(kind: str, name: object, known: Iterable[str], code: str = "C201") -> UnknownName:
+def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     names = list(known)
     if not isinstance(name, str):
         return UnknownName(
-            Diagnostic(code, f"the name of a {kind} is a text, not {type(name).__name__}")
+            Diagnostic("C202", f"the name of a {kind} is a text, not {type(name).__name__}")
         )
     hint = did_you_mean(name, names)
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
-    return UnknownName(Diagnostic(code, f"there is no {kind} `{name}`", hint=hint))
+    return UnknownName(Diagnostic("C201", f"there is no {kind} `{name}`", hint=hint))

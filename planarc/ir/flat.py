@@ -425,6 +425,10 @@ class Part(Located):
     span: Span = NOWHERE
 
 
+class LeftOut(Diagnostic):
+    """The warning that a connection was left out: without it equations may not fit."""
+
+
 class FlatModel(Located):
     name: str
     variables: tuple[Variable, ...]

@@ -54,6 +54,10 @@ class Statistics(Data):
     reason: str = ""  # why this solver
 
 
+class Interrupted(Diagnostic):
+    """The end of a run at Ctrl-C."""
+
+
 class Result(Data, dict=True):
     """`data` has a row for each of `time` and a column for each of `stored`, the slots."""
 

@@ -112,7 +112,7 @@ def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
 def _texts(t: Exprs, op: str, a: Text, b: Text, span: Span) -> Value:
     if op == "+":
         if len(a.parts) + len(b.parts) > MAX_PARTS:
-            raise error("L305", "a text of so many parts is not supported", span)
+            raise error("L315", "a text of so many parts is not supported", span)
         return Text(a.parts + b.parts)
     left, right = a.constant, b.constant
     if left is None or right is None:

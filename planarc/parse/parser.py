@@ -119,6 +119,7 @@ def _errors_beside(
 ) -> list[Diagnostic]:
     """What is wrong beside the grammar, found by building the mended text."""
     from planarc.parse.grammar.machine import run
+    from planarc.parse.repair.mistakes import WrongEnd
 
     language.build.begin(span)
     run(language.table, language.reductions, start, mended)
@@ -126,5 +127,5 @@ def _errors_beside(
     return [
         error
         for error in language.build.errors
-        if error.code != "P102" and error.span and error.span.line not in lines
+        if not isinstance(error, WrongEnd) and error.span and error.span.line not in lines
     ]

@@ -249,7 +249,7 @@ def _can_be_solved(program: Program) -> bool:
         try:
             solve_start(program, kernel, t, judge=lambda system, values: None)
         except PlanarcError as problem:
-            return problem.diagnostics[0].code != "R413"
+            return problem.diagnostics[0].code not in ("R410", "R413")
     return True
 
 

@@ -49,7 +49,7 @@ class Recorder:
             self.time, self.data = np.empty(rows), np.empty((rows, len(self.slots)))
         except MemoryError:
             raise error(
-                "R403",
+                "R408",
                 f"{len(grid)} rows of {len(self.slots)} numbers do not fit into memory",
                 hint="choose a longer interval",
             ) from None

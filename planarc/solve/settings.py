@@ -138,7 +138,7 @@ def _grid(
 
 def _limit_rows(rows: float) -> None:
     if rows > MOST_ROWS:
-        raise _usage("R403", f"{rows:.3g} rows are too many", "choose a longer interval")
+        raise _usage("R408", f"{rows:.3g} rows are too many", "choose a longer interval")
 
 
 def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
@@ -165,12 +165,12 @@ def _of_kind(parameter: ParameterSlot, value: float) -> float:
         case Kind.REAL:
             return number
         case Kind.BOOLEAN if number not in (0, 1):
-            raise _usage("R404", f"`{parameter.name}` takes true or false, not {number:g}")
+            raise _usage("R409", f"`{parameter.name}` takes true or false, not {number:g}")
         case Kind.INTEGER if number != int(number):
-            raise _usage("R404", f"`{parameter.name}` takes an integer, not {number:g}")
+            raise _usage("R409", f"`{parameter.name}` takes an integer, not {number:g}")
         case Kind.ENUMERATION if number not in range(1, len(parameter.literals) + 1):
             raise _usage(
-                "R404",
+                "R409",
                 f"`{parameter.name}` has no literal number {number:g}",
                 f"choose among {', '.join(f'`{n}`' for n in parameter.literals)}",
             )
@@ -179,7 +179,7 @@ def _of_kind(parameter: ParameterSlot, value: float) -> float:
 
 def _finite(name: str, value: float) -> float:
     if not math.isfinite(value):
-        raise _usage("R404", f"`{name}` must be a finite number, not {value:g}")
+        raise _usage("R409", f"`{name}` must be a finite number, not {value:g}")
     return float(value)
 
 
@@ -260,7 +260,7 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
             choices = [c.display for c in program.candidates]
             near = nearest(name, choices, cutoff=0.0)
             raise _usage(
-                "R406",
+                "R400",
                 f"`{name}` follows from other variables: its start value has no effect",
                 f"set the start value of {either(near)}" if near else None,
             )

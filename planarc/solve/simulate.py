@@ -13,11 +13,11 @@ A run that cannot go on does not raise: it returns what it has, and says in
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
-from planarc.ir.result import Result
+from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.messages import failure
 from planarc.solve.run import Progress, Run
@@ -52,9 +52,7 @@ def simulate(
             try:
                 run.go(progress)
             except KeyboardInterrupt:
-                run.ended = Diagnostic(
-                    "R440", f"interrupted at t = {run.integrator.t:.6g} s", severity=Severity.ERROR
-                )
+                run.ended = Interrupted("R440", f"interrupted at t = {run.integrator.t:.6g} s")
             return run.result()
     finally:
         run.close()

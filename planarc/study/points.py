@@ -26,10 +26,10 @@ def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     axes: list[list[Any]] = []
     for name, axis in values.items():
         if isinstance(axis, str | bytes) or not hasattr(axis, "__iter__"):
-            raise _wrong(f"`{name}` takes a sequence of values, not {axis!r:.40}")
+            raise _wrong("C230", f"`{name}` takes a sequence of values, not {axis!r:.40}")
         items = axis.tolist() if hasattr(axis, "tolist") else list(axis)
         if not items:
-            raise _wrong(f"`{name}` has no values")
+            raise _wrong("C239", f"`{name}` has no values")
         axes.append(items)
     return [dict(zip(values, point, strict=True)) for point in product(*axes)]
 
@@ -69,15 +69,17 @@ def _range(name: str, given: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = math.nan
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise _wrong(f"the range of `{name}` is two finite numbers, low and high: {given!r:.40}")
+        raise _wrong(
+            "C237", f"the range of `{name}` is two finite numbers, low and high: {given!r:.40}"
+        )
     return low, high
 
 
 def _count(count: int) -> int:
     if not isinstance(count, int) or count < 1:
-        raise _wrong(f"the number of points is an integer above 0, not {count!r:.20}")
+        raise _wrong("C238", f"the number of points is an integer above 0, not {count!r:.20}")
     return count
 
 
-def _wrong(message: str) -> UsageError:
-    return UsageError(Diagnostic("C230", message))
+def _wrong(code: str, message: str) -> UsageError:
+    return UsageError(Diagnostic(code, message))

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from planarc.api.values import Value, count, finite, parameter_values, start_values
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
+from planarc.core.unknown import UnknownName
 from planarc.study.metric import Metric, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
@@ -112,7 +113,7 @@ def _asked(model: Model, client: Any, limit: Any) -> float:
     if not isinstance(model, Model):
         raise UsageError(
             Diagnostic(
-                "C230",
+                "C227",
                 f"a study needs a model, not {type(model).__name__}",
                 hint="load it: planarc.load(...)",
             )
@@ -120,14 +121,14 @@ def _asked(model: Model, client: Any, limit: Any) -> float:
     if client is not None and not (hasattr(client, "submit") and hasattr(client, "scatter")):
         raise UsageError(
             Diagnostic(
-                "C230",
+                "C228",
                 f"`client` is a client of Dask, not {type(client).__name__}",
                 hint="write client=distributed.Client(...)",
             )
         )
     seconds = finite("limit", limit)
     if seconds <= 0:
-        raise UsageError(Diagnostic("C230", f"the limit is above 0 s, not {seconds:g} s"))
+        raise UsageError(Diagnostic("C229", f"the limit is above 0 s, not {seconds:g} s"))
     return seconds
 
 
@@ -147,7 +148,7 @@ def _points(points: Any) -> list[dict[str, Any]]:
             )
         ) from None
     if not table:
-        raise UsageError(Diagnostic("C230", "the study has no points"))
+        raise UsageError(Diagnostic("C239", "the study has no points"))
     return table
 
 
@@ -169,9 +170,9 @@ def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions
             try:
                 values = parameter_values(program, values)
                 starts = start_values(program, starts)
+            except UnknownName:
+                raise
             except UsageError as problem:
-                if problem.diagnostics[0].code == "C201":
-                    raise
                 tasks.append(Task(i, {}, {}, problem.diagnostics[0].message))
                 continue
         names = (*values, *starts)

@@ -17,6 +17,10 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.ir.program import Column, Program
 
 
+class CannotWrite(UsageError):
+    """A file could not be written: no folder, no permission, or a full disk."""
+
+
 def with_ending(path: Path, *endings: str) -> Path:
     """The path with the first of the endings, unless it has one of them.
 
@@ -60,7 +64,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
                 new.unlink()
             raise
     except OSError as problem:
-        raise UsageError(
+        raise CannotWrite(
             Diagnostic("V501", f"cannot write `{path}`: {_reason(target, problem)}", hint=_hint)
         ) from None
 

@@ -179,7 +179,7 @@ def test_the_survey_goes_on_without_a_class_that_kills_or_hangs(
     monkeypatch.setattr(stages, "flatten", flatten)
     found = survey.survey(Request(None, "Ship", (library,)), workers=2)
     codes = {f.name: f.errors[0].code for f in found.findings if f.errors}
-    assert codes["Ship.Hull"] == "X002"
+    assert codes["Ship.Hull"] == "X004"
     assert codes["Ship.Deck"] == "X003"
     assert codes["Ship.Rope"] == "P101"
     assert found.total.others == 4

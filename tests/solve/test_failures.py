@@ -97,6 +97,6 @@ def test_a_singular_mass_is_told_at_the_start(tools: Any) -> None:
         mass=lambda t, q: [[t.one, t.one], [t.one, t.one]],
         force=lambda t, q, v: [t.one, t.zero],
     )
-    with pytest.raises(PlanarcError, match="R413") as caught:
+    with pytest.raises(PlanarcError, match="R410") as caught:
         run(tools, mechanism)
     assert "without mass" in (caught.value.diagnostics[0].hint or "")

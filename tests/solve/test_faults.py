@@ -115,7 +115,7 @@ def test_a_body_without_mass_is_named(backend: str) -> None:
     with pytest.raises(planarc.PlanarcError) as caught:
         load(PENDULUM % "m=0, I=0", backend).simulate(1)
     (diagnostic,) = caught.value.diagnostics
-    assert diagnostic.code == "R413"
+    assert diagnostic.code == "R410"
     assert "`body`" in diagnostic.message
     assert "without mass" in str(diagnostic.hint)
 

@@ -64,14 +64,14 @@ def test_options_replace_them(program: Program) -> None:
         (RunOptions(interval=0.0), "R403"),
         (RunOptions(intervals=0), "R403"),
         (RunOptions(interval=0.1, intervals=3), "R403.*both"),
-        (RunOptions(interval=1e-12), "R403.*too many"),
+        (RunOptions(interval=1e-12), "R408.*too many"),
         (RunOptions(values={"rod.l": 1.0}), "R404.*no parameter"),
         (RunOptions(values={"rev.phi": 1.0}), "R404.*variable"),
-        (RunOptions(values={"rod.L": float("inf")}), "R404.*finite"),
+        (RunOptions(values={"rod.L": float("inf")}), "R409.*finite"),
         (RunOptions(values={"n": 3.0}), "R405.*structural"),
         (RunOptions(values={"rod.J": 3.0}), "R405.*computed"),
         (RunOptions(starts={"rev.ph": 1.0}), "R406.*no variable"),
-        (RunOptions(starts={"y": 1.0}), "R406.*follows from other"),
+        (RunOptions(starts={"y": 1.0}), "R400.*follows from other"),
     ],
 )
 def test_what_cannot_be_is_refused(program: Program, options: RunOptions, reason: str) -> None:

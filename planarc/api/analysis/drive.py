@@ -126,7 +126,7 @@ def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, sto
         if begin < first - slack or stop > last + slack:
             raise UsageError(
                 Diagnostic(
-                    "C210",
+                    "C212",
                     f"the motion of `{coordinate}` is known from {first:g} s to {last:g} s, and "
                     f"the run goes from {begin:g} s to {stop:g} s",
                     hint="give other times, or a longer table",
@@ -277,7 +277,7 @@ def _with_motions(
         at = _definition(dae, equations, effort)
         if at is None:
             raise UsageError(
-                Diagnostic("C242", f"nothing more can drive `{coordinate}`: `{effort}` is given")
+                Diagnostic("C247", f"nothing more can drive `{coordinate}`: `{effort}` is given")
             )
         added = f"{effort}_drive"
         while any(v.name == added for v in variables):

@@ -96,7 +96,7 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
     """See `Model.sensitivities`."""
     names = (parameters,) if isinstance(parameters, str) else tuple(parameters or ())
     if not names:
-        raise UsageError(Diagnostic("C244", "no parameter is named"))
+        raise UsageError(Diagnostic("C253", "no parameter is named"))
     values = _present(model, names, options)
     program = model.program
     if program.delays or program.relations or program.whens or program.samplers:

@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import PlanarcError, Related, Severity, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import NotThere
 from planarc.flatten.several import for_each
@@ -109,7 +109,8 @@ def _warn_absent(ref: syntax.Ref, env: Env) -> None:
     hint = "remove the connection, or make the condition of the connector true"
     if isinstance(condition, syntax.Ref):
         hint = f"switch it on: `{owner}({condition} = true)`"
-    env.session.warn("F311", f"`{ref}` is not there, so its connection is left out", ref.span, hint)
+    message = f"`{ref}` is not there, so its connection is left out"
+    env.session.warnings.append(flat.LeftOut("F314", message, ref.span, Severity.WARNING, hint))
 
 
 def _sides(ref: syntax.Ref, env: Env) -> object | None:

@@ -97,7 +97,7 @@ def _nodes(joined: Joined, pairs: list[Pair]) -> Iterator[str]:
 
 def _check_branch(branch: Branch, sets: DisjointSets[str]) -> None:
     if sets.find(branch.left) == sets.find(branch.right):
-        raise error("F315", "this `Connections.branch` closes a loop of branches", branch.span)
+        raise error("F318", "this `Connections.branch` closes a loop of branches", branch.span)
 
 
 _ORIGIN = "<root>"  # all definite roots hang on it
@@ -109,7 +109,7 @@ def _join_roots(roots: list[Root], sets: DisjointSets[str], rooting: Rooting) ->
             continue
         sets.add(_ORIGIN)
         if sets.find(root.name) == sets.find(_ORIGIN):
-            raise error("F315", f"`{root.name}` is a second root of its branches", root.span)
+            raise error("F318", f"`{root.name}` is a second root of its branches", root.span)
         sets.join(_ORIGIN, root.name)
         rooting.roots.add(root.name)
 

@@ -45,7 +45,7 @@ _LITERALS: dict[type, flat.Type] = {
 
 def _end(node: syntax.End, env: Env) -> flat.Expression:
     if env.end is None:
-        raise error("F218", "`end` stands for a size only inside a subscript", node.span)
+        raise error("F223", "`end` stands for a size only inside a subscript", node.span)
     base, dimension = env.end
     size = base.type.dims[dimension]
     if size is not None:
@@ -54,7 +54,7 @@ def _end(node: syntax.End, env: Env) -> flat.Expression:
 
 
 def _colon(node: syntax.Colon, env: Env) -> flat.Expression:
-    raise error("F218", "`:` has a meaning only as a subscript or a dimension", node.span)
+    raise error("F223", "`:` has a meaning only as a subscript or a dimension", node.span)
 
 
 def _unary(node: syntax.Unary, env: Env) -> flat.Expression:

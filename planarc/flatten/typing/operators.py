@@ -142,13 +142,13 @@ def range_(
     parts = [start, stop] if step is None else [start, step, stop]
     for part in parts:
         if part.type.dims:
-            raise error("F275", f"a range needs scalars, not {type_text(part.type)}", part.span)
+            raise error("F277", f"a range needs scalars, not {type_text(part.type)}", part.span)
     type_ = start.type
     for part in parts[1:]:
         common = unify(type_, part.type)
         if common is None or common.base in (flat.Base.STRING, flat.Base.RECORD):
             raise error(
-                "F275",
+                "F277",
                 f"a range cannot go from {type_text(start.type)} to {type_text(stop.type)}",
                 span,
             )

@@ -23,7 +23,7 @@ Frame: TypeAlias = "dict[str, Value]"
 
 def range_count(first: float, step: float, last: float, span: Span) -> int:
     if step == 0:
-        raise error("F275", "the step of a range is zero", span)
+        raise error("F277", "the step of a range is zero", span)
     steps = (last - first) / step
     if not steps < sys.maxsize:  # not a number either
         raise too_large(f"a range of {steps:g} values is too long", span)

@@ -14,6 +14,7 @@ from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.build.parts import Description, Part, cover, nodes
+from planarc.parse.repair.mistakes import WrongEnd
 
 _ELEMENT_ORDER = (("redeclare",), ("final",), ("inner",), ("outer",), ("replaceable",))
 _NO_PREFIXES = syntax.Prefixes()
@@ -96,7 +97,7 @@ class Build(Expressions, Modifications, Equations):
             message = f"`end {end.text}` does not match `{name.text}`"
             opened = Related(f"`{name.text}` begins here", name.span)
             self.errors.append(
-                Diagnostic(
+                WrongEnd(
                     "P102", message, end.span, hint=f"write `end {name.text}`", related=(opened,)
                 )
             )

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.nearest import nearest
 from planarc.parse.repair.expected import expected
+from planarc.parse.repair.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
@@ -114,7 +115,7 @@ def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
         return None
     message, hint = _SECTIONS[repair.inserted]
     span = trouble.tokens[trouble.begin].span.to(trouble.token.span)
-    return Diagnostic("P113", message, span, hint=hint)
+    return WrongSection("P113", message, span, hint=hint)
 
 
 _SECTIONS = {
@@ -203,7 +204,7 @@ def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if token.type not in BLOCKS:
         return None
     span = previous.span.to(token.span)
-    return Diagnostic("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
+    return StrayEnd("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
 
 
 _ALMOST = 0.8  # names may look like keywords, so that only a very near one counts

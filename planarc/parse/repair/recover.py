@@ -25,6 +25,7 @@ from planarc.parse.grammar.language import Language
 from planarc.parse.grammar.lexer import MAX_ERRORS, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.repair.hints import explain
+from planarc.parse.repair.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.repairs import Place, find_repair
 from planarc.parse.repair.trouble import Repair, Trouble
 
@@ -127,10 +128,9 @@ def _compare_names(
 
 def _is_echo(error: Diagnostic, errors: list[Diagnostic]) -> bool:
     """One missing section makes many equations wrong, one word that cannot stand its `end`."""
-    if error.code == "P113":
-        return bool(errors) and errors[-1].code == "P113"
-    stray = error.code == "P112" and error.message.startswith("no ")
-    return stray and any(
+    if isinstance(error, WrongSection):
+        return bool(errors) and isinstance(errors[-1], WrongSection)
+    return isinstance(error, StrayEnd) and any(
         e.span and error.span and e.span.text == error.span.text.split()[-1] for e in errors
     )
 

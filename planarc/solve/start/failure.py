@@ -51,7 +51,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     names = trouble.names(_components(infos))
     return PlanarcError(
         Diagnostic(
-            "R413",
+            "R410",
             f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
             if names
             else f"a system of equations cannot be solved at the start, t = {system.t:g} s",

@@ -69,7 +69,7 @@ def sample_motion(scene: Scene, when: When) -> Motion:
     if count > _MOST_FRAMES:
         raise UsageError(
             Diagnostic(
-                "V703",
+                "V707",
                 f"this makes {count} frames, more than {_MOST_FRAMES}",
                 hint="show it faster with `--speed`, or a part with `--from` and `--to`",
             )

@@ -38,10 +38,15 @@ def test_a_still_is_one_frame(scene: Scene) -> None:
 
 
 def test_times_outside_the_run_are_refused(scene: Scene) -> None:
-    for when in (When(begin=-1.0), When(end=4.1), When(begin=3.0, end=2.0), When(speed=1e-6)):
+    for when in (When(begin=-1.0), When(end=4.1), When(begin=3.0, end=2.0)):
         with pytest.raises(UsageError) as caught:
             sample_motion(scene, when)
         assert caught.value.diagnostics[0].code == "V703"
+
+
+def test_a_film_of_too_many_frames_is_refused(scene: Scene) -> None:
+    with pytest.raises(UsageError, match="V707"):
+        sample_motion(scene, When(speed=1e-6))
 
 
 @given(st.floats(1e-6, 1e9))
