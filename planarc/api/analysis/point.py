@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from planarc.api.signals import ForcedKernel
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.ir.program import CandidateSlot
+from planarc.runtime.differences import central
 
 if TYPE_CHECKING:
     import numpy as np
@@ -144,15 +145,7 @@ def starts_at(program: Program, w: Sequence[float] | Vector) -> dict[str, float]
 def derivative(f: Callable[[Vector], Vector], x: Vector, step: float = STEP) -> Vector:
     """The Jacobian of a smooth function, by central differences of order four; `step` is
     relative to max(1, |x|)."""
-    import numpy as np
-
-    columns = []
-    for j in range(len(x)):
-        h = np.zeros(len(x))
-        h[j] = step * max(1.0, abs(x[j]))
-        near, far = f(x + h) - f(x - h), f(x + 2 * h) - f(x - 2 * h)
-        columns.append((8 * near - far) / (12 * h[j]))
-    return np.array(columns).T if columns else np.zeros((len(f(x)), 0))
+    return central(f, x, [step * max(1.0, abs(v)) for v in x], 4)
 
 
 def open_point(

@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 
 from planarc.ir.newton import AGREES, DEPENDENT
+from planarc.runtime.elimination import clear
 
 
 def solve_open(
@@ -25,10 +26,9 @@ def solve_open(
     Gauss and Jordan's elimination with the largest pivots, each relative to its row.
     """
     n = len(right)
-    a = [list(row) for row in matrix]
-    r = list(right)
-    sizes = [max(map(abs, row)) or 1.0 for row in a]
-    if not all(map(math.isfinite, (*sizes, *r))):
+    a = [[*row, r] for row, r in zip(matrix, right, strict=True)]
+    sizes = [max(map(abs, row)) or 1.0 for row in matrix]
+    if not all(map(math.isfinite, (*sizes, *right))):
         return None
     row_of: dict[int, int] = {}  # of each unknown that follows
     left = list(range(n))  # rows that give no unknown yet
@@ -42,16 +42,12 @@ def solve_open(
             break
         row_of[column] = best
         left.remove(best)
-        for i in range(n):
-            factor = a[i][column] / a[best][column]
-            if i != best and factor != 0.0:
-                a[i] = [x - factor * p for x, p in zip(a[i], a[best], strict=True)]
-                r[i] -= factor * r[best]
+        clear(a[:best] + a[best + 1 :], a[best], column, range(n + 1))
     open_ones = [j for j in range(n) if j not in row_of]
     x = list(kept)
     for j, i in row_of.items():
-        x[j] = (r[i] - sum(a[i][k] * kept[k] for k in open_ones)) / a[i][j]
+        x[j] = (a[i][n] - sum(a[i][k] * kept[k] for k in open_ones)) / a[i][j]
     largest = max(1.0, *map(abs, x))
-    if any(abs(r[i]) > AGREES * sizes[i] * largest for i in left):
+    if any(abs(a[i][n]) > AGREES * sizes[i] * largest for i in left):
         return None
     return x

@@ -46,6 +46,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.newton import DIFFERENCE
+from planarc.runtime.differences import one_sided
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.driver import Arguments, Driver, Where, open_driver
 from planarc.solve.solvers.integrator import (
@@ -437,20 +439,12 @@ class Cvode:
             lib.SUNContext_Free(C.byref(self._context))
 
 
-def _differences(
-    kernel: Kernel, t: float, y: list[float], absolute: Sequence[float]
-) -> list[list[float]] | None:
+def _differences(kernel: Kernel, t: float, y: list[float], absolute: Sequence[float]) -> Any:
     """The Jacobian by forward differences, a row for each derivative; None where there is none."""
-    n = len(y)
-    here, there = [0.0] * n, [0.0] * n
-    if kernel.rhs(t, y, here) != 0:
-        return None
-    columns = []
-    for j in range(n):
-        step = 1.5e-8 * max(abs(y[j]), 1e3 * absolute[j])
-        moved = list(y)
-        moved[j] += step
-        if kernel.rhs(t, moved, there) != 0:
-            return None
-        columns.append([(b - a) / step for a, b in zip(here, there, strict=True)])
-    return [list(row) for row in zip(*columns, strict=True)]
+
+    def rhs(at: Any) -> list[float] | None:
+        there = [0.0] * len(y)
+        return there if kernel.rhs(t, at.tolist(), there) == 0 else None
+
+    steps = [DIFFERENCE * max(abs(v), 1e3 * a) for v, a in zip(y, absolute, strict=True)]
+    return one_sided(rhs, y, steps)

@@ -34,6 +34,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.newton import DIFFERENCE
+from planarc.runtime.differences import one_sided
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.scipy import ScipyIntegrator
 from planarc.solve.solvers.sundials import Unavailable, open_ida
@@ -56,7 +58,7 @@ _JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, C.c_double, *(C.c_void_p,) * 8)
 #: With fewer unknowns differences are cheaper than compiling their derivatives.
 FEWEST_UNKNOWNS = 16
 #: Differences of F are taken with this part of an unknown, or of what its tolerance says.
-STEP, SMALLEST = 1.5e-8, 1e3
+SMALLEST = 1e3
 
 
 class IdaIntegrator(ScipyIntegrator):
@@ -203,17 +205,15 @@ class IdaIntegrator(ScipyIntegrator):
         """d(f, r)/dz by forward differences, or None."""
         import numpy as np
 
-        flag, here = self._form(t, z)
-        columns = []
-        for j, value in enumerate(z):
-            step = STEP * max(abs(value), SMALLEST * self._smallest[j])
-            moved = [*z[:j], value + step, *z[j + 1 :]]
-            again, there = self._form(t, moved)
-            flag = flag or again
-            columns.append((np.array(there) - here) / (moved[j] - value))
-        if flag or not np.isfinite(columns).all():
+        def form(at: Any) -> Any:
+            flag, values = self._form(t, at.tolist())
+            return None if flag else values
+
+        sizes = zip(z, self._smallest, strict=True)
+        steps = [DIFFERENCE * max(abs(v), SMALLEST * least) for v, least in sizes]
+        found = one_sided(form, z, steps)
+        if found is None or not np.isfinite(found).all():
             return None
-        found = np.array(columns).T
         found[: self._size] *= -1.0
         return found
 

@@ -19,6 +19,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.newton import DIFFERENCE
+from planarc.runtime.differences import one_sided
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
 from planarc.solve.solvers.stepping import SteppingIntegrator
 
@@ -79,19 +81,15 @@ class ScipyIntegrator(SteppingIntegrator):
 
     def _jacobian(self, t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """From the formulas; by differences at a point where these have no derivative."""
-        import numpy as np
 
         assert self._formulas is not None
         found = self._formulas.state_jacobian(t, y.tolist())
         if found is not None:
             return found  # type: ignore[no-any-return]
-        here = np.array(self._rhs(t, y))
-        columns = []
-        for j in range(self._size):
-            moved = y.copy()
-            moved[j] += 1.5e-8 * max(1.0, abs(y[j]))
-            columns.append((np.array(self._rhs(t, moved)) - here) / (moved[j] - y[j]))
-        return np.array(columns).T
+        steps = [DIFFERENCE * max(1.0, abs(v)) for v in y]
+        found = one_sided(lambda at: self._rhs(t, at), y, steps)
+        assert found is not None
+        return found
 
     def _make(self, limit: float) -> None:
         import numpy as np

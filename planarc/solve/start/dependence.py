@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
+from planarc.runtime.differences import central
 from planarc.solve.start import newton
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
@@ -157,11 +158,11 @@ def _slopes(system: System, point: Vector, rows: Sequence[int], columns: Sequenc
     """By central differences; not finite where the rows have no value."""
     import numpy as np
 
-    slopes = np.full((len(rows), len(columns)), np.nan)
-    for j, column in enumerate(columns):
-        h = np.zeros(len(point))
-        h[column] = _STEP * max(1.0, abs(point[column]))
-        ahead, behind = system(point + h), system(point - h)
-        if ahead is not None and behind is not None:
-            slopes[:, j] = (ahead[list(rows)] - behind[list(rows)]) / (2 * h[column])
-    return slopes
+    def moved(z: Vector) -> Vector:
+        there = point.copy()
+        there[list(columns)] = z
+        found = system(there)
+        return np.full(len(rows), np.nan) if found is None else found[list(rows)]
+
+    z = point[list(columns)]
+    return central(moved, z, [_STEP * max(1.0, abs(v)) for v in z])

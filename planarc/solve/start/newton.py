@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
 from planarc.ir.newton import DIFFERENCE
+from planarc.runtime.differences import one_sided
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,21 +62,7 @@ def derivative(f: Residuals, z: Vector, r: Vector) -> Vector | None:
 
 def differences(f: Residuals, z: Vector, r: Vector) -> Vector | None:
     """The Jacobian with errors of 1e-8; None where f has no value near z."""
-    import numpy as np
-
-    jacobian = np.empty((len(r), len(z)))
-    for j in range(len(z)):
-        size = DIFFERENCE * max(1.0, abs(z[j]))
-        for h in (size, -size):
-            moved = z.copy()
-            moved[j] = z[j] + h
-            beside = f(moved)
-            if beside is not None:
-                jacobian[:, j] = (beside - r) / (moved[j] - z[j])
-                break
-        else:
-            return None
-    return jacobian
+    return one_sided(f, z, [DIFFERENCE * max(1.0, abs(v)) for v in z], r, either=True)
 
 
 def kernel_of(jacobian: Vector, part: float) -> Vector:

@@ -15,6 +15,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from planarc.runtime.elimination import clear
+
 Rows: TypeAlias = Sequence[Sequence[float]]
 
 #: A pivot of a better class may be smaller than the largest by this factor.
@@ -44,21 +46,9 @@ def choose_columns(g: Rows, classes: Sequence[int], never: int) -> list[int] | N
         rows.remove(pivot)
         left.remove(column)
         chosen.append(column)
-        _eliminate(a, rows, left, pivot, column)
+        if a[pivot][column] != 0.0:
+            clear([a[r] for r in rows], a[pivot], column, left)
     return sorted(chosen)
-
-
-def _eliminate(
-    a: list[list[float]], rows: Sequence[int], left: Sequence[int], pivot: int, column: int
-) -> None:
-    p = a[pivot]
-    if p[column] == 0.0:
-        return
-    for r in rows:
-        factor = a[r][column] / p[column]
-        if factor:
-            for j in left:
-                a[r][j] -= factor * p[j]
 
 
 def sensitivities(g: Rows, solved: Sequence[int], free: Sequence[int]) -> list[list[float]] | None:
@@ -73,13 +63,7 @@ def sensitivities(g: Rows, solved: Sequence[int], free: Sequence[int]) -> list[l
         if a[pivot][k] == 0.0:
             return None
         a[k], a[pivot] = a[pivot], a[k]
-        p = a[k]
-        for r in range(m):
-            if r != k and a[r][k]:
-                factor = a[r][k] / p[k]
-                row = a[r]
-                for j in range(k, width):
-                    row[j] -= factor * p[j]
+        clear(a[:k] + a[k + 1 :], a[k], k, range(k + 1, width))
     return [[abs(x / a[k][k]) for x in a[k][m:]] for k in range(m)]
 
 

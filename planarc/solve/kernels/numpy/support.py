@@ -14,6 +14,7 @@ from typing import Any
 
 from planarc.ir.newton import SINGULAR
 from planarc.runtime import elementary, external
+from planarc.runtime.elimination import clear
 
 
 def safe(function: Callable[..., float], *args: float) -> float:
@@ -125,12 +126,7 @@ def _eliminate(matrix: Rows, right: Sequence[float]) -> list[float] | None:
             return None
         rows[k], rows[best] = rows[best], rows[k]
         sizes[k], sizes[best] = sizes[best], sizes[k]
-        pivot_row = rows[k]
-        for row in rows[k + 1 :]:
-            if row[k] != 0.0:
-                factor = row[k] / pivot_row[k]
-                for j in range(k + 1, n + 1):
-                    row[j] -= factor * pivot_row[j]
+        clear(rows[k + 1 :], rows[k], k, range(k + 1, n + 1))
     x = [0.0] * n
     for k in reversed(range(n)):
         row = rows[k]
