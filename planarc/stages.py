@@ -77,7 +77,9 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         left_out = [
             replace(w, severity=Severity.ERROR) for w in dae.warnings if isinstance(w, LeftOut)
         ]
-        raise PlanarcError(left_out or _held_too_often(dae, problem.diagnostics)) from None
+        if left_out:
+            raise PlanarcError(left_out) from None
+        raise type(problem)(_held_too_often(dae, problem.diagnostics)) from None
 
 
 def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -108,9 +110,9 @@ def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> s
     with (clock or Clock()).phase("codegen"):
         try:
             if backend is Backend.NUMPY:
-                from planarc.codegen.numpy.printer import source
+                from planarc.codegen.numpy.printer import kernel_source
 
-                return source(program)
+                return kernel_source(program)
             from planarc.codegen.native.machine import compile_object
 
             return compile_object(program)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend
@@ -63,4 +62,4 @@ def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobi
     program = replace(to_program(model, clock), mechanism=mechanism)
     code = to_code(program, Backend.NUMPY, clock)
     with clock.phase("start"):
-        return mobility_at_start(Compiled(program, Backend.NUMPY, code))
+        return mobility_at_start(program, str(code))

@@ -1,6 +1,6 @@
 """What a mechanism can do at its start: mobility by the rank of the conditions.
 
-In:   Program, code of one back end
+In:   Program
 Out:  Mobility
 
 The mechanism is put together as a run does it. There the rank of the loops' conditions tells how
@@ -16,41 +16,25 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, Severity
-from planarc.core.options import RunOptions
+from planarc.core.diagnostic import Severity
 from planarc.ir.mechanism import Mobility
+from planarc.probe.open import open_program
 
 if TYPE_CHECKING:
-    from planarc.compiled import Compiled
-
-#: The message that names redundant joints.
-_REDUNDANT = "R415"
+    from planarc.ir.program import Program
 
 
-def mobility_at_start(compiled: Compiled) -> Mobility | None:
-    """None of a model without a mechanism. Raises PlanarcError where it cannot be assembled."""
+def mobility_at_start(program: Program, text: str | None = None) -> Mobility | None:
+    """None of a model without a mechanism; `text` is that of the program for NumPy, where it is
+    known. Raises PlanarcError where the mechanism cannot be assembled."""
     from planarc.insight.rank import deficiency
-    from planarc.solve.events.iteration import Events
-    from planarc.solve.kernels.numpy.support import without_lapack
-    from planarc.solve.settings import resolve
-    from planarc.solve.simulate import set_workspace
-    from planarc.solve.start.solve import solve_start
+    from planarc.solve.start.redundancy import Redundant
 
-    program = compiled.program
     if program.mechanism is None:
         return None
-    kernel = compiled.load()
-    request = resolve(program, RunOptions(backend=compiled.backend))
-    set_workspace(program, kernel, request)
-    Events(program, kernel, request.span).begin(request.start)
-    redundant = None
-    with without_lapack():
-        try:
-            solve_start(program, kernel, request.start)
-        except PlanarcError as problem:
-            first = problem.diagnostics[0]
-            if first.code != _REDUNDANT:
-                raise
-            redundant = replace(first, severity=Severity.WARNING)
-        dependent = deficiency(program, kernel)
-    return Mobility(program.mechanism.mobility, dependent, redundant)
+    opened, redundant = open_program(program, text), None
+    try:
+        opened.start()
+    except Redundant as problem:
+        redundant = replace(problem.diagnostics[0], severity=Severity.WARNING)
+    return Mobility(program.mechanism.mobility, deficiency(program, opened.kernel), redundant)

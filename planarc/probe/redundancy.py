@@ -27,12 +27,12 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
-from planarc.core.options import Backend, RunOptions
 from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT, Variable
 from planarc.ir.flat import StateSelect
 from planarc.ir.program import Condition, Sharing
 from planarc.ir.sorted import Fixed
+from planarc.probe.open import Opened, open_program
 
 if TYPE_CHECKING:
     from planarc.core.clock import Clock
@@ -40,14 +40,11 @@ if TYPE_CHECKING:
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.program import EquationInfo, Program
     from planarc.ir.sorted import SortedDae
-    from planarc.solve.kernels.numpy.kernel import NumpyKernel
     from planarc.solve.start.newton import Vector
     from planarc.solve.start.system import System
 
 #: What is left out is looked for again so often.
 _ROUNDS = 3
-#: Messages of equations that do not fit unknowns, and of a start that does not assemble.
-_STRUCTURE, _ASSEMBLY = ("S301", "S302", "S303"), ("R411", "R412")
 
 
 def accept_redundancy(
@@ -101,6 +98,7 @@ def _make(
     from planarc.codegen.pipeline import equation_info
     from planarc.stages import to_program, to_sorted
     from planarc.structure.pipeline import structure
+    from planarc.structure.report import StructurallySingular
     from planarc.structure.sharing import share_forces
 
     kept = tuple(i for i in range(len(dae.equations)) if i not in left_out)
@@ -113,10 +111,7 @@ def _make(
     shared = share_forces(without, _cut_forces(dae, mechanism, everywhere))
     try:
         model = to_sorted(shared.dae, clock)
-    except PlanarcError as problem:
-        code = problem.diagnostics[0].code
-        if code not in _STRUCTURE:
-            raise
+    except StructurallySingular:
         if not everywhere:
             return _make(dae, mechanism, left_out, clock, everywhere=True)
         structure(dae)  # what it tells of the model as it is
@@ -182,32 +177,13 @@ def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
 # Numbers at the start
 
 
-def _open(program: Program) -> tuple[NumpyKernel, float]:
-    """A kernel with start values, and the start time. NumPy's back end is there at once."""
-    from planarc.codegen.numpy.printer import source
-    from planarc.solve.events.iteration import Events
-    from planarc.solve.kernels.numpy.kernel import NumpyKernel
-    from planarc.solve.settings import resolve
-    from planarc.solve.simulate import set_workspace
-
-    kernel = NumpyKernel(program, source(program))
-    request = resolve(program, RunOptions(backend=Backend.NUMPY))
-    set_workspace(program, kernel, request)
-    Events(program, kernel, request.span).begin(request.start)
-    return kernel, request.start
-
-
 def _dependent(made: _Made) -> tuple[int, ...]:
     """The equations of the model that are to be left out."""
-    from planarc.solve.kernels.numpy.support import without_lapack
     from planarc.solve.start.dependence import dependent_rows
-    from planarc.solve.start.sharing import left_out_rows, strict
-    from planarc.solve.start.solve import solve_start
+    from planarc.solve.start.failure import NotAssembled
+    from planarc.solve.start.sharing import left_out_rows
 
     program = made.program
-    kernel, t = _open(program)
-    kernel.forgive()
-
     conditions = program.sharing.conditions if program.sharing else ()
     numbered = list(zip(conditions, made.left_out, strict=True))
     held = [i for c, i in numbered if c.held is not None]
@@ -218,13 +194,10 @@ def _dependent(made: _Made) -> tuple[int, ...]:
         for row in dependent_rows(system, values, tuple(others)):
             found.append(others[row] if row in others else _equation(made, system, row))
 
-    with without_lapack():
-        try:
-            solve_start(strict(program), kernel, t, judge=judge)
-        except PlanarcError as problem:
-            if problem.diagnostics[0].code not in _ASSEMBLY:
-                raise
-            raise _does_not_fit(problem, made) from None
+    try:
+        _open_strictly(program).start(judge)
+    except NotAssembled as problem:
+        raise _does_not_fit(problem, made) from None
     return tuple(sorted(found))
 
 
@@ -241,16 +214,24 @@ def _equation(made: _Made, system: System, row: int) -> int:
 
 
 def _can_be_solved(program: Program) -> bool:
-    from planarc.solve.kernels.numpy.support import without_lapack
-    from planarc.solve.start.solve import solve_start
+    from planarc.solve.start.failure import NotEvaluated
 
-    kernel, t = _open(program)
-    with without_lapack():
-        try:
-            solve_start(program, kernel, t, judge=lambda system, values: None)
-        except PlanarcError as problem:
-            return problem.diagnostics[0].code not in ("R410", "R413")
+    try:
+        open_program(program).start(judge=lambda system, values: None)
+    except NotEvaluated:
+        return False
+    except PlanarcError:  # told by the run
+        pass
     return True
+
+
+def _open_strictly(program: Program) -> Opened:
+    """Held to what was left out as well, and without accelerations and forces."""
+    from planarc.solve.start.sharing import strict
+
+    opened = open_program(program)
+    opened.kernel.forgive()
+    return replace(opened, program=strict(program))
 
 
 # What is told
@@ -264,13 +245,12 @@ def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
     from planarc.solve.messages import trouble
     from planarc.solve.start.dependence import least_misfit
     from planarc.solve.start.failure import row_info
-    from planarc.solve.start.sharing import left_out_rows, strict
+    from planarc.solve.start.sharing import left_out_rows
     from planarc.solve.start.system import System
 
-    kernel, t = _open(made.program)
-    kernel.forgive()
-    system = System(strict(made.program), kernel, t)
-    guess = np.array([kernel.w[c.start] for c in made.program.candidates])
+    opened = _open_strictly(made.program)
+    system = System(opened.program, opened.kernel, opened.t)
+    guess = np.array([opened.kernel.w[c.start] for c in made.program.candidates])
     found = least_misfit(system, guess, left_out_rows(system))
     info = None if found is None else row_info(system, found.row)
     if found is None or info is None:

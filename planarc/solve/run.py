@@ -1,8 +1,9 @@
-"""A run: from a workspace with parameters and start values to rows over time.
+"""A run: from parameters and start values to rows over time.
 
-In:   Program, Kernel with a workspace set, Request
+In:   Program, Kernel, Request
 Out:  Result
 
+    workspace  parameters, what depends on them, and start values (`opened`)
     start      consistent positions and velocities, and the first states
     march      the integrator goes to the next instant known beforehand, or to the
                first root of a relation, or for a while; rows are taken on the way
@@ -28,6 +29,7 @@ from planarc.solve.events.instants import Schedule, same
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
 from planarc.solve.messages.open_unknowns import judge_open
+from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
@@ -52,6 +54,7 @@ class Run:
     def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
         self.program, self.kernel, self.request = program, kernel, request
         self.backend = backend
+        set_workspace(program, kernel, request)
         self.events = Events(program, kernel, request.span)
         self._chatter = Chatter(program, self.events.crossings, request)
         self._creep = Creep(request.start, request.span)

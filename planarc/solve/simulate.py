@@ -13,13 +13,12 @@ A run that cannot go on does not raise: it returns what it has, and says in
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
-from planarc.solve.messages import failure
 from planarc.solve.run import Progress, Run
 from planarc.solve.settings import Request, resolve
 
@@ -37,7 +36,6 @@ def simulate(
     """
     request = resolve(program, options)
     try:
-        set_workspace(program, kernel, request)
         run = Run(program, kernel, request, str(options.backend))
     except PlanarcError:
         _blame_parameters(program, kernel, request)
@@ -63,23 +61,3 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
     reason = impossible_parameters(program, kernel, request.start)
     if reason is not None:
         raise PlanarcError(reason) from None
-
-
-def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
-    """Parameters, what depends on them, and start values."""
-    w = kernel.w
-    for p in program.parameter_slots:
-        if p.slot in request.values:
-            w[p.slot] = request.values[p.slot]
-        elif p.default is not None:
-            w[p.slot] = p.default
-    flag = kernel.parameters()
-    bad = failure.constant_not_finite(program, kernel)
-    if flag != 0 or bad:
-        raise error(
-            "R414",
-            f"{bad} has no finite value" if bad else "the parameters have no value",
-            hint="check the parameters and constants it is computed from",
-        )
-    for slot, value in request.starts.items():
-        w[slot] = value

@@ -28,8 +28,12 @@ _SHOWN = 8  # names and equations listed in one message
 TWICE = "hold the same motion twice"
 
 
+class StructurallySingular(PlanarcError):
+    """Equations and unknowns cannot be matched (S301 to S303)."""
+
+
 def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
-    """Raises PlanarcError when equations and unknowns cannot be matched."""
+    """Raises StructurallySingular when equations and unknowns cannot be matched."""
     _check_empty(dae, elimination, rows)
     matching = match_equations(rows, len(elimination.kept))
     if matching.complete and -1 not in matching.equation:
@@ -40,7 +44,7 @@ def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         found.append(_over(dae, elimination, parts.over_equations, parts.over_variables))
     if parts.under_variables:
         found.append(_under(dae, elimination, parts.under_equations, parts.under_variables))
-    raise PlanarcError(found)
+    raise StructurallySingular(found)
 
 
 def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
@@ -60,7 +64,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
                 )
             )
     if wrong:
-        raise PlanarcError(wrong)
+        raise StructurallySingular(wrong)
 
 
 def _contradiction_hint(equation: Equation) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planarc.codegen.native.machine import compile_object
-from planarc.codegen.numpy.printer import source
+from planarc.codegen.numpy.printer import kernel_source
 from planarc.codegen.pipeline import generate
 from planarc.evaluate.value import evaluate
 from planarc.ir.check.program import check
@@ -20,7 +20,7 @@ from planarc.solve.kernels import load
 
 MODELS = ("filter", "pendulum", "four_bar", "nonlinear", "switched")
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
-    "numpy": source,
+    "numpy": kernel_source,
     "native": compile_object,
 }
 

@@ -14,9 +14,9 @@ from planarc import compiler
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.result import Result
 from planarc.request.request import Request
+from planarc.solve.opened import set_workspace
 from planarc.solve.run import Run
 from planarc.solve.settings import resolve
-from planarc.solve.simulate import set_workspace
 from planarc.solve.solvers import scipy as scipy_solvers
 
 CASES = Path(__file__).parent.parent / "cases"

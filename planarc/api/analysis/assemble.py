@@ -56,8 +56,7 @@ def assemble(
     """Raises PlanarcError R472 where there is none."""
     import numpy as np
 
-    from planarc.solve.settings import resolve
-    from planarc.solve.simulate import set_workspace
+    from planarc.solve.opened import open_program
     from planarc.solve.start.held import choose_held
     from planarc.solve.start.sharing import missed
     from planarc.solve.start.stage import solve_stage
@@ -69,8 +68,7 @@ def assemble(
     program = model.program
     starts = start_values(program, start)
     kernel = model.compiled().load()
-    request = resolve(program, RunOptions(values=settable, starts=starts))
-    set_workspace(program, kernel, request)
+    request = open_program(program, kernel, RunOptions(values=settable, starts=starts))
     system = System(program, kernel, request.start, frozenset(request.starts))
     guess = np.array([float(kernel.w[c.start]) for c in program.candidates])
     rows, columns = _positions(system)

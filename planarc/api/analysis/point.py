@@ -159,7 +159,6 @@ def open_point(
 
     from planarc.solve.run import Run
     from planarc.solve.settings import resolve
-    from planarc.solve.simulate import set_workspace
 
     compiled = model.compiled(options.backend)
     program = compiled.program
@@ -174,7 +173,6 @@ def open_point(
     options = replace(options, stop=max(begin, program.experiment.stop) if at is None else at)
     kernel = model.forced(compiled.load(), options, inputs)
     request = resolve(program, options)
-    set_workspace(program, kernel, request)
     run = Run(program, kernel, request, str(options.backend))
     try:
         run.begin()

@@ -48,6 +48,17 @@ def taken_values(code: BlockCode) -> list[Expr]:
     return [*code.residuals, *entries, *columns]
 
 
+class Line(str):
+    """A line of the text that computes an equation; -1 where a function begins."""
+
+    equation: int
+
+    def __new__(cls, text: str, equation: int = -1) -> Line:
+        line = super().__new__(cls, text)
+        line.equation = equation
+        return line
+
+
 class FunctionText:
     """One function of the text."""
 
@@ -152,8 +163,10 @@ class FunctionText:
         line = f"{indent}{self._names(target)} = {right}"
         if is_hidden(target) and let.equation is None:
             return line
-        note = "" if let.equation is None else f"e{let.equation} "
-        return f"{line}  # {note}{'' if is_hidden(target) else comment(text(target))}".rstrip()
+        name = "" if is_hidden(target) else comment(text(target))
+        if let.equation is None:
+            return f"{line}  # {name}".rstrip()
+        return Line(f"{line}  # e{let.equation} {name}".rstrip(), let.equation)
 
     def _solve(self, statement: Solve) -> list[str]:
         code = self._program.blocks[statement.block]

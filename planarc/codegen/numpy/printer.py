@@ -21,7 +21,8 @@ Example, position and velocity of a slider in a loop:
 gives the tears, `step` takes residuals and Jacobian and gives better tears, and after
 the last step the unknowns are computed once more. A linear block is solved at once,
 from its residuals where all tears are zero. The comment of a line names the unknown
-and the equation (`e12`) that it came from.
+and the equation (`e12`) that it came from, for people; a kernel finds the equations of
+lines in a tuple.
 
 Promises:  only names made by `names.Names` and numbers; no text of the user is code.
 """
@@ -33,6 +34,7 @@ from collections.abc import Sequence
 from planarc.codegen.numpy.formulas import evaluated_always
 from planarc.codegen.numpy.function import (
     FunctionText,
+    Line,
     Parts,
     all_lets,
     is_part,
@@ -46,7 +48,23 @@ from planarc.ir.program import Program
 
 
 def source(program: Program) -> str:
-    """The Python text of a program."""
+    """The Python text of a program, as people read it."""
+    return _text(_lines(program))
+
+
+def kernel_source(program: Program) -> str:
+    """The same with the tuple `equations` behind it: lines and the equations that they compute,
+    ascending; -1 where a function begins. A line without an equation serves the next one."""
+    lines = _lines(program)
+    equations = [(n, line.equation) for n, line in enumerate(lines, 1) if isinstance(line, Line)]
+    return _text([*lines, "", "", f"equations = {tuple(equations)}"])
+
+
+def _text(lines: Sequence[str]) -> str:
+    return "\n".join(lines) + "\n"
+
+
+def _lines(program: Program) -> list[str]:
     names = Names()
     always = _evaluated_always(program)
     lines = [
@@ -73,9 +91,9 @@ def source(program: Program) -> str:
         ("discrete", "One pass of the discrete equations.", [("", program.discrete)], ()),
     )
     for name, title, parts, results in sections:
-        lines += ["", "", f"def {name}(t, w, blocks):", f'    """{title}"""']
+        lines += ["", "", Line(f"def {name}(t, w, blocks):"), f'    """{title}"""']
         lines += FunctionText(program, names, always, parts).lines(results)
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def slopes_source(program: Program, scope: Scope) -> str | None:
@@ -95,7 +113,7 @@ def slopes_source(program: Program, scope: Scope) -> str | None:
         "",
         f"tape = {tuple(slopes.tape())}",
     ]
-    return "\n".join(lines) + "\n"
+    return _text(lines)
 
 
 def _evaluated_always(program: Program) -> set[Expr]:

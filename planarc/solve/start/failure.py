@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
 
 _WORST = 3
+
+
+class NotEvaluated(PlanarcError):
+    """The equations have no value at the start (R413)."""
+
+
+class NotAssembled(PlanarcError):
+    """The conditions at the start cannot be met, or contradict each other (R411, R412)."""
+
+
 #: Below this a length (m) or an angle (rad) is a zero of Newton's method.
 _SMALL = 1e-6
 
@@ -34,7 +44,7 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
     if where is not None:
         message += f": `{where.text}` gives no finite number"
         related = (Related(f"in {where.component or 'the model'}", where.span),)
-    return PlanarcError(
+    return NotEvaluated(
         Diagnostic(
             "R413",
             message,
@@ -49,7 +59,7 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
 def _block_failed(system: System, block: int) -> PlanarcError:
     infos = [system.program.equations[e] for e in system.program.blocks[block].equations]
     names = trouble.names(_components(infos))
-    return PlanarcError(
+    return NotEvaluated(
         Diagnostic(
             "R410",
             f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
@@ -156,7 +166,7 @@ def _not_assembled(
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
-    return PlanarcError(
+    return NotAssembled(
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot be assembled"
@@ -202,7 +212,7 @@ def _not_reachable(
     nearest = listed(
         f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
-    return PlanarcError(
+    return NotAssembled(
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot be assembled with {wanted}"
@@ -237,7 +247,7 @@ def _contradiction(
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
-    return PlanarcError(
+    return NotAssembled(
         Diagnostic(
             "R411",
             f"the fixed start values of {names} contradict each other"

@@ -42,6 +42,10 @@ PART = 0.05
 _WORST = 4
 
 
+class Redundant(PlanarcError):
+    """Joints that hold the same motion twice, and are not accepted (R415)."""
+
+
 def refuse_redundancy(system: System, values: Vector) -> None:
     """Leaves the workspace at `values`."""
     for i, block in system.blocks:
@@ -98,7 +102,7 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]
     joints = _joints(system, i, block, chosen)
-    return PlanarcError(
+    return Redundant(
         Diagnostic(
             "R415",
             f"a constraint in the loops of {trouble.names(joints)} follows from the others in "

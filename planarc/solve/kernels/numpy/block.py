@@ -42,6 +42,7 @@ class Block:
         self.evaluating = False  # candidates are given: only residuals are wanted
         self.matrix_asked = False  # even where it is not needed
         self.open = False  # the equations left unknowns open when it was solved last
+        self.lapack = True  # to solve three unknowns and more
         self.lenient = False  # where it cannot be solved its unknowns are zero
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
@@ -122,7 +123,7 @@ class Block:
         self.matrix = matrix
         self.done = True
         if not self._below and not self.evaluating:
-            change = solve_linear(matrix, residuals)
+            change = solve_linear(matrix, residuals, self.lapack)
             if change is None:
                 if self._modal:
                     kept = [-a for a in self._accepted]
@@ -139,7 +140,7 @@ class Block:
             self.residuals = residuals
             return x
         part = [[row[j] for j in solved] for row in matrix]
-        change = self._checked(solve_linear(part, residuals), residuals, part)
+        change = self._checked(solve_linear(part, residuals, self.lapack), residuals, part)
         for i, d in zip(solved, change, strict=True):
             x[i] = -d
         return x
@@ -156,7 +157,7 @@ class Block:
             matrix = [[row[j] for j in solved] for row in matrix]
         if self._count and not _norm(residuals, self._sizes) <= self._size_of_residuals:
             return self._halve()
-        found = solve_linear(matrix, residuals)
+        found = solve_linear(matrix, residuals, self.lapack)
         if found is None and self._modal:
             found = self._solve_open(matrix, residuals, [0.0] * len(residuals))
         change = self._checked(found, residuals, matrix)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
+from bisect import bisect_left
 from collections.abc import Callable, MutableSequence, Sequence
 from functools import lru_cache
 from operator import itemgetter
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from planarc.solve.kernels.numpy.derivatives import NumpyDerivatives
 
 _FILE = "<planarc numpy>"
-_EQUATION = re.compile(r"# e(\d+)")
 
 
 @lru_cache(maxsize=16)
@@ -46,7 +45,6 @@ class NumpyKernel:
         self._program = program
         self._slopes = slopes
         self._derivatives: dict[str, NumpyDerivatives | None] = {}
-        self._source = source
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
         self.failed_equation = -1
@@ -62,8 +60,9 @@ class NumpyKernel:
         ]
         self.history = History(len(program.delays))
         own: dict[str, Any] = {"by_columns": by_columns, "past": self.history.value}
-        self._functions: dict[str, Callable[..., Any]] = {**namespace(), **own}
+        self._functions: dict[str, Any] = {**namespace(), **own}
         exec(_compiled(source), self._functions)
+        self._equations: Sequence[tuple[int, int]] = self._functions.get("equations", ())
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []
         self._derivative_slots: list[int] = []
@@ -85,6 +84,11 @@ class NumpyKernel:
 
     def sway(self, block: int, amount: float) -> None:
         self._blocks[block].sway(amount)
+
+    def expect_few_points(self) -> None:
+        """Solve without LAPACK: importing it would take longer than all solutions."""
+        for block in self._blocks:
+            block.lapack = False
 
     def forgive(self) -> None:
         """Do not solve for accelerations and forces, which are not wanted by those who ask for
@@ -287,13 +291,8 @@ class NumpyKernel:
 
     def _equation_at(self, line: int) -> int:
         """The equation of a line of the text: its own, or that which its value is for."""
-        for text in self._source.split("\n")[line - 1 :]:
-            found = _EQUATION.search(text)
-            if found:
-                return int(found[1])
-            if text.startswith("def "):
-                break
-        return -1
+        following = bisect_left(self._equations, (line, -1))
+        return self._equations[following][1] if following < len(self._equations) else -1
 
     def _check_all(self) -> int:
         """After `rest`: every result must be finite."""

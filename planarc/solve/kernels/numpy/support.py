@@ -7,8 +7,7 @@ only where LAPACK solves a system of three or more unknowns.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -47,15 +46,18 @@ def namespace() -> dict[str, Any]:
 Rows = Sequence[Sequence[float]]
 
 
-def solve_linear(matrix: Rows, right: Sequence[float]) -> Sequence[float] | None:
-    """x with matrix*x = right, or None where the matrix is singular."""
+def solve_linear(
+    matrix: Rows, right: Sequence[float], lapack: bool = True
+) -> Sequence[float] | None:
+    """x with matrix*x = right, or None where the matrix is singular. Importing LAPACK takes
+    longer than eliminating some systems without it."""
     n = len(right)
     if n == 1:
         pivot = matrix[0][0]
         return (right[0] / pivot,) if pivot != 0.0 and pivot - pivot == 0.0 else None
     if n == 2:
         return solve_pair(*matrix[0], *matrix[1], *right)
-    if _few_points:
+    if not lapack:
         return _eliminate(matrix, right)
     factors, _, x, info = _lapack()(matrix, right)
     if info == 0:
@@ -86,20 +88,6 @@ def solve_pair(
         return None
     y = (q - factor * p) / d
     return (p - b * y) / a, y
-
-
-_few_points = False
-
-
-@contextmanager
-def without_lapack() -> Iterator[None]:
-    """For a few points only, where importing LAPACK would take longer than all solutions."""
-    global _few_points
-    before, _few_points = _few_points, True
-    try:
-        yield
-    finally:
-        _few_points = before
 
 
 @cache

@@ -1,0 +1,45 @@
+"""A program put together: all that a run has in its workspace before anything is solved.
+
+In:   Program, Kernel, RunOptions
+Out:  Request, and in the kernel's workspace parameters, start values and discrete values
+
+Runs begin so, and so does whoever asks what a mechanism can do at its start.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import error
+from planarc.core.options import RunOptions
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
+from planarc.solve.events.iteration import Events
+from planarc.solve.messages import failure
+from planarc.solve.settings import Request, resolve
+
+
+def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Request:
+    """Raises UsageError for a wrong request, PlanarcError R414 for parameters without value."""
+    request = resolve(program, options)
+    set_workspace(program, kernel, request)
+    Events(program, kernel, request.span).begin(request.start)
+    return request
+
+
+def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
+    """Parameters, what depends on them, and start values."""
+    w = kernel.w
+    for p in program.parameter_slots:
+        if p.slot in request.values:
+            w[p.slot] = request.values[p.slot]
+        elif p.default is not None:
+            w[p.slot] = p.default
+    flag = kernel.parameters()
+    bad = failure.constant_not_finite(program, kernel)
+    if flag != 0 or bad:
+        raise error(
+            "R414",
+            f"{bad} has no finite value" if bad else "the parameters have no value",
+            hint="check the parameters and constants it is computed from",
+        )
+    for slot, value in request.starts.items():
+        w[slot] = value
