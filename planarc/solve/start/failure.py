@@ -22,7 +22,7 @@ _WORST = 3
 
 
 class NotEvaluated(PlanarcError):
-    """The equations have no value at the start (R413)."""
+    """The equations have no value, or no solution, at the start (R413, R410)."""
 
 
 class NotAssembled(PlanarcError):

@@ -21,7 +21,7 @@ side the loop closes.
 
 Promises: does not depend on tolerances.
 Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
-          R413 (cannot be evaluated), R415 (redundant joints).
+          R410 (cannot be solved), R413 (cannot be evaluated), R415 (redundant joints).
 """
 
 from __future__ import annotations
