@@ -1,58 +1,36 @@
-"""How far a long run is, on a terminal, on one line that goes away."""
+"""How far a command is: on a terminal, unless it is to be quiet."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import monotonic
 
-from planarc.cli.console import plain
-
-PATIENCE = 1.0  # s before the first word
-PERIOD = 0.2  # s between two
-
-
-class ProgressLine:
-    """Called with the simulated time; writes it on standard error now and then."""
-
-    def __init__(self) -> None:
-        self._due = monotonic() + PATIENCE
-        self.shown = False
-
-    def __call__(self, time: float) -> None:
-        self.write(f"t = {time:.6g} s, Ctrl-C stops and saves")
-
-    def write(self, text: str) -> None:
-        if monotonic() >= self._due:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
-            self._due = monotonic() + PERIOD
-            self.shown = True
+from planarc.cli import console
+from planarc.core.progress import Progress
 
 
 @contextmanager
-def progress_line() -> Iterator[ProgressLine | None]:
-    """A line of progress when standard error is a terminal, else None."""
-    if not sys.stderr.isatty():
+def progress_line() -> Iterator[Callable[[float], None] | None]:
+    """Called with the simulated time, where somebody sees it; else None."""
+    if not is_seen():
         yield None
         return
-    line = ProgressLine()
-    try:
-        yield line
-    finally:
-        if line.shown:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
+    with Progress() as progress:
+        yield lambda time: progress.show(f"t = {time:.6g} s, Ctrl-C stops and saves")
 
 
 @contextmanager
 def counting_line() -> Iterator[Callable[[int, int, str], None] | None]:
-    """A line that counts classes when standard error is a terminal, else None."""
-    with progress_line() as line:
-        if line is None:
-            yield None
-        else:
-            yield lambda done, known, name: line.write(
-                f"{done} of {known} classes, {plain(name)[:50]}"
-            )
+    """Called with the number of classes done, of those known, and a name; else None."""
+    if not is_seen():
+        yield None
+        return
+    with Progress() as progress:
+        yield lambda done, known, name: progress.show(
+            f"classes, {console.plain(name)[:50]}", done, known
+        )
+
+
+def is_seen() -> bool:
+    return sys.stderr.isatty() and not console.is_quiet()

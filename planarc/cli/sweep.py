@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
@@ -26,6 +25,7 @@ from planarc.cli.analysis import (
 from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.exits import Exit
 from planarc.cli.files import csv_destination
+from planarc.cli.progress import is_seen
 from planarc.cli.rescue import save
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError
@@ -106,7 +106,7 @@ def sweep(
             workers=workers,
             limit=limit,
             journal=journal,
-            progress=not as_json and sys.stderr.isatty(),
+            progress=not as_json and is_seen(),
         )
     except StudyInterrupted as interrupted:
         study, stopped = interrupted.study, interrupted

@@ -12,7 +12,8 @@ interrupted study is taken up where it was.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -91,13 +92,13 @@ def sweep(
     payload = Payload(model, options, metrics)
     book = _journal(journal, payload, table)
     done = dict(book.done) if book else {}
-    watch = _watcher(progress, len(tasks))
     try:
-        for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
-            done.update((o.index, o) for o in outcomes)
-            if book:
-                book.add(o for o in outcomes if not o.lost)
-            watch(len(done), len(tasks), sum(o.values is None for o in done.values()))
+        with _watcher(progress) as watch:
+            for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
+                done.update((o.index, o) for o in outcomes)
+                if book:
+                    book.add(o for o in outcomes if not o.lost)
+                watch(len(done), len(tasks), sum(o.values is None for o in done.values()))
     except KeyboardInterrupt:
         raise StudyInterrupted(_study(table, done, payload)) from None
     finally:
@@ -230,11 +231,16 @@ def _journal(
     return Journal(Path(path), digest.hexdigest())
 
 
-def _watcher(progress: bool | Progress, count: int) -> Progress:
+@contextmanager
+def _watcher(progress: bool | Progress) -> Iterator[Progress]:
     if callable(progress):
-        return progress
-    if not progress:
-        return lambda done, total, failed: None
-    from planarc.study.progress import Bar
+        yield progress
+    elif not progress:
+        yield lambda done, total, failed: None
+    else:
+        from planarc.core import progress as drawn
 
-    return Bar()
+        with drawn.Progress(keep=True) as bar:
+            yield lambda done, total, failed: bar.show(
+                f"{failed} failed" if failed else "", done, total
+            )

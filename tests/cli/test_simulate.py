@@ -221,7 +221,10 @@ def test_ctrl_c_saves_what_there_is() -> None:
     command = [sys.executable, "-m", "planarc", "simulate", "endless.pmo", "--no-report"]
     ours, theirs = os.openpty()
     process = subprocess.Popen(
-        [*command, "--stop", "1e9", "--interval", "1e4"], stdout=theirs, stderr=theirs
+        [*command, "--stop", "1e9", "--interval", "1e4"],
+        stdout=theirs,
+        stderr=theirs,
+        env={**os.environ, "TERM": "xterm"},
     )
     os.close(theirs)
     said = b""
