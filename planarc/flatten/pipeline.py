@@ -185,7 +185,7 @@ def _check_kind(cls: Class) -> None:
 
 
 def _warn_obsolete(instances: list[Instance], session: Session) -> None:
-    """Of all classes that components and bases have, each where it is first used."""
+    """Warn of each obsolete class of components and bases, where it is first used."""
     seen: set[int] = set()
     for instance in instances:
         if id(instance.layout) in seen:

@@ -55,6 +55,13 @@ def names_in(expressions: Iterable[flat.Expression]) -> set[str]:
     return {node.name for node in nodes_of(expressions) if isinstance(node, flat.Reference)}
 
 
+def is_false(value: flat.Expression | None) -> bool:
+    """True for the literal `false`, and for an array of such."""
+    if isinstance(value, flat.Array):
+        return bool(value.items) and all(map(is_false, value.items))
+    return isinstance(value, flat.Literal) and value.value is False
+
+
 def expressions_of_variable(variable: flat.Variable) -> Iterator[flat.Expression]:
     """The binding, the attributes, and the sizes."""
     a = variable.attributes

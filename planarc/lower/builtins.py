@@ -47,10 +47,6 @@ def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) 
 # Time and events -----------------------------------------------------------------------
 
 
-def _time(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
-    return scope.table.time
-
-
 def _der(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
     return each(scope.model.time_derivative, a[0])
 
@@ -97,14 +93,6 @@ def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     return scope.table.symbol(f"$sample[{len(scope.model.samplers) - 1}]")
 
 
-def _initial(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
-    return scope.table.symbol(dae.INITIAL)
-
-
-def _terminal(scope: Scope, _a: tuple[Value, ...], _span: Span) -> Value:
-    return scope.table.symbol(dae.TERMINAL)
-
-
 def _first(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
     return a[0]
 
@@ -130,10 +118,6 @@ def _size(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     if len(a) == 1:
         return stack([scope.table.const(n) for n in shape])
     return scope.table.const(shape[_integer(expr(a[1]), span) - 1])
-
-
-def _ndims(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    return scope.table.const(len(shape_of(a[0])))
 
 
 def _filled(value: Value, sizes: tuple[Value, ...], span: Span) -> Value:
@@ -240,10 +224,6 @@ def _reduction(empty: float, step: Callable[[Exprs, Expr, Expr], Expr]) -> Built
 # Numbers and text -----------------------------------------------------------------------------
 
 
-def _as_number(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    return a[0]
-
-
 def _rounded(step: Callable[..., Expr]) -> Builtin:
     return lambda scope, a, span: each(lambda *e: step(scope, *e, span), *a)
 
@@ -257,19 +237,19 @@ def _string(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
 
 
 _BUILTINS: Mapping[str, Builtin] = {
-    "time": _time,
+    "time": lambda scope, _a, _span: scope.table.time,
     "der": _der,
     "pre": _pre,
     "edge": _edge,
     "change": _change,
     "sample": _sample,
-    "initial": _initial,
-    "terminal": _terminal,
+    "initial": lambda scope, _a, _span: scope.table.symbol(dae.INITIAL),
+    "terminal": lambda scope, _a, _span: scope.table.symbol(dae.TERMINAL),
     "delay": delays.delay,
     "homotopy": _first,
     "semiLinear": _semi_linear,
     "size": _size,
-    "ndims": _ndims,
+    "ndims": lambda scope, a, _span: scope.table.const(len(shape_of(a[0]))),
     "zeros": lambda scope, a, span: _filled(scope.table.zero, a, span),
     "ones": lambda scope, a, span: _filled(scope.table.one, a, span),
     "fill": lambda _scope, a, span: _filled(a[0], a[1:], span),
@@ -296,7 +276,7 @@ _BUILTINS: Mapping[str, Builtin] = {
     "div": _rounded(rounding.div),
     "mod": _rounded(rounding.mod),
     "rem": _rounded(rounding.rem),
-    "Integer": _as_number,
-    "Real": _as_number,
+    "Integer": _first,
+    "Real": _first,
     "String": _string,
 }

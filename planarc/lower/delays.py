@@ -64,7 +64,7 @@ def _check(model: Model, interval: Expr, maximum: Expr | None, span: Span) -> No
 
 
 def _is_fixed(model: Model, e: Expr) -> bool:
-    """Whether parameters alone make it."""
+    """True for an expression of parameters alone."""
     return all(
         n.op not in (Op.TIME, Op.PRE, Op.EVENT)
         and not (n.op is Op.SYMBOL and n.name not in model.parameters)

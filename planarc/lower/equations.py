@@ -96,7 +96,7 @@ def _is_discrete(model: Model, held: frozenset[str], e: dae.Equation) -> bool:
 
 
 def _sets_discrete(model: Model, held: frozenset[str], target: Expr, value: Expr) -> bool:
-    """Whether `target = value` gives a discrete variable its value. Variables that are
+    """True when `target = value` gives a discrete variable its value. Variables that are
     `held` have theirs from elsewhere: the equation may give another one its value."""
     if target.op is not Op.SYMBOL or target.name not in model.discretes:
         return False

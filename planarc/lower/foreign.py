@@ -91,7 +91,7 @@ def _text_results(
 
 
 def _constant(scope: Scope, value: Value, base: flat.Base, span: Span) -> Any:
-    """What a value is before the run; parameters that it depends on become structural."""
+    """A value known before the run; parameters that it depends on become structural."""
     if isinstance(value, Tensor):
         return [_constant(scope, v, base, span) for v in value.rows()]
     if isinstance(value, Text) and value.constant is not None:

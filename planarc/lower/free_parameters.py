@@ -31,7 +31,7 @@ from msgspec.structs import replace
 
 from planarc.ir import flat
 from planarc.ir.flat import Base, Variability
-from planarc.ir.flatwalk import nodes_of
+from planarc.ir.flatwalk import is_false, names_in, nodes_of
 from planarc.lower.classify import in_order, is_parameter, referenced
 from planarc.lower.scope import unsupported
 from planarc.lower.values import fixed_dims
@@ -137,10 +137,9 @@ def _is_whole(e: flat.Reference, free: set[str]) -> bool:
 
 
 def _is_known(e: flat.Expression, known: set[str]) -> bool:
-    """Whether an expression is one of known parameters, and perhaps of the start time."""
-    names = {n.name for n in nodes_of((e,)) if isinstance(n, flat.Reference)}
+    """True for an expression of known parameters, and perhaps of the start time."""
     iterators = {name for n in nodes_of((e,)) for name in _iterators(n)}
-    return names - iterators <= known
+    return names_in((e,)) - iterators <= known
 
 
 def _iterators(e: flat.Expression) -> tuple[str, ...]:
@@ -148,13 +147,7 @@ def _iterators(e: flat.Expression) -> tuple[str, ...]:
 
 
 def _is_free(v: flat.Variable) -> bool:
-    return is_parameter(v) and v.binding is None and _is_false(v.attributes.fixed)
-
-
-def _is_false(value: flat.Expression | None) -> bool:
-    if isinstance(value, flat.Array):
-        return bool(value.items) and all(_is_false(item) for item in value.items)
-    return isinstance(value, flat.Literal) and value.value is False
+    return is_parameter(v) and v.binding is None and is_false(v.attributes.fixed)
 
 
 def _constant_in_time(v: flat.Variable) -> flat.Equality:

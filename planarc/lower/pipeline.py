@@ -1,4 +1,4 @@
-"""From the flat model to the scalar hybrid system.
+"""The flat model as a scalar hybrid system.
 
 In:   FlatModel   arrays, functions, relations where they were written
 Out:  Dae         scalar equations over one expression table; events taken out

@@ -15,10 +15,10 @@ Example: the place where a search in a table begins.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from planarc.ir import flat
-from planarc.ir.flatwalk import expressions_of_function, nodes_of, variables_of_target
+from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, variables_of_target
 
 
 def places(function: flat.Function) -> list[int]:
@@ -43,12 +43,8 @@ def _subscripts(function: flat.Function) -> set[str]:
     found: set[str] = set()
     for node in nodes_of(expressions_of_function(function)):
         if isinstance(node, flat.Reference | flat.Index):
-            found |= _names(node.subscripts)
+            found |= names_in(node.subscripts)
     return found
-
-
-def _names(expressions: Iterable[flat.Expression]) -> set[str]:
-    return {n.name for n in nodes_of(expressions) if isinstance(n, flat.Reference)}
 
 
 def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
@@ -58,7 +54,7 @@ def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, 
         match stack.pop():
             case flat.Assignment(target=target, value=value):
                 for variable in variables_of_target(target):
-                    yield variable.name, _names((value,))
+                    yield variable.name, names_in((value,))
             case flat.IfStatement(branches=branches, otherwise=otherwise):
                 stack.extend(s for _, body in branches for s in body)
                 stack.extend(otherwise)

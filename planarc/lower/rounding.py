@@ -31,7 +31,7 @@ from planarc.lower.scope import Scope
 def floor(scope: Scope, x: Expr, span: Span) -> Expr:
     """The largest whole number that is not above `x`."""
     t = scope.table
-    if not scope.events or scope.at_event or scope.model.is_steady(x):
+    if _is_plain(scope, x):
         return t.call("floor", x)
     half, one, two = t.const(0.5), t.one, t.const(2)
     phase = _phase(scope, x, span)
@@ -59,6 +59,17 @@ def _phase(scope: Scope, x: Expr, span: Span) -> Expr:
     return symbol
 
 
+def _is_plain(scope: Scope, x: Expr) -> bool:
+    """True where a value makes no events when it passes whole numbers."""
+    return not scope.events or scope.at_event or scope.model.is_steady(x)
+
+
+def _stepping(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr | None:
+    """The quotient, None where it makes no events."""
+    quotient = divide(scope.table, x, y, span)
+    return None if _is_plain(scope, quotient) else quotient
+
+
 def ceil(scope: Scope, x: Expr, span: Span) -> Expr:
     t = scope.table
     return t.neg(floor(scope, t.neg(x), span))
@@ -67,8 +78,8 @@ def ceil(scope: Scope, x: Expr, span: Span) -> Expr:
 def div(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr:
     """The quotient without its fraction, rounded towards zero."""
     t = scope.table
-    quotient = divide(t, x, y, span)
-    if not scope.events or scope.at_event or scope.model.is_steady(quotient):
+    quotient = _stepping(scope, x, y, span)
+    if quotient is None:
         return t.call("div", x, y)
     whole = floor(scope, t.call("abs", quotient), span)
     return t.if_(t.less(quotient, t.zero), t.neg(whole), whole)
@@ -77,8 +88,8 @@ def div(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr:
 def mod(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr:
     """`x - floor(x/y)*y`."""
     t = scope.table
-    quotient = divide(t, x, y, span)
-    if not scope.events or scope.at_event or scope.model.is_steady(quotient):
+    quotient = _stepping(scope, x, y, span)
+    if quotient is None:
         return t.call("mod", x, y)
     return t.sub(x, t.mul(floor(scope, quotient, span), y))
 
@@ -86,7 +97,6 @@ def mod(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr:
 def rem(scope: Scope, x: Expr, y: Expr, span: Span) -> Expr:
     """`x - div(x, y)*y`."""
     t = scope.table
-    quotient = divide(t, x, y, span)
-    if not scope.events or scope.at_event or scope.model.is_steady(quotient):
+    if _stepping(scope, x, y, span) is None:
         return t.call("rem", x, y)
     return t.sub(x, t.mul(div(scope, x, y, span), y))

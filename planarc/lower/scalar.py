@@ -91,7 +91,7 @@ def _if(scope: Scope, e: flat.If) -> Value:
 
 
 def none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
-    """That no earlier branch is taken."""
+    """The truth that no earlier branch is taken."""
     holds = scope.table.true
     for condition in conditions:
         holds = scope.table.and_(holds, scope.table.not_(condition))

@@ -1,4 +1,4 @@
-"""What names mean while expressions are lowered, and where relations are kept."""
+"""The meaning of names while expressions are lowered, and the store of relations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class OutsideArray(PlanarcError):
 
 
 class Model(Struct, dict=True):
-    """What all expressions of one model share while it is lowered.
+    """Tables that all expressions of one model share while it is lowered.
 
     `values` gives every variable and parameter by its flat name; `steady` holds the
     scalar names that do not change between events (parameters and discrete variables).
@@ -53,7 +53,7 @@ class Model(Struct, dict=True):
     values: dict[str, Value] = field(default_factory=dict)
     parameters: set[str] = field(default_factory=set)
     discretes: set[str] = field(default_factory=set)
-    #: what each parameter is, so far
+    #: the parameters entered so far, as expressions
     parameter_values: dict[str, Expr] = field(default_factory=dict)
     #: parameters whose present values shaped the equations
     frozen: set[str] = field(default_factory=set)
@@ -65,12 +65,12 @@ class Model(Struct, dict=True):
     bounds: set[Expr] = field(default_factory=set)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delays: list[dae.Delay] = field(default_factory=list)
-    #: what delays need of their own: continuous variables with their equations
+    #: continuous variables that delays need, with their equations
     delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
-    #: calls of functions that give another value in each, told apart by their number
+    #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0
-    #: of every rounded expression, see `rounding`
+    #: the phase of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)
 
@@ -98,7 +98,7 @@ class Model(Struct, dict=True):
             raise
 
     def forget_bounds(self, count: int) -> None:
-        """Of the assertions after the first `count`, drop those of subscripts."""
+        """Drop those of subscripts among the assertions after the first `count`."""
         bounds = set(self.bounds)
         self.assertions += (a for a in self.take_assertions(count) if a.condition not in bounds)
 
@@ -142,7 +142,7 @@ class Model(Struct, dict=True):
 
 
 class Scope(Data):
-    """Where an expression stands.
+    """The place of an expression.
 
     `locals` are a function's variables (None outside of functions). `events`: relations
     make events; false inside functions, `noEvent`, asserts and initial equations.

@@ -37,7 +37,7 @@ MAX_ENTRIES = 1_000_000  # of one array
 
 
 class _Body(Data):
-    """What is left to run: statements from a position on, or a loop before its next turn."""
+    """Statements that are left to run, from a position on."""
 
     statements: Sequence[flat.Statement]
     position: int = 0
@@ -116,7 +116,7 @@ class Runner(Struct):
     def _join(
         self, condition: Expr, then: Mapping[str, Value], otherwise: dict[str, Value], span: Span
     ) -> None:
-        """Into `otherwise`: each variable as it is on either way."""
+        """Put each variable as it is on either way into `otherwise`."""
         here = self.here()
         for name, value in then.items():
             other = otherwise.get(name)
@@ -165,7 +165,7 @@ class Runner(Struct):
         )
 
     def whole_path(self) -> Expr | None:
-        """What must hold for the present statement to be run, from the outermost call on."""
+        """The condition under which the present statement is run, from the outermost call on."""
         outer = self.scope.path
         return outer if self.path is None else self.scope.where(self.path).path
 
@@ -292,7 +292,7 @@ class Runner(Struct):
 
 
 def _leaves(statements: Sequence[flat.Statement]) -> bool:
-    """Whether a `break` or `return` may end more than these statements."""
+    """True when a `break` or `return` may end more than these statements."""
     stack: list[tuple[flat.Statement, bool]] = [(s, False) for s in statements]
     while stack:
         s, in_loop = stack.pop()

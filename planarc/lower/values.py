@@ -1,4 +1,4 @@
-"""What an expression of the flat model becomes: scalars, arrays of scalars, records, texts.
+"""Values of lowered expressions: scalars, arrays of scalars, records, texts.
 
 A scalar value is an `Expr` itself. Arrays are `Tensor`s, row by row (the last
 subscript runs fastest), of any number of dimensions, also of size zero.

@@ -1,4 +1,4 @@
-"""What is drawn, as scalar expressions: evaluated from results, never part of the run."""
+"""Drawings as scalar expressions: evaluated from results, never part of the run."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ def check_balance(
 
 
 def _off(instance: Instance, count: Count) -> Related | None:
-    """What to say of a component whose own count is off."""
+    """The note about a component whose own count is off."""
     name = instance.prefix or ""
     difference = count.equations[name] - count.unknowns[name]
     if not difference or instance.is_connector or instance.is_record:

@@ -19,7 +19,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Member, component_names
-from planarc.flatten.connect.inputs import is_public_input
+from planarc.flatten.connect.inputs import connectors_around, is_public_input
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree.demand import node_of
 from planarc.flatten.tree.lookup import member
@@ -80,7 +80,7 @@ def is_expandable(instance: Instance) -> bool:
 
 
 def _side(ref: syntax.Ref, env: Env) -> View | Wish | None:
-    """What one side means: nodes, a wish, or None when that cannot be told."""
+    """The nodes or the wish that one side means, None when that cannot be told."""
     if len(ref.parts) > 1:
         bus = _resolved(syntax.Ref(ref.span, ref.parts[:-1], ref.absolute), env)
         last = ref.parts[-1]
@@ -162,7 +162,7 @@ def _entry_template(reference: flat.Reference, env: Env) -> Leaf | None:
     whole = env.session.leaves.get(reference.name)
     if whole is None:
         return None
-    leaf = Leaf(
+    return Leaf(
         whole.name,
         reference.type,
         whole.variability,
@@ -170,9 +170,8 @@ def _entry_template(reference: flat.Reference, env: Env) -> Leaf | None:
         whole.parent,
         whole.mod,
         whole.layout,
+        is_connector=whole.is_connector,
     )
-    leaf.is_connector = whole.is_connector
-    return leaf
 
 
 def add_member(wish: Wish, template: Node) -> Node:
@@ -263,19 +262,11 @@ def _only_reads(member: Member, used: set[str]) -> bool:
 
 
 def _is_of_model(leaf: Leaf) -> bool:
-    """In a public connector of the model itself."""
-    current: Instance | None = leaf.parent
-    while current is not None and current.is_connector:
-        if current.element is not None and current.element.protected:
-            return False
-        current = current.parent
-    return current is not None and current.depth == 0
+    """True for a variable in a public connector of the model itself."""
+    around, owner = connectors_around(leaf)
+    hidden = any(c.element is not None and c.element.protected for c in around)
+    return owner is not None and owner.depth == 0 and not hidden
 
 
 def in_expandable(leaf: Leaf) -> bool:
-    current: Instance | None = leaf.parent
-    while current is not None and current.is_connector:
-        if is_expandable(current):
-            return True
-        current = current.parent
-    return False
+    return any(map(is_expandable, connectors_around(leaf)[0]))

@@ -35,3 +35,13 @@ def owner_of(leaf: Leaf) -> Instance:
 def is_given(leaf: Leaf) -> bool:
     """A public input of the model itself has its value from outside."""
     return is_public_input(leaf) and owner_of(leaf).depth == 0
+
+
+def connectors_around(part: Leaf | Instance) -> tuple[list[Instance], Instance | None]:
+    """The connectors that a part lies in, the innermost first, and the component around them."""
+    found: list[Instance] = []
+    current = part.parent
+    while current is not None and current.is_connector:
+        found.append(current)
+        current = current.parent
+    return found, current

@@ -45,7 +45,7 @@ class Root(Data):
 
 
 class Joined(Struct):
-    """What the connection equations of a model say."""
+    """The statements of all connection equations of a model."""
 
     connections: list[Connection] = field(default_factory=list)
     branches: list[Branch] = field(default_factory=list)
@@ -54,7 +54,7 @@ class Joined(Struct):
     added: list[Node] = field(default_factory=list)  # to expandable connectors
 
     def cardinalities(self) -> Counter[str]:
-        """How often each connector stands in a connection."""
+        """The number of connections that each connector stands in."""
         return Counter(s.name for c in self.connections for s in (c.left, c.right))
 
 
@@ -118,7 +118,7 @@ def is_connection_operator(call: syntax.Call) -> bool:
 
 
 def holds_connection(equations: tuple[syntax.Equation, ...]) -> bool:
-    """Whether there is a `connect` or `Connections.*` somewhere inside."""
+    """True when a `connect` or `Connections.*` stands somewhere inside."""
     stack = list(equations)
     while stack:
         equation = stack.pop()

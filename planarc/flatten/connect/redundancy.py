@@ -11,6 +11,7 @@ of the model that it will be used in (4.7 and 9.4 of the specification, 3.6).
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
+from planarc.flatten.connect.inputs import connectors_around
 from planarc.flatten.connect.rooting import EQUALITY, Rooting
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.demand import class_of, function_of, static_instance
@@ -39,10 +40,8 @@ def redundant_unknowns(instances: list[Instance], leaves: list[Leaf], rooting: R
 
 def _is_shown(part: Instance | Leaf) -> bool:
     """Part of a connector of the model itself."""
-    current: Instance | None = part.parent
-    while current is not None and current.is_connector:
-        current = current.parent
-    return current is not None and current.depth == 0 and part.parent is not current
+    around, owner = connectors_around(part)
+    return bool(around) and owner is not None and owner.depth == 0
 
 
 def _size(part: Instance | Leaf, leaves: list[Leaf]) -> int:

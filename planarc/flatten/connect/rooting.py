@@ -46,11 +46,11 @@ class Rooting(Forest):
     groups: DisjointSets[str] = field(default_factory=DisjointSets)
 
     def is_rooted(self, name: str) -> bool:
-        """Whether an overconstrained part reaches a root."""
+        """True when an overconstrained part reaches a root."""
         return name in self.distance
 
     def is_broken(self, connection: Connection, leaf: Leaf) -> bool:
-        """Whether a variable lies in a part whose connection is broken."""
+        """True when a variable lies in a part whose connection is broken."""
         return any(
             pair.connection is connection
             and (leaf.name == name or leaf.name.startswith(name + "."))

@@ -38,12 +38,10 @@ from planarc.ir import flat, syntax
 
 
 class Connected(Struct):
-    """What all connections of a model give."""
+    """The equations and sets that all connections of a model give."""
 
     equations: list[flat.Equality] = field(default_factory=list)
     physical: list[tuple[str, ...]] = field(default_factory=list)
-    #: for the balance: equations that the connections of a component stand for
-    local: dict[str, int] = field(default_factory=dict)
     #: variables of expandable connectors that nothing uses, which are therefore not there
     unused: set[str] = field(default_factory=set)
 
@@ -173,7 +171,7 @@ def _zero(type_: flat.Type, span: Span) -> flat.Expression:
 
 
 def _check_sources(joined: list[Member], span: Span) -> None:
-    """At most one member says what the value is: an output of a component inside, or
+    """Refuse two members that give the value: each an output of a component inside, or
     an input of the class itself."""
     sources = [m for m in joined if _is_source(m)]
     if len(sources) > 1:

@@ -8,15 +8,14 @@ Reference: Modelica Language Specification 3.6, sections 12.4.1 and 12.4.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
-from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.functions.signature import result_type
-from planarc.flatten.functions.values import type_argument
+from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
 from planarc.flatten.several import for_each
-from planarc.flatten.terms.conform import base_conforms, dims_conform, mismatch
+from planarc.flatten.terms.conform import base_conforms, expect
 from planarc.flatten.terms.select import array, opened
-from planarc.flatten.tree.nodes import Env, FunctionInfo, Signature
+from planarc.flatten.tree.nodes import Env, FunctionInfo
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
 from planarc.ir import flat, syntax
@@ -25,25 +24,21 @@ from planarc.ir import flat, syntax
 def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[flat.Expression]:
     """One argument for each input: positional, named, bound, default."""
     signature = info.signature
-    given = _given(signature, info, node, env)
+    given = _given(info, node, env)
     arguments: list[flat.Expression] = []
     so_far: dict[str, flat.Expression] = {}
     for variable in signature.inputs:
         value = given.get(variable.name)
         if value is None:
-            value = _missing_input(info, variable, so_far, node, env)
+            value = _open_input(info, variable, so_far, node, env)
         arguments.append(value)
         so_far[variable.name] = value
     return arguments
 
 
-def _given(
-    signature: Signature,
-    info: FunctionInfo,
-    node: syntax.Call,
-    env: Env,
-) -> dict[str, flat.Expression]:
-    open_inputs = [v for v in signature.inputs if v.name not in info.bound]
+def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> dict[str, flat.Expression]:
+    by_name = {v.name: v for v in info.signature.inputs}
+    open_inputs = [v for v in by_name.values() if v.name not in info.bound]
     if len(node.arguments) > len(open_inputs):
         raise error(
             "F290",
@@ -54,49 +49,35 @@ def _given(
     pairs = list(zip(open_inputs, node.arguments, strict=False))
     values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
     given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}
-    by_name = {v.name: v for v in signature.inputs}
     for named in node.named:
-        if named.name not in by_name:
-            raise error(
-                "F290",
-                f"`{node.function}` has no input `{named.name}`",
-                named.span,
-                hint=did_you_mean(named.name, by_name),
-            )
+        variable = input_of(by_name, named.name, node.function, named.span)
         if named.name in given:
             raise error("F290", f"the input `{named.name}` is given twice", named.span)
-        given[named.name] = type_argument(named.value, by_name[named.name], env)
+        given[named.name] = type_argument(named.value, variable, env)
     return given
 
 
-def _missing_input(
+def _open_input(
     info: FunctionInfo,
     variable: flat.Variable,
     so_far: dict[str, flat.Expression],
     node: syntax.Call,
     env: Env,
 ) -> flat.Expression:
+    """The value of an input that the call does not give: bound before, or by default."""
     bound = info.bound.get(variable.name)
     if bound is not None:
         if env.function is None:
             return type_binding(bound)
         return Env(bound.scope, {}, env.function).typed(bound.expression)
-    default = info.signature.defaults.get(variable.name)
-    if default is None:
-        raise error(
-            "F290", f"`{node.function}` needs a value for its input `{variable.name}`", node.span
-        )
-    expression, scope = default
-    locals_ = {**info.signature.constants, **so_far}
-    return Env(scope, locals_, env.function).typed(expression)
+    value = default_of(info.signature, variable, so_far, env)
+    if value is None:
+        raise missing_input(node, variable)
+    return value
 
 
 def vectorised(
-    info: FunctionInfo,
-    arguments: list[flat.Expression],
-    span: Span,
-    env: Env,
-    results: bool,
+    info: FunctionInfo, arguments: list[flat.Expression], span: Span, env: Env, results: bool
 ) -> flat.Expression:
     """The call; with arrays in place of scalars, one call for each entry (12.4.6)."""
     inputs = info.signature.inputs
@@ -130,11 +111,7 @@ def vectorised(
 
 
 def _for_each_entry(
-    info: FunctionInfo,
-    arguments: list[flat.Expression],
-    extra: int,
-    span: Span,
-    env: Env,
+    info: FunctionInfo, arguments: list[flat.Expression], extra: int, span: Span, env: Env
 ) -> flat.Expression:
     """`{f(x) for x in v}`, where the size of a vector is known only when a function runs."""
     inputs = info.signature.inputs
@@ -157,18 +134,11 @@ def _for_each_entry(
 
 
 def _single(
-    info: FunctionInfo,
-    arguments: list[flat.Expression],
-    span: Span,
-    env: Env,
-    results: bool,
+    info: FunctionInfo, arguments: list[flat.Expression], span: Span, env: Env, results: bool
 ) -> flat.Expression:
     for variable, argument in zip(info.signature.inputs, arguments, strict=True):
         what = f"the input `{variable.name}` of `{info.name}`"
-        if not base_conforms(variable.type, argument.type):
-            raise mismatch(variable.type, argument.type, what, argument.span)
-        if not dims_conform(variable.type.dims, argument.type.dims):
-            raise mismatch(variable.type, argument.type, what, argument.span)
+        expect(variable.type, argument, what)
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
         type_ = result_type(info.signature, 0, arguments, span)

@@ -63,7 +63,7 @@ def external_call(
     names: dict[str, flat.Expression],
     signature: Signature,
 ) -> ExternalCall:
-    """What stands for an external function. Raises PlanarcError when planarc has nothing."""
+    """The call that stands for an external function. Raises PlanarcError when there is none."""
     node, name = clause.node, clause.name
     if compute.scalar(name):
         wanted = [v.name for v in signature.inputs]

@@ -16,12 +16,14 @@ Reference: Modelica Language Specification 3.6, sections 12.1 to 12.4, 12.7 and 
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import PlanarcError, Related, error
-from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.functions import foreign, statements
 from planarc.flatten.functions.derivatives import derivatives_of
 from planarc.flatten.functions.order import assigned_first
+from planarc.flatten.functions.values import input_of
 from planarc.flatten.functions.variables import declare_variables, interface
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import annotation, lookup
@@ -46,7 +48,7 @@ from planarc.ir import flat, syntax
 
 
 def find_function(cls: Class, span: Span) -> FunctionInfo:
-    """What a call of a function class needs; the function is made when first called."""
+    """The information for calls of a function class; the function is made when first called."""
     session = session_of(cls)
     if cls.function is None:
         base, bound = _unwrap(cls)
@@ -187,25 +189,11 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> FunctionInfo:
     assert derivative is not None
     body, scope = derivative
     inner = function_of(lookup.find_class(scope, body.function), span)
-    names = [v.name for v in inner.signature.inputs]
-    for variable in body.variables:
-        if variable not in names:
-            raise error(
-                "F290",
-                f"`{body.function}` has no input `{variable}`",
-                body.span,
-                hint=did_you_mean(variable, names),
-            )
+    inputs = {v.name: v for v in inner.signature.inputs}
+    for name in body.variables:
+        input_of(inputs, name, body.function, body.span)
     name = _unique_name(cls.name, session)
-    signature = Signature(
-        name,
-        inner.signature.inputs,
-        inner.signature.outputs,
-        inner.signature.defaults,
-        inner.signature.constants,
-        inner.signature.captures,
-        done=True,
-    )
+    signature = replace(inner.signature, name=name, builtin=None, called_early=False, done=True)
     session.signatures[name] = signature
     session.functions[name] = flat.Function(
         name,

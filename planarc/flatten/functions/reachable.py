@@ -1,4 +1,4 @@
-"""Which functions a flat model calls, directly or through others.
+"""The functions that a flat model calls, directly or through others.
 
 Functions that were only run while compiling are left out. The interfaces of inputs that
 are functions themselves come along, as partial functions.

@@ -136,8 +136,8 @@ def _is_fixed(leaf: Leaf) -> bool:
 
 
 def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
-    """Inside a function, `r.x[i] := v` is an assignment of the Reference `r.x[i]`;
-    so is `r[i].x := v`, since subscripts belong to the dimensions in their order."""
+    """The Reference `r.x[i]` for `r.x[i] := v` inside a function, and for `r[i].x := v` too,
+    since subscripts belong to the dimensions in their order."""
     if isinstance(target, flat.Reference):
         return target
     names: list[str] = []

@@ -16,7 +16,7 @@ from planarc.flatten.functions.signature import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
 from planarc.flatten.tree.demand import function_of
-from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf
+from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf, Signature
 from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
 
@@ -40,10 +40,36 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
 def type_argument(
     argument: syntax.Expression, variable: flat.Variable, env: Env
 ) -> flat.Expression:
-    """What is given for an input, which may be a function itself."""
+    """The value given for an input, which may be a function itself."""
     if variable.type.base is flat.Base.FUNCTION:
         return function_value(argument, variable.type, env)
     return env.typed(argument)
+
+
+def default_of(
+    signature: Signature, variable: flat.Variable, known: dict[str, flat.Expression], env: Env
+) -> flat.Expression | None:
+    """The default of an input, with the values of the inputs that are known so far."""
+    default = signature.defaults.get(variable.name)
+    if default is None:
+        return None
+    expression, scope = default
+    return Env(scope, {**signature.constants, **known}, env.function).typed(expression)
+
+
+def input_of(
+    inputs: dict[str, flat.Variable], name: str, function: syntax.Ref, span: Span
+) -> flat.Variable:
+    """The input of that name."""
+    if name not in inputs:
+        message = f"`{function}` has no input `{name}`"
+        raise error("F290", message, span, hint=did_you_mean(name, inputs))
+    return inputs[name]
+
+
+def missing_input(node: syntax.Call, variable: flat.Variable) -> PlanarcError:
+    message = f"`{node.function}` needs a value for its input `{variable.name}`"
+    return error("F290", message, node.span)
 
 
 def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> flat.Expression:
@@ -73,14 +99,8 @@ def _partial_call(
     for name, binding in info.bound.items():
         bound[name] = Env(binding.scope, {}, env.function).typed(binding.expression)
     for argument in named:
-        if argument.name not in by_name:
-            raise error(
-                "F290",
-                f"`{ref}` has no input `{argument.name}`",
-                argument.span,
-                hint=did_you_mean(argument.name, by_name),
-            )
-        bound[argument.name] = type_argument(argument.value, by_name[argument.name], env)
+        variable = input_of(by_name, argument.name, ref, argument.span)
+        bound[argument.name] = type_argument(argument.value, variable, env)
     _bind_defaults(info, formal, bound, span, env)
     for leaf in info.signature.captures.values():
         bound[leaf.name] = references.leaf_value(leaf, span, env)
@@ -89,11 +109,7 @@ def _partial_call(
 
 
 def _bind_defaults(
-    info: FunctionInfo,
-    formal: flat.Type,
-    bound: dict[str, flat.Expression],
-    span: Span,
-    env: Env,
+    info: FunctionInfo, formal: flat.Type, bound: dict[str, flat.Expression], span: Span, env: Env
 ) -> None:
     """Inputs that the formal input does not have get their defaults (12.4.2)."""
     wanted = env.session.formals[formal.name]
@@ -109,33 +125,23 @@ def _bind_defaults(
             span,
         )
     for variable in rest[len(wanted.inputs) :]:
-        default = info.signature.defaults.get(variable.name)
-        if default is None:
+        value = default_of(info.signature, variable, bound, env)
+        if value is None:
             raise error("F290", f"`{info.name}` needs a value for `{variable.name}`", span)
-        expression, scope = default
-        locals_ = {**info.signature.constants, **bound}
-        bound[variable.name] = Env(scope, locals_, env.function).typed(expression)
+        bound[variable.name] = value
 
 
 def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> flat.Expression:
-    """Inside a function: a call of an input that is a function."""
+    """A call, inside a function, of an input that is a function."""
     if value.type.base is not flat.Base.FUNCTION or not isinstance(value, flat.Reference):
-        raise not_a_function(node)
+        raise error("F292", f"`{node.function}` is not a function", node.span)
     signature = env.session.formals[value.type.name]
     arguments = [env.typed(a) for a in node.arguments]
     by_name = {a.name: a.value for a in node.named}
     for variable in signature.inputs[len(arguments) :]:
         if variable.name not in by_name:
-            raise error(
-                "F290",
-                f"`{node.function}` needs a value for its input `{variable.name}`",
-                node.span,
-            )
+            raise missing_input(node, variable)
         arguments.append(env.typed(by_name[variable.name]))
     return flat.Call(
         result_type(signature, 0, arguments, node.span), node.span, value.name, tuple(arguments)
     )
-
-
-def not_a_function(node: syntax.Call) -> PlanarcError:
-    return error("F292", f"`{node.function}` is not a function", node.span)

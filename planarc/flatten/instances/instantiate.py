@@ -140,7 +140,8 @@ def _make_leaf(
 
 
 def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Causality:
-    """Of the declaration, else of its type, else of the record or connector around (4.4.2.2)."""
+    """The causality of the declaration, of its type, or of the record or connector around it,
+    the first that there is (4.4.2.2)."""
     for own in (definition.causality, layout.causality):
         if own is not syntax.Causality.NONE:
             return own

@@ -1,4 +1,4 @@
-"""Which start values were written by the user, and which are a library's defaults.
+"""Start values told apart: those that the user wrote, and a library's defaults.
 
 A start value counts as written when it stands in the model that is compiled, in a
 user's file, or in a modifier at a component's declaration; not when it is the
@@ -18,7 +18,7 @@ MAX_CHAIN = 50
 
 
 def is_start_written(leaf: Leaf, binding: Binding | None) -> bool:
-    """Whether somebody outside of the declaring library class chose this value."""
+    """True when somebody outside of the declaring library class chose this value."""
     if binding is None:
         return False
     return _written(binding, leaf.parent, MAX_CHAIN)

@@ -1,4 +1,4 @@
-"""Where classes come from: files and folders, found by name and read when asked for.
+"""Classes in files and folders, found by name and read when asked for.
 
 In:   roots (folders of libraries, a package's own folder, single files), in order
 Out:  Entry   one class, its definition read from its file on first use

@@ -44,7 +44,7 @@ Equations = tuple[flat.Equation, ...]
 
 
 class Collector(Struct):
-    """Where the equations of an instance go."""
+    """The place of equations: their instance, and whether a when-equation is around."""
 
     instance: Instance
     in_when: bool = False

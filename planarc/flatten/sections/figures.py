@@ -19,7 +19,7 @@ from planarc.runtime import elementary
 
 
 def figures_of(instance: Instance, session: Session) -> tuple[Figure, ...]:
-    """Those of the model's own documentation."""
+    """The figures of the model's own documentation."""
     arguments = arguments_of(instance.cls.definition.annotation, "figures", session)
     given = find_argument(inside(find_argument(arguments, "Documentation")), "figures")
     figures = (
@@ -53,7 +53,7 @@ def _plot(call: syntax.Call) -> Plot:
 
 
 def _steps(value: syntax.Expression) -> list[Step] | None:
-    """What computes an expression, operands first; None where more is asked for."""
+    """The steps that compute an expression, operands first; None where more is asked for."""
     match value:
         case syntax.Integer() | syntax.Real():
             return [float(value.value)]
@@ -105,7 +105,7 @@ def _is_true(value: syntax.Expression | None) -> bool:
 
 
 def _name(value: syntax.Expression | None) -> str | None:
-    """Of a variable, as results name it; empty for any other expression."""
+    """The name of a variable, as results have it; empty for any other expression."""
     if isinstance(value, syntax.Call) and str(value.function) == "der":
         inner = _name(value.arguments[0]) if len(value.arguments) == 1 else ""
         return f"der({inner})" if inner else ""

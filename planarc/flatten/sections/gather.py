@@ -42,7 +42,6 @@ from planarc.ir import flat, syntax
 class Gathered(Struct):
     """The parts of a flat model, as they are found."""
 
-    session: Session
     leaves: list[Leaf] = field(default_factory=list)
     instances: list[Instance] = field(default_factory=list)
     equations: list[flat.Equation] = field(default_factory=list)
@@ -58,7 +57,7 @@ class Gathered(Struct):
 def gather(root: Instance) -> Gathered:
     """Open the whole tree, find all connections, then type the equations."""
     session = root.session
-    found = Gathered(session)
+    found = Gathered()
     _walk(root, found)
     walked = 0
     while walked < len(session.defaults):  # inner components that had to be made up
@@ -107,7 +106,7 @@ def _children(instance: Instance) -> list[Node]:
 
 
 def _is_here(element: Element, node: Node) -> bool:
-    """Not an outer component, which belongs to another place."""
+    """False for an outer component, which belongs to another place."""
     prefixes = element.definition.prefixes
     return not isinstance(node, Absent) and (not prefixes.outer or prefixes.inner)
 
@@ -174,7 +173,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
 
 
 def _has_value(leaf: Leaf) -> bool:
-    """Whether its value is known before the run: `fixed = false` gives it one at the start."""
+    """True when the value is known before the run: `fixed = false` gives one at the start."""
     try:
         Evaluator(leaf.parent.session).leaf_value(leaf)
     except NotConstant:

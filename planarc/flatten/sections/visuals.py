@@ -17,7 +17,7 @@ from planarc.ir import flat
 
 
 def visual_of(instance: Instance) -> flat.Visual:
-    """What is drawn of an instance of a visual class."""
+    """The drawing of an instance of a visual class."""
     attributes: list[tuple[str, flat.Expression]] = []
     for name, element in components(instance):
         try:

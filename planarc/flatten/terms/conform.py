@@ -5,6 +5,8 @@ Reference: Modelica Language Specification 3.6, sections 6.6, 6.7 and 10.6.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import flat
@@ -21,7 +23,8 @@ def type_text(type_: flat.Type) -> str:
 
 
 def base_conforms(expected: flat.Type, actual: flat.Type) -> bool:
-    """Without dimensions: an Integer may stand for a Real, records by their fields."""
+    """True for types that conform but for their dimensions: an Integer may stand for a Real,
+    records are compared by their fields."""
     if expected.base is flat.Base.REAL:
         return actual.base in NUMERIC
     if expected.base is not actual.base:
@@ -98,8 +101,23 @@ def unify(left: flat.Type, right: flat.Type, dims: bool = True) -> flat.Type | N
     return found.with_dims(unify_dims(left.dims, right.dims)) if dims else found
 
 
+def common_type(
+    found: flat.Type,
+    values: Iterable[flat.Expression],
+    refuse: Callable[[flat.Type, flat.Expression], PlanarcError],
+    dims: bool = True,
+) -> flat.Type:
+    """The type of all values, beginning with one that is known; `refuse` makes the error."""
+    for value in values:
+        common = unify(found, value.type, dims)
+        if common is None:
+            raise refuse(found, value)
+        found = common
+    return found
+
+
 def scalar_count(type_: flat.Type) -> int:
-    """How many scalars a value of a type holds."""
+    """The number of scalars that a value of a type holds."""
     count = 1
     for size in type_.dims:
         count *= size or 0

@@ -11,7 +11,7 @@ Value: TypeAlias = "float | int | bool | str | list[Value] | dict[str, Value]"
 
 
 class NotConstant(Exception):
-    """Inside the evaluator: an expression has no value before the run."""
+    """An expression has no value before the run; caught where the evaluator was asked."""
 
     def __init__(self, reason: str, span: Span | None = None) -> None:
         super().__init__(reason)

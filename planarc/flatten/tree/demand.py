@@ -1,4 +1,4 @@
-"""What nodes are asked for: each slot is filled on first demand, by the pass that makes it.
+"""Slots of nodes, each filled when first asked for, by the pass that makes it.
 
 Example: `node_of(element)` gives the Leaf of a declaration. Its sizes are evaluated then,
 which asks for the values of parameters, `leaf_binding(leaf)`, and so for other nodes.
@@ -66,5 +66,5 @@ def attributes_of(leaf: Leaf) -> flat.Attributes:
 
 
 def function_of(cls: Class, span: Span) -> FunctionInfo:
-    """What a call of a function class needs; `span` is the call's place."""
+    """The information for calls of a function class; `span` is the place of one."""
     return session_of(cls).makers.function(cls, span)

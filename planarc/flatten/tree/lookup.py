@@ -47,6 +47,16 @@ def member(instance: Instance, name: str, part: Part | None = None) -> Element |
     return _member_on_disk(instance, name, part)
 
 
+def public_member(instance: Instance, name: str, span: Span) -> Element:
+    """The element that a name behind a dot means."""
+    element = member(instance, name)
+    if element is None:
+        raise naming.missing_member(instance.cls, name, span)
+    if element.protected:
+        raise error("F214", f"`{name}` is protected in `{instance.cls.name}`", span)
+    return element
+
+
 def components(instance: Instance) -> Iterator[tuple[str, Element]]:
     """The declared components by name, in their order."""
     for name, (_, definition) in instance.layout.members.items():
@@ -214,12 +224,7 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
         return _class_through_component(element, names, name)
     cls = _as_class(element, names[0], name.span)
     for step in names[1:]:
-        found = member(static_instance(cls), step)
-        if found is None:
-            raise naming.missing_member(cls, step, name.span)
-        if found.protected:
-            raise naming.protected_error(step, cls.name, name.span)
-        cls = _as_class(found, step, name.span)
+        cls = _as_class(public_member(static_instance(cls), step, name.span), step, name.span)
     return cls
 
 

@@ -79,7 +79,7 @@ def compile_arguments(
 
 
 def _height(written: bool, above: int | None) -> int | None:
-    """How far above a modifier `each` stands, one level further inside."""
+    """The height of `each` above a modifier, one level further inside."""
     if written:
         return 0
     return None if above is None else above + 1

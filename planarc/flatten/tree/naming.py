@@ -36,10 +36,6 @@ def not_modifiable(owner: str, name: str, span: Span | None, names: Iterable[str
     return error("F222", message, span, hint=did_you_mean(name, names))
 
 
-def protected_error(name: str, owner: str, span: Span) -> PlanarcError:
-    return error("F214", f"`{name}` is protected in `{owner}`", span)
-
-
 def names_in_sight(scope: Scope) -> list[str]:
     names: list[str] = []
     current: Scope | None = scope

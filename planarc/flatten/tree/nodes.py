@@ -7,8 +7,8 @@
     Element    one member of an instance: a component or a class, opened on demand
     Leaf       a component of a built-in type: a variable of the flat model
     Family     an array of component instances
-    Env        a scope with local names: what an expression is typed in
-    Signature  what a call of a function must know
+    Env        a scope with local names, in which expressions are typed
+    Signature  the inputs and outputs of a function
     Session    one run of `flatten`, with the `Makers` that fill the nodes
 
 Everything is made when first asked for (`demand`), so that array sizes and conditions may
@@ -49,11 +49,11 @@ class Binding(Struct, eq=False):
     expression: syntax.Expression
     scope: Scope
     span: Span
-    #: how many levels above this modifier `each` stands (0: on itself), None: nowhere
+    #: levels between `each` and this modifier below it (0: on itself), None: there is none
     each_height: int | None = None
     final: bool = False
     subscripts: tuple[int, ...] = ()
-    #: written as a declaration's own `= value` in the class that declares the variable
+    #: true for a declaration's own `= value` in the class that declares the variable
     default: bool = False
     typed: flat.Expression | None = None
 
@@ -63,7 +63,7 @@ class Binding(Struct, eq=False):
 
     @property
     def depth(self) -> int:
-        """How far inside the component tree the modifier stands; less is stronger."""
+        """The depth of the modifier in the component tree; less is stronger."""
         instance = self.scope.instance
         return STATIC_DEPTH if instance.prefix is None else instance.depth
 
@@ -123,7 +123,7 @@ class Part(Struct, eq=False):
 
 
 class Layout(Struct, eq=False):
-    """What a class consists of after inheritance, shared by all its instances."""
+    """The parts and members of a class after inheritance, shared by all its instances."""
 
     parts: list[Part]
     #: name -> (part that declares it, its declaration), in order of declaration
@@ -221,7 +221,7 @@ class Instance(Struct, eq=False):
     session: Session
     variability: flat.Variability = flat.Variability.CONTINUOUS
     element: Element | None = None
-    #: of all its variables that declare none: `input Orientation R`
+    #: the causality of its variables that declare none: `input Orientation R`
     causality: syntax.Causality = syntax.Causality.NONE
     depth: int = 0  # of components around
     drawn: bool = False  # belongs to a visual: it has values, but no variables
@@ -314,19 +314,19 @@ Node: TypeAlias = Leaf | Instance | Family | Absent
 
 
 class Env(Data):
-    """What an expression is typed in: its scope, local names, the function around it."""
+    """The surroundings of an expression: scope, local names, the function around it."""
 
     scope: Scope
     #: iterators and, inside functions, the function's own variables
     locals: dict[str, flat.Expression] = field(default_factory=dict)
     function: Signature | None = None
-    #: inside a subscript: the array and the dimension (from 0) that `end` refers to
+    #: the array and the dimension (from 0) that `end` in a subscript refers to
     end: tuple[flat.Expression, int] | None = None
-    #: in an algorithm: a loop whose body needs constant indices must be unrolled
+    #: true in an algorithm, where a loop whose body needs constant indices is unrolled
     in_algorithm: bool = False
     #: the iterators of the loops around
     iterators: frozenset[str] = frozenset()
-    #: inside the body of a loop that `break` can leave
+    #: true in the body of a loop that `break` can leave
     in_loop: bool = False
 
     @property

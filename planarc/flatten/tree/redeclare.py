@@ -199,7 +199,7 @@ def _check_component_constraint(
 
 
 def _constraint_mod(definition: syntax.Component, scope: Scope) -> Mod:
-    """What a redeclaration keeps: the constraint's modifier, else the declaration's own."""
+    """The modifier that a redeclaration keeps: the constraint's, else the declaration's own."""
     if definition.constraint is not None:
         return compile_modification(definition.constraint.modification, scope)
     return compile_modification(definition.modification, scope, default=True)

@@ -22,7 +22,7 @@ _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLAS
 
 
 def obstacle(cls: Class, constraint: Class) -> str | None:
-    """Why `cls` cannot stand for `constraint`; None when it can."""
+    """The reason why `cls` cannot stand for `constraint`; None when it can."""
     if cls.definition is constraint.definition:
         return None
     own, wanted = layout_of(cls), layout_of(constraint)

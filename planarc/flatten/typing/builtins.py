@@ -28,7 +28,7 @@ from planarc.runtime.elementary import Result
 
 
 class Rule(Data):
-    """How many arguments a built-in takes, and how its result is made."""
+    """The number of arguments that a built-in takes, and the maker of its result."""
 
     least: int
     most: int
@@ -278,7 +278,7 @@ REFUSED = {
     "promote": ("`promote`", "10.3.5"),
 }
 
-#: not in functions (specification 12.2)
+#: built-ins that functions cannot use (specification 12.2)
 OF_MODELS = frozenset(
     {"der", "initial", "terminal", "sample", "pre", "edge", "change", "delay", "cardinality"}
 )

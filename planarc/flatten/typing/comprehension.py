@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large, unknown_value
-from planarc.flatten.terms.conform import unify
+from planarc.flatten.terms.conform import common_type
 from planarc.flatten.terms.constant import to_expression
 from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree import lookup
@@ -183,15 +183,11 @@ def _open_array(
 
 
 def _common_type(items: list[flat.Expression]) -> flat.Type:
-    if not items:
-        return flat.REAL
-    type_ = items[0].type
-    for item in items[1:]:
-        common = unify(type_, item.type)
-        if common is None:
-            raise error("F272", "the entries of an array have different types", item.span)
-        type_ = common
-    return type_
+    return common_type(items[0].type, items[1:], _unlike) if items else flat.REAL
+
+
+def _unlike(_: flat.Type, item: flat.Expression) -> PlanarcError:
+    return error("F272", "the entries of an array have different types", item.span)
 
 
 def _open_items(

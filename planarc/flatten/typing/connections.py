@@ -1,4 +1,4 @@
-"""What equations may ask of connections: `Connections.isRoot`, `rooted`, `cardinality`.
+"""Operators that ask for connections: `Connections.isRoot`, `rooted`, `cardinality`.
 
 Reference: Modelica Language Specification 3.6, sections 9.4.1 and 3.7.4.3.
 """

@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten.several import for_each
-from planarc.flatten.terms.conform import expect_scalar, type_text, unify
+from planarc.flatten.terms.conform import common_type, expect_scalar, type_text, unify
 from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import comprehension, matrices, operators, references
@@ -157,18 +157,12 @@ def _array(node: syntax.Array, env: Env) -> flat.Expression:
     items = _each(node.items, env)
     if not items:
         raise error("F272", "`{}` needs at least one entry: write `zeros(0)`", node.span)
-    type_ = items[0].type
-    for item in items[1:]:
-        common = unify(type_, item.type)
-        if common is None:
-            raise error(
-                "F272",
-                f"the entries of an array have different types: {type_text(type_)} "
-                f"and {type_text(item.type)}",
-                item.span,
-            )
-        type_ = common
-    return array(items, type_, node.span)
+    return array(items, common_type(items[0].type, items[1:], _unlike), node.span)
+
+
+def _unlike(type_: flat.Type, item: flat.Expression) -> PlanarcError:
+    texts = f"{type_text(type_)} and {type_text(item.type)}"
+    return error("F272", f"the entries of an array have different types: {texts}", item.span)
 
 
 def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:

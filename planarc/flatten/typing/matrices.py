@@ -5,9 +5,9 @@ Reference: Modelica Language Specification 3.6, section 10.4.2.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.terms.conform import type_text, unify
+from planarc.flatten.terms.conform import common_type, type_text
 from planarc.flatten.terms.select import array, element_at, opened
 from planarc.flatten.typing import arrays
 from planarc.ir import flat
@@ -26,20 +26,19 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
     widths = {len(line) for line in lines}
     if len(widths) > 1:
         raise error("F276", "the rows of the matrix have different lengths", span)
-    type_ = rows[0][0].type.with_dims(())
-    for line in lines:
-        for entry in line:
-            common = unify(type_, entry.type)
-            if common is None:
-                raise error(
-                    "F276",
-                    f"the entries of the matrix have different types: {type_text(type_)} "
-                    f"and {type_text(entry.type)}",
-                    entry.span,
-                )
-            type_ = common
+    entries = [entry for line in lines for entry in line]
+    type_ = common_type(rows[0][0].type.with_dims(()), entries, _unlike)
     width = len(lines[0]) if lines else 0
     return array([array(line, type_, span) for line in lines], type_.with_dims((width,)), span)
+
+
+def _unlike(type_: flat.Type, entry: flat.Expression) -> PlanarcError:
+    texts = f"{type_text(type_)} and {type_text(entry.type)}"
+    return error("F276", f"the entries of the matrix have different types: {texts}", entry.span)
+
+
+def _unlike_blocks(_: flat.Type, block: flat.Expression) -> PlanarcError:
+    return error("F276", "the entries of the matrix have different types", block.span)
 
 
 def _joined_blocks(rows: list[list[flat.Expression]], depth: int, span: Span) -> flat.Expression:
@@ -51,7 +50,7 @@ def _joined_blocks(rows: list[list[flat.Expression]], depth: int, span: Span) ->
 
 
 def _promoted(e: flat.Expression, depth: int) -> flat.Expression:
-    """With dimensions of size 1 added behind those that there are."""
+    """A value with dimensions of size 1 added behind its own."""
     if e.type.dims:
         items = [_promoted(x, depth - 1) for x in opened(e)]
         element = items[0].type if items else e.type.element().with_dims((1,) * (depth - 1))
@@ -63,13 +62,8 @@ def _promoted(e: flat.Expression, depth: int) -> flat.Expression:
 
 def _joined_matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
     """Blocks of sizes that are known only when run: calls of `cat`."""
-    element = rows[0][0].type.with_dims(())
-    for row in rows:
-        for entry in row:
-            common = unify(element, entry.type, dims=False)
-            if common is None:
-                raise error("F276", "the entries of the matrix have different types", entry.span)
-            element = common.with_dims(())
+    blocks = [e for row in rows for e in row]
+    element = common_type(blocks[0].type, blocks, _unlike_blocks, dims=False).with_dims(())
     whole = element.with_dims((None, None))
 
     def cat(along: int, parts: list[flat.Expression]) -> flat.Expression:

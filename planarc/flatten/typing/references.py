@@ -123,14 +123,7 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, Absent):
         raise absent_error(view, ref.span)
     if isinstance(view, Instance):
-        element = lookup.member(view, part.name)
-        if element is None:
-            raise naming.missing_member(view.cls, part.name, ref.span)
-        if element.protected:
-            raise naming.protected_error(part.name, view.cls.name, ref.span)
-        if element.is_class:
-            return class_of(element, ref.span)
-        return select(node_of(element), part.subscripts, env, ref)
+        return _enter(view, part, ref, env)
     if isinstance(view, Leaf):
         raise error(
             "F213", f"`{view.name}` is a variable and has no element `{part.name}`", ref.span
@@ -158,11 +151,11 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
     builtin = instance.layout.builtin
     if builtin is not None and part.name in builtin.literals:
         return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
-    element = lookup.member(instance, part.name)
-    if element is None:
-        raise naming.missing_member(cls, part.name, ref.span)
-    if element.protected:
-        raise naming.protected_error(part.name, cls.name, ref.span)
+    return _enter(instance, part, ref, env)
+
+
+def _enter(instance: Instance, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
+    element = lookup.public_member(instance, part.name, ref.span)
     if element.is_class:
         return class_of(element, ref.span)
     return select(node_of(element), part.subscripts, env, ref)

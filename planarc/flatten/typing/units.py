@@ -247,7 +247,7 @@ def is_plain_number(e: flat.Expression) -> bool:
 
 
 class UnitCheck(Enum):
-    """What becomes of units that differ."""
+    """The answer to units that differ."""
 
     WARN = "warn"
     ERROR = "error"

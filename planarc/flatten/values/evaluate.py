@@ -26,12 +26,16 @@ from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 
 
+def _value(expression: flat.Expression, env: Env, mark: bool = False) -> Value:
+    return evaluator.Evaluator(env.session, mark, hidden=env.hidden).value(expression)
+
+
 def structural_value(expression: flat.Expression, env: Env, what: str) -> Value:
     """The value of an expression that shapes the model; refused when it has none."""
     if isinstance(expression, flat.Literal):
         return expression.value
     try:
-        return evaluator.Evaluator(env.session, mark=True, hidden=env.hidden).value(expression)
+        return _value(expression, env, mark=True)
     except NotConstant as problem:
         raise unknown_value(
             f"{what} must be known when the model is compiled: {problem.reason}",
@@ -44,9 +48,9 @@ def try_value(expression: flat.Expression, env: Env, mark: bool = False) -> Valu
     if isinstance(expression, flat.Literal):
         return expression.value
     try:
-        value = evaluator.Evaluator(env.session, hidden=env.hidden).value(expression)
+        value = _value(expression, env)
         if mark:  # only what really had a value is structural
-            evaluator.Evaluator(env.session, mark=True, hidden=env.hidden).value(expression)
+            _value(expression, env, mark=True)
         return value
     except NotConstant:
         return None
@@ -100,12 +104,7 @@ def range_size(
 ) -> int | None:
     """The number of values in a range, None when it is known only when run."""
     try:
-        values = [
-            None
-            if e is None
-            else evaluator.Evaluator(env.session, mark=True, hidden=env.hidden).value(e)
-            for e in (start, step, stop)
-        ]
+        values = [None if e is None else _value(e, env, mark=True) for e in (start, step, stop)]
         first, increment, last = (None if v is None else float(v) for v in values)  # type: ignore[arg-type]
     except (NotConstant, TypeError, ValueError):
         return None

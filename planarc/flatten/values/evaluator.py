@@ -17,6 +17,7 @@ from planarc.flatten.tree.demand import attributes_of, leaf_binding
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.flatten.values import compute, interpret
 from planarc.ir import flat
+from planarc.ir.flatwalk import is_false
 
 Frame: TypeAlias = "dict[str, Value]"
 
@@ -138,7 +139,7 @@ class Evaluator:
 
     def _from_start(self, leaf: Leaf) -> flat.Expression:
         attributes = attributes_of(leaf)
-        if _is_false(attributes.fixed):
+        if is_false(attributes.fixed):
             raise NotConstant(f"`{leaf.name}` gets its value at the start of the run", leaf.span)
         start = attributes.start
         if start is None or leaf.variability is flat.Variability.CONSTANT:
@@ -243,10 +244,3 @@ def _to_float(value: Value) -> Value:
     if isinstance(value, list):
         return [_to_float(v) for v in value]
     return float(value) if isinstance(value, int) else value
-
-
-def _is_false(fixed: flat.Expression | None) -> bool:
-    """`fixed = false`, for all entries of an array."""
-    if isinstance(fixed, flat.Array):
-        return bool(fixed.items) and all(_is_false(item) for item in fixed.items)
-    return isinstance(fixed, flat.Literal) and fixed.value is False

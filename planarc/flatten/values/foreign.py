@@ -17,7 +17,7 @@ from planarc.flatten.values import compute
 from planarc.ir import flat
 from planarc.runtime import external
 
-#: What `loadResource` of a standard library stands for (18.8.2).
+#: The function that `loadResource` of a standard library stands for (18.8.2).
 LOAD_RESOURCE = "planarc_loadResource"
 
 
