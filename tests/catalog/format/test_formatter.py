@@ -16,7 +16,7 @@ from planarc.core.source import Source
 from planarc.ir.text.syntax import definition_text
 from planarc.parse.parser import parse_text
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FOLDERS = [*(ROOT / "stdlib").iterdir(), ROOT / "examples", ROOT / "tests" / "cases"]
 
 
