@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import make_request
+from planarc.cli.arguments import choose_backend, make_request
 from planarc.cli.settings import Given, read_settings, sort_settings
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 from planarc.core.options import Redundant
@@ -44,7 +44,6 @@ def open_model(
 ) -> Model:
     """The compiled model; its warnings are told."""
     from planarc.api.model import Model
-    from planarc.cli.simulate import choose_backend
 
     request = make_request(target, class_name, libraries, redundant)
     model = Model(request, choose_backend(backend))

@@ -13,10 +13,10 @@ from planarc.cli.arguments import (
     Libraries,
     RedundantJoints,
     Target,
+    choose_backend,
     make_request,
 )
 from planarc.cli.exits import Exit
-from planarc.cli.simulate import choose_backend
 from planarc.core.options import Redundant
 
 

@@ -14,6 +14,7 @@ from planarc.cli.arguments import (
     Pattern,
     RedundantJoints,
     Target,
+    choose_backend,
     make_request,
     read_pattern,
 )
@@ -119,23 +120,6 @@ def simulate(
         units,
     )
     return Run(job, as_json).finish()
-
-
-def choose_backend(asked: Backend | None) -> Backend:
-    """The back end that was asked for, or the fastest one that is installed."""
-    from importlib.util import find_spec
-
-    if asked is Backend.NUMPY or find_spec("llvmlite") is not None:
-        return asked or Backend.NATIVE
-    if asked is None:
-        return Backend.NUMPY
-    raise UsageError(
-        Diagnostic(
-            "C113",
-            "the native back end needs `llvmlite`, which is not installed",
-            hint="use `--backend numpy`, or install llvmlite",
-        )
-    )
 
 
 def _refuse_both(path: Path | None, refused: bool, name: str) -> None:

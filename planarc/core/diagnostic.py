@@ -13,6 +13,7 @@ from enum import Enum
 from typing import Any
 
 from planarc.core.data import Data
+from planarc.core.render import render_all
 from planarc.core.source import Span
 
 
@@ -53,8 +54,6 @@ class PlanarcError(Exception):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        from planarc.core.render import render_all
-
         return render_all(self.diagnostics).rstrip("\n")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -64,8 +63,6 @@ class PlanarcError(Exception):
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows in the place of a traceback: the user's lines, and the message."""
         from traceback import extract_tb
-
-        from planarc.core.render import render_all
 
         frames = (f for f in extract_tb(self.__traceback__) if _is_users(f.filename))
         return [

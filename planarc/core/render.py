@@ -14,14 +14,17 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import NOWHERE, Span
+
+if TYPE_CHECKING:
+    from planarc.core.diagnostic import Diagnostic
 
 #: Columns of a source line that are shown; a longer one is cut on both sides.
 WIDTH = 100
 
-_COLORS = {Severity.ERROR: "\033[1;31m", Severity.WARNING: "\033[1;33m", Severity.NOTE: "\033[1m"}
+_COLORS = {"error": "\033[1;31m", "warning": "\033[1;33m", "note": "\033[1m"}
 _BLUE, _BOLD, _RESET = "\033[1;34m", "\033[1m", "\033[0m"
 
 
@@ -33,7 +36,7 @@ def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
 def render(diagnostic: Diagnostic, color: bool = False) -> str:
     """One diagnostic as lines that end with a line feed; `color` adds ANSI sequences."""
     head = f"{diagnostic.severity.value}[{diagnostic.code}]"
-    paint = _COLORS[diagnostic.severity] if color else ""
+    paint = _COLORS[diagnostic.severity.value] if color else ""
     message = _printable(diagnostic.message)
     lines = [f"{_painted(head, paint)}{_painted(f': {message}', _BOLD if color else '')}"]
     if diagnostic.span is not None:

@@ -8,20 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-
-if TYPE_CHECKING:
-    from planarc.study.workers import Outcome, Payload, Task
+from planarc.study.bundle import Outcome, Payload, Task, run_bundle
 
 
 def on_cluster(
     client: Any, payload: Payload, bundles: Sequence[tuple[Task, ...]]
 ) -> Iterator[list[Outcome]]:
     """Outcomes as they come. `client` is a `distributed.Client`."""
-    from planarc.study.workers import Outcome, run_bundle
-
     try:
         completed: Any = import_module("distributed").as_completed
     except ImportError:

@@ -8,12 +8,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-
-if TYPE_CHECKING:
-    from planarc.study.workers import Outcome
+from planarc.study.bundle import Outcome
 
 
 class Journal:
@@ -49,8 +47,6 @@ class Journal:
             ) from None
 
     def _read(self, key: str) -> None:
-        from planarc.study.workers import Outcome
-
         self._file.seek(0)
         lines = self._file.read().split("\n")
         whole, rest = lines[:-1], lines[-1]

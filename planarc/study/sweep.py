@@ -23,10 +23,11 @@ from planarc.api.values import Value, count, finite, parameter_values, start_val
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName
+from planarc.study.bundle import Outcome, Payload, Task
 from planarc.study.metric import Metric, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
-from planarc.study.workers import Outcome, Payload, Task, outcomes_of
+from planarc.study.workers import outcomes_of
 
 if TYPE_CHECKING:
     from planarc.api.model import Model

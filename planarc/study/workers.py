@@ -9,58 +9,22 @@ tried again point by point, so that one bad point takes nothing else with it.
 
 from __future__ import annotations
 
-import math
 import pickle
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from time import monotonic
-from typing import TYPE_CHECKING, Any
-
-from msgspec.structs import replace
+from typing import Any
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
-from planarc.core.mistake import mistake
-from planarc.core.options import RunOptions
-from planarc.study.metric import Metrics
-
-if TYPE_CHECKING:
-    from planarc.api.model import Model
-    from planarc.api.result import Result
+from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.study.bundle import Outcome, Payload, Task, run_bundle
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
 BUNDLE, PATIENCE = 32, 1.0
 #: Bytes for a process of a study: a notebook may hold much that a fork takes over.
 NO_BOUND = 1 << 62
-
-
-class Outcome(Data):
-    """Of one point: its metrics, or why it has none."""
-
-    index: int
-    values: dict[str, float] | None
-    failed: str | None = None
-    lost: bool = False  # its process died or took too long: worth another try
-
-
-class Task(Data):
-    """One point as numbers; `wrong` says why it cannot be run at all."""
-
-    index: int
-    values: dict[str, float]
-    starts: dict[str, float]
-    wrong: str | None = None
-
-
-class Payload(Data):
-    """What all runs share."""
-
-    model: Model
-    options: RunOptions
-    metrics: Metrics
 
 
 def outcomes_of(
@@ -97,55 +61,6 @@ def outcomes_of(
 def _bundles(tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
     size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
     return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
-
-
-def run_bundle(
-    payload: Payload, bundle: Sequence[Task], patience: float = math.inf
-) -> list[Outcome]:
-    """The outcomes of some points, as many as fit into some seconds (at least one)."""
-    end = monotonic() + patience
-    outcomes: list[Outcome] = []
-    for task in bundle:
-        outcomes.append(_run(payload, task))
-        if monotonic() > end:
-            break
-    return outcomes
-
-
-def _options(payload: Payload, task: Task) -> RunOptions:
-    options = payload.options
-    return replace(
-        options, values={**options.values, **task.values}, starts={**options.starts, **task.starts}
-    )
-
-
-def _run(payload: Payload, task: Task) -> Outcome:
-    try:
-        result = payload.model.run(_options(payload, task))
-    except PlanarcError as problem:
-        return Outcome(task.index, None, problem.diagnostics[0].message)
-    except Exception as bug:
-        return Outcome(task.index, None, mistake(bug).message)
-    return _measured(payload, task, result)
-
-
-def _measured(payload: Payload, task: Task, result: Result) -> Outcome:
-    try:
-        return Outcome(task.index, payload.metrics(result))
-    except (Exception, SystemExit) as problem:
-        return Outcome(task.index, None, f"the metric fails: {_what(problem)}")
-
-
-def _what(problem: BaseException) -> str:
-    """An error of a user's function in one line, with its place there."""
-    from traceback import extract_tb
-
-    own = Path(__file__).parent.parent
-    frames = [f for f in extract_tb(problem.__traceback__) if own not in Path(f.filename).parents]
-    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
-    if isinstance(problem, PlanarcError):
-        return f"{problem.diagnostics[0].message}{place}"
-    return f"{type(problem).__name__}: {problem}{place}"
 
 
 def _in_processes(

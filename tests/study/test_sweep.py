@@ -15,8 +15,8 @@ import pytest
 
 import planarc
 from planarc import Model, Result, UsageError
+from planarc.study.bundle import Outcome
 from planarc.study.sweep import StudyInterrupted
-from planarc.study.workers import Outcome
 
 KS = [0.5, 1.0, 1.5, 2.0]
 

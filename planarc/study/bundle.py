@@ -1,0 +1,96 @@
+"""Some points of a study, run one after the other: what each process does.
+
+In:   Payload (model, options, metrics), tasks
+Out:  outcomes
+
+A point that fails is told with its reason; nothing is raised.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.mistake import mistake
+from planarc.core.options import RunOptions
+from planarc.study.metric import Metrics
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+
+
+class Outcome(Data):
+    """Of one point: its metrics, or why it has none."""
+
+    index: int
+    values: dict[str, float] | None
+    failed: str | None = None
+    lost: bool = False  # its process died or took too long: worth another try
+
+
+class Task(Data):
+    """One point as numbers; `wrong` says why it cannot be run at all."""
+
+    index: int
+    values: dict[str, float]
+    starts: dict[str, float]
+    wrong: str | None = None
+
+
+class Payload(Data):
+    """What all runs share."""
+
+    model: Model
+    options: RunOptions
+    metrics: Metrics
+
+
+def run_bundle(
+    payload: Payload, bundle: Sequence[Task], patience: float = math.inf
+) -> list[Outcome]:
+    """The outcomes of some points, as many as fit into some seconds (at least one)."""
+    end = monotonic() + patience
+    outcomes: list[Outcome] = []
+    for task in bundle:
+        outcomes.append(_run(payload, task))
+        if monotonic() > end:
+            break
+    return outcomes
+
+
+def _options(options: RunOptions, task: Task) -> RunOptions:
+    return replace(
+        options, values={**options.values, **task.values}, starts={**options.starts, **task.starts}
+    )
+
+
+def _run(payload: Payload, task: Task) -> Outcome:
+    try:
+        result = payload.model.run(_options(payload.options, task))
+    except PlanarcError as problem:
+        return Outcome(task.index, None, problem.diagnostics[0].message)
+    except Exception as bug:
+        return Outcome(task.index, None, mistake(bug).message)
+    try:
+        return Outcome(task.index, payload.metrics(result))
+    except (Exception, SystemExit) as problem:
+        return Outcome(task.index, None, f"the metric fails: {_what(problem)}")
+
+
+def _what(problem: BaseException) -> str:
+    """An error of a user's function in one line, with its place there."""
+    from traceback import extract_tb
+
+    own = Path(__file__).parent.parent
+    frames = [f for f in extract_tb(problem.__traceback__) if own not in Path(f.filename).parents]
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    if isinstance(problem, PlanarcError):
+        return f"{problem.diagnostics[0].message}{place}"
+    return f"{type(problem).__name__}: {problem}{place}"
