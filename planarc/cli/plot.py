@@ -9,10 +9,10 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import Settings, Stop, open_model
-from planarc.cli.animate import named_output, run_of
 from planarc.cli.arguments import Libraries, RedundantJoints
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
+from planarc.cli.motion import named_output, run_of
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:

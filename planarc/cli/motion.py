@@ -1,0 +1,98 @@
+"""The motion that a picture or a plot shows: read from a result, run, or of one mode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planarc.cli import console
+from planarc.cli.analysis import with_settings
+from planarc.cli.arguments import make_request
+from planarc.core.diagnostic import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+    from planarc.api.result import Result
+    from planarc.ir.result import Result as Rows
+
+
+def named_output(output: Path | None, example: str) -> Path:
+    if output is None:
+        raise UsageError(
+            Diagnostic("C270", "`--output` is missing", hint=f"write e.g. `{example}`")
+        )
+    return output
+
+
+def refuse_run(mode: int | None, stop: float | None, settings: list[str] | None) -> None:
+    """What belongs to a run has no meaning for one that is over."""
+    for given, name in ((mode, "--mode"), (stop, "--stop"), (settings, "--set")):
+        if given is not None:
+            raise UsageError(
+                Diagnostic(
+                    "C272",
+                    f"`{name}` needs a model: a result is not run again",
+                    hint="name the model instead of the result",
+                )
+            )
+
+
+def read_result(
+    path: Path, model: str | None, class_name: str | None, library: list[Path] | None
+) -> Rows:
+    """A result that was written before, with the model that says what is drawn."""
+    from planarc.api.restore import compile_guess, compile_request, find_request, restore
+    from planarc.view.table.files import read_table
+
+    table = read_table(path)
+    compiled = None
+    if model is not None:
+        compiled = compile_request(make_request(model, class_name, library))
+    else:
+        name = class_name or table.model or path.stem
+        guess = find_request(name, (path.parent, Path()), tuple(library or ()))
+        compiled = None if guess is None else compile_guess(guess, table)
+    if compiled is None:
+        raise UsageError(
+            Diagnostic(
+                "C273",
+                f"no model is found that made `{path}`: it says what is drawn",
+                hint="name it with `--model FILE`",
+            )
+        )
+    return restore(table, path.name, compiled).result
+
+
+def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Result:
+    """A run of the model; one that ends before its time is told, and taken as far as it went."""
+    from planarc.api.result import RunStopped
+
+    model, values, starts = with_settings(model, settings)
+    try:
+        return model.simulate(stop, parameters=values, start=starts)
+    except RunStopped as stopped:
+        if not len(stopped.result):
+            raise
+        console.complain(stopped.diagnostics)
+        return stopped.result
+
+
+def motion_of_mode(
+    model: Model, settings: list[str] | None, number: int, around: str, amplitude: float
+) -> Rows:
+    """A small motion of one mode, drawn large."""
+    model, values, starts = with_settings(model, settings)
+    try:
+        where: float | str = float(around)
+    except ValueError:
+        where = around
+    linear = model.linearize(where, parameters=values, start=starts)
+    if not 1 <= number <= len(linear.modes):
+        raise UsageError(
+            Diagnostic(
+                "C271",
+                f"there is no mode {number}: the linear model has {len(linear.modes)}",
+                hint="`planarc linearize` lists them",
+            )
+        )
+    return linear.motion(number - 1, amplitude).rows
