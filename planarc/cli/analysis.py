@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from planarc.cli import console
 from planarc.cli.arguments import choose_backend, make_request
@@ -18,21 +16,6 @@ from planarc.core.options import Redundant
 if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.core.options import Backend
-
-Settings: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="Set a parameter, or a start value as x.start=1. Repeatable.",
-        show_default=False,
-    ),
-]
-Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
-Tolerance: TypeAlias = Annotated[
-    float | None, typer.Option(help="Relative error allowed in a step.")
-]
-Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
 
 
 def open_model(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, Stop, open_model
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints
+from planarc.cli.analysis import open_model
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Stop
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.cli.motion import motion_of_mode, named_output, read_result, refuse_run, run_of

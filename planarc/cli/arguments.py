@@ -69,6 +69,20 @@ Pattern: TypeAlias = Annotated[
 ]
 
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Set a parameter, or a start value as x.start=1. Repeatable.",
+        show_default=False,
+    ),
+]
+Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
+Tolerance: TypeAlias = Annotated[
+    float | None, typer.Option(help="Relative error allowed in a step.")
+]
+Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
 
 
 def make_request(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, open_model, say_json, say_table, with_settings
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
+from planarc.cli.analysis import open_model, say_json, say_table, with_settings
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Target
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:

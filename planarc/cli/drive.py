@@ -9,18 +9,17 @@ from typing import Annotated, Any
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import (
+from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
     Intervals,
+    Libraries,
+    RedundantJoints,
     Settings,
     Stop,
-    number,
-    open_model,
-    say_json,
-    say_table,
-    split_pair,
-    with_settings,
+    Target,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.files import table_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError

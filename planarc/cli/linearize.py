@@ -7,15 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import (
-    Settings,
-    number,
-    open_model,
-    say_json,
-    say_table,
-    with_settings,
-)
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
+from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
+from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Target
 from planarc.core.options import Redundant
 
 

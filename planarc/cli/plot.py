@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import Settings, Stop, open_model
-from planarc.cli.arguments import Libraries, RedundantJoints
+from planarc.cli.analysis import open_model
+from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.cli.motion import named_output, run_of

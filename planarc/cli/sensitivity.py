@@ -8,18 +8,18 @@ from typing import Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import (
+from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
     Intervals,
+    Libraries,
+    RedundantJoints,
     Settings,
     Stop,
+    Target,
     Tolerance,
-    number,
-    open_model,
-    say_json,
-    say_table,
-    with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import Diagnostic, UsageError

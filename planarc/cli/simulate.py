@@ -13,7 +13,10 @@ from planarc.cli.arguments import (
     Libraries,
     Pattern,
     RedundantJoints,
+    Settings,
+    Stop,
     Target,
+    Tolerance,
     choose_backend,
     make_request,
     read_pattern,
@@ -28,16 +31,14 @@ def simulate(
     target: Target,
     class_name: ClassName = None,
     start: Annotated[float | None, typer.Option(help="Start time in seconds.")] = None,
-    stop: Annotated[float | None, typer.Option(help="Stop time in seconds.")] = None,
+    stop: Stop = None,
     interval: Annotated[
         float | None, typer.Option(help="Seconds from one row of the result to the next.")
     ] = None,
     intervals: Annotated[
         int | None, typer.Option(help="Number of intervals, instead of their length.")
     ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Relative error allowed in a step.")
-    ] = None,
+    tolerance: Tolerance = None,
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
@@ -50,15 +51,7 @@ def simulate(
         ),
     ] = None,
     redundant: RedundantJoints = Redundant.REFUSE,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Set a parameter, or a start value as x.start=1. Repeatable.",
-            show_default=False,
-        ),
-    ] = None,
+    settings: Settings = None,
     library: Libraries = None,
     output: Annotated[
         Path | None,

@@ -10,19 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import (
+from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
     Intervals,
+    Libraries,
+    RedundantJoints,
     Settings,
     Stop,
+    Target,
     Tolerance,
-    number,
-    open_model,
-    say_json,
-    say_table,
-    split_pair,
-    with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Target
 from planarc.cli.exits import Exit
 from planarc.cli.files import csv_destination
 from planarc.cli.progress import is_seen
