@@ -31,7 +31,7 @@ from planarc.request.request import Request
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.ir.kernel import Kernel
-    from planarc.view.table.files import Table
+    from planarc.view.table.table import Table
 
 #: A model belongs to a file when at least this part of its varying variables is in it.
 _SHARE = 0.5

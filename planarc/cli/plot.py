@@ -16,7 +16,7 @@ from planarc.cli.motion import named_output, run_of
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
-    from planarc.view.table.files import Table
+    from planarc.view.table.table import Table
 
 
 def plot(

@@ -16,7 +16,7 @@ from planarc.core.diagnostic import Diagnostic, UsageError
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.request.request import Request
-    from planarc.view.table.files import Table
+    from planarc.view.table.table import Table
 
 
 def view(

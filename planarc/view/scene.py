@@ -21,14 +21,15 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from enum import StrEnum
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.evaluate.rows import RowValues
 from planarc.ir.expr import Expr, Op, symbol_text
+from planarc.view.item import Item, Kind, Track
+from planarc.view.skeleton import skeleton
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,43 +37,6 @@ if TYPE_CHECKING:
 
     from planarc.ir.dae import Visual
     from planarc.ir.result import Result
-
-#: A number, or one number for each row of the result.
-Track: TypeAlias = "float | NDArray[np.float64]"
-
-
-class Kind(StrEnum):
-    SHAPE = "shape"
-    ARROW = "arrow"
-    DOUBLE_ARROW = "doubleArrow"
-    FRAME = "frame"
-    CURVE = "curve"
-    TEXT = "text"
-
-
-class Item(Data):
-    """Something drawn. Lengths in m, angles in rad, colour 0 to 255.
-
-    `shape` is the kind of solid (`box`, `cylinder` ...) of a SHAPE; `upright` shows its end,
-    centred at (x, y). An ARROW or DOUBLE_ARROW runs from (x, y) along `angle` for `length`. A
-    FRAME has two axes of `length` with `labels`. A CURVE runs through `points`, which are fixed
-    in the frame (x, y, angle). A TEXT writes `labels[0]` at (x, y), `width` high.
-    """
-
-    component: str
-    kind: Kind
-    x: Track
-    y: Track
-    angle: Track
-    length: Track
-    width: Track
-    color: tuple[Track, Track, Track]
-    height: float = 0.0  # what is higher covers what is lower
-    shape: str = ""
-    upright: bool = False
-    extra: Track = 0.0
-    labels: tuple[str, ...] = ()
-    points: tuple[tuple[float, float], ...] = ()
 
 
 class Scene(Data):
@@ -104,8 +68,6 @@ def make_scene(result: Result) -> Scene:
             except NotDrawable as reason:
                 notes.append(f"`{visual.component}` is not drawn: {reason}")
         if not any(_is_of_mechanism(item, worlds) for item in items):
-            from planarc.view.skeleton import skeleton
-
             items += skeleton(result, axes=not items)
         items.sort(key=lambda item: item.height)
         size = _size(items)

@@ -13,12 +13,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.mechanism import GROUND
-from planarc.view.scene import Item, Kind
+from planarc.view.item import Item, Kind
 
 if TYPE_CHECKING:
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.result import Result
-    from planarc.view.scene import Track
+    from planarc.view.item import Track
 
 _LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0, 105.0)
 

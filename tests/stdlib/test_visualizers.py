@@ -56,7 +56,8 @@ def swing(run: Run, drawn: str, attached: str) -> Any:
 
 
 def test_what_is_fixed_in_a_frame_moves_with_it(run: Run) -> None:
-    from planarc.view.scene import Kind, make_scene
+    from planarc.view.item import Kind
+    from planarc.view.scene import make_scene
 
     result = swing(run, DRAWN, ATTACHED)
     items = {item.component.split(".")[0]: item for item in make_scene(result).items}

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planarc.view.table.compare import Comparison, compare_tables
-from planarc.view.table.files import Table
+from planarc.view.table.table import Table
 
 T = np.linspace(0.0, 10.0, 501)
 

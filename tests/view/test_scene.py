@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from planarc.ir.expr import Exprs
-from planarc.view.scene import Kind, make_scene
+from planarc.view.item import Kind
+from planarc.view.scene import make_scene
 
 TIME = np.linspace(0.0, 2.0, 5)
 ANGLE = np.array([0.0, 1.0, 2.0, 3.0, 4.0])

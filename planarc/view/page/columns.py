@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.view.scene import Track
+    from planarc.view.item import Track
 
 #: A number, None where it is not finite, or base64.
 Encoded: TypeAlias = "float | str | None"

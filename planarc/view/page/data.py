@@ -3,8 +3,9 @@
 In:   Result, Scene, figures
 Out:  values for `json`
 
-    scene    {time, tracks, items, box, layers, events}; a moving quantity of an item is
-             `[number of its track]`, one that never changes a number
+    scene    {time, tracks, shapes, items, box, layers, events}; a moving quantity of an item is
+             `[number of its track]`, one that never changes a number; items name their shape by
+             its number, the parts of a form's lengths stand in the order of its `basis`
     curves   {time, columns, variables, figures}; a variable is
              [name, number of its column, factor, unit, description]
 
@@ -19,7 +20,10 @@ from collections.abc import Iterable, Sequence
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+from planarc.view.item import Kind
+from planarc.view.marks.shapes import Shape, bounded_extra, shape_of
 from planarc.view.page.columns import Columns, encode, number
+from planarc.view.page.shapes import shape_data
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,8 +32,9 @@ if TYPE_CHECKING:
     from planarc.ir.insight import Layer, Series
     from planarc.ir.program import Column
     from planarc.ir.result import Result
+    from planarc.view.item import Item, Track
     from planarc.view.page.figures import Figure
-    from planarc.view.scene import Item, Scene, Track
+    from planarc.view.scene import Scene
 
 #: Rows on the page; more would make it slow to load, and no screen shows them.
 ROWS = 3000
@@ -49,9 +54,11 @@ def scene_data(
     def put(track: Track) -> Any:
         return number(track) if isinstance(track, (int, float)) else [tracks.add(track)]
 
+    shapes: dict[Any, int] = {}
     return {
         "time": encode(scene.time[chosen], "<f8"),
-        "items": [_item(item, put) for item in scene.items],
+        "items": [_item(item, put, shapes) for item in scene.items],
+        "shapes": [shape_data(*shape) for shape in shapes],
         "layers": [_layer(layer, put) for layer in layers],
         "tracks": tracks.all,
         "box": scene.box,
@@ -149,10 +156,11 @@ def thin_rows(count: int, columns: Sequence[NDArray[np.float64]], limit: int = R
     return np.minimum(np.unique(np.concatenate(keep)), count - 1)
 
 
-def _item(item: Item, put: Any) -> dict[str, Any]:
+def _item(item: Item, put: Any, shapes: dict[tuple[Shape, bool], int]) -> dict[str, Any]:
+    shape = shape_of(item), item.kind is Kind.SHAPE
     data: dict[str, Any] = {
         "component": item.component,
-        "kind": item.kind.value,
+        "shape": shapes.setdefault(shape, len(shapes)),
         "x": put(item.x),
         "y": put(item.y),
         "angle": put(item.angle),
@@ -160,12 +168,9 @@ def _item(item: Item, put: Any) -> dict[str, Any]:
         "width": put(item.width),
         "color": [put(c) for c in item.color],
     }
-    if item.shape:
-        data.update(shape=item.shape, upright=item.upright, extra=put(item.extra))
-    if item.labels:
-        data["labels"] = list(item.labels)
-    if item.points:
-        data["points"] = [[number(x), number(y)] for x, y in item.points]
+    extra = bounded_extra(item)
+    if not isinstance(extra, float) or extra:
+        data["extra"] = put(extra)
     return data
 
 

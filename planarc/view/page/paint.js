@@ -13,223 +13,85 @@ function css(c, alpha = 1) {
 }
 
 planarc.paint = function (ctx, item, px, dark) {
-  const c = rgb(item.color, dark);
-  const edge = c.map((v) => Math.round(v * 0.6));
-  ctx.fillStyle = css(c, item.kind === "shape" ? 0.92 : 1);
-  ctx.strokeStyle = css(edge);
-  ctx.lineWidth = 1.2 * px;
+  // The forms of the item's shape, which are data; see `marks/shapes.py`.
+  const { shape } = item;
+  if ((shape.needs[0] === "l" && !item.length) || (shape.needs[1] === "w" && !item.width)) return;
+  const sizes = measure(item, px);
+  const color = rgb(item.color, dark);
   ctx.lineJoin = "round";
-  ctx.lineCap = "round";
-  const draw = { shape: paintShape, arrow: paintArrow, doubleArrow: paintArrow, frame: paintFrame,
-    curve: paintCurve, text: paintText }[item.kind];
-  if (draw) draw(ctx, item, px, c, edge, dark);
+  for (const form of shape.forms) paintForm(ctx, form, sizes, color, dark, shape.solid ? 0.92 : 1);
 };
 
-function both(ctx) {
-  ctx.fill();
-  ctx.stroke();
+function measure(item, px) {
+  // The sizes of `marks/measure.py`, in metres.
+  const shaft = Math.max(item.width, 1.6 * px);
+  const head = Math.sign(item.length) * Math.min(Math.abs(item.length), 4.5 * shaft);
+  return { l: item.length, w: item.width, p: px, s: shaft, h: head, x: item.width * item.extra, i: 1 };
 }
 
-function paintShape(ctx, item, px, c, edge, dark) {
-  const { length: l, width: w } = item;
-  const solid = SOLIDS[item.shape] || SOLIDS.box;
-  if (item.shape === "ground") return paintGround(ctx, l, w, px, dark ? c : edge);
-  if (item.upright) return (ENDS[item.shape] || ENDS.box)(ctx, w, item.extra, c, px);
-  if (!l || !w) return undefined;
-  return solid(ctx, l, w, item.extra, px, c);
+function total(parts, from, basis, sizes) {
+  let sum = 0;
+  for (let i = 0; i < basis.length; i++) sum += parts[from + i] * sizes[basis[i]];
+  return sum;
 }
 
-const SOLIDS = {
-  box(ctx, l, w) {
-    ctx.beginPath();
-    ctx.rect(Math.min(0, l), -w / 2, Math.abs(l), w);
-    both(ctx);
-  },
-  beam(ctx, l, w) {
-    ctx.beginPath();
-    ctx.roundRect(Math.min(0, l) - w / 2, -w / 2, Math.abs(l) + w, w, w / 2);
-    both(ctx);
-  },
-  cylinder(ctx, l, w, extra, px, c) {
-    const shade = ctx.createLinearGradient(0, -w / 2, 0, w / 2);
-    const dark = c.map((v) => v * 0.72);
-    const light = c.map((v) => v + (255 - v) * 0.35);
-    shade.addColorStop(0, css(dark));
-    shade.addColorStop(0.62, css(light));
-    shade.addColorStop(1, css(c));
-    ctx.fillStyle = shade;
-    SOLIDS.box(ctx, l, w);
-  },
-  pipe(ctx, l, w, extra, px, c) {
-    SOLIDS.cylinder(ctx, l, w, extra, px, c);
-  },
-  sphere(ctx, l, w) {
-    ctx.beginPath();
-    ctx.ellipse(l / 2, 0, Math.abs(l / 2), Math.abs(w / 2), 0, 0, 2 * Math.PI);
-    both(ctx);
-  },
-  cone(ctx, l, w, extra) {
-    const top = (w / 2) * Math.min(1, Math.max(0, extra));
-    ctx.beginPath();
-    ctx.moveTo(0, -w / 2);
-    ctx.lineTo(l, -top);
-    ctx.lineTo(l, top);
-    ctx.lineTo(0, w / 2);
-    ctx.closePath();
-    both(ctx);
-  },
-  gearwheel(ctx, l, w) {
-    SOLIDS.box(ctx, l, w);
-    ctx.beginPath();
-    for (let i = 1; i < 8; i++) {
-      const y = (w / 2) * Math.cos((i * Math.PI) / 8);
-      ctx.moveTo(0, y);
-      ctx.lineTo(l, y);
-    }
-    ctx.stroke();
-  },
-  spring(ctx, l, w, extra, px, c) {
-    // A coil seen from the side: a wave between two straight ends.
-    const turns = Math.max(1, Math.round(extra || 5));
-    const steps = 16 * turns;
-    ctx.strokeStyle = css(c);
-    ctx.lineWidth = Math.max(1.8 * px, w / 14);
-    ctx.beginPath();
-    ctx.moveTo(0, 0);
-    for (let i = 0; i <= steps; i++) {
-      ctx.lineTo(l * (0.1 + (0.8 * i) / steps), (w / 2) * Math.sin((2 * Math.PI * turns * i) / steps));
-    }
-    ctx.lineTo(l, 0);
-    ctx.stroke();
-  },
-};
+function tinted(color, tint, dark, alpha = 1) {
+  const share = tint[dark ? 1 : 0];
+  return css(color.map((v) => Math.round(v + ((share > 0 ? 255 : 0) - v) * Math.abs(share))), alpha);
+}
 
-const ENDS = {
-  box(ctx, w) {
-    ctx.beginPath();
-    ctx.rect(-w / 2, -w / 2, w, w);
-    both(ctx);
-  },
-  cylinder(ctx, w, extra, c) {
-    ctx.beginPath();
-    ctx.arc(0, 0, Math.abs(w / 2), 0, 2 * Math.PI);
-    both(ctx);
-    ctx.beginPath();
-    ctx.arc(0, 0, Math.abs(w / 6), 0, 2 * Math.PI);
-    ctx.fillStyle = css(c.map((v) => v + (255 - v) * 0.75));
-    ctx.fill();
-  },
-  sphere(ctx, w) {
-    ctx.beginPath();
-    ctx.arc(0, 0, Math.abs(w / 2), 0, 2 * Math.PI);
-    both(ctx);
-  },
-  pipe(ctx, w, extra) {
-    const inner = Math.min(0.98, Math.max(0.02, extra || 0.7));
-    ctx.beginPath();
-    ctx.arc(0, 0, Math.abs(w / 2), 0, 2 * Math.PI);
-    ctx.arc(0, 0, Math.abs((w / 2) * inner), 0, 2 * Math.PI, true);
-    both(ctx);
-  },
-  gearwheel(ctx, w, extra) {
-    const teeth = Math.max(6, Math.round(extra || 20));
-    const outer = w / 2;
-    const inner = outer * (1 - 3 / (teeth + 6));
-    ctx.beginPath();
-    for (let i = 0; i < teeth; i++) {
-      for (const [part, r] of [[0, inner], [0.2, inner], [0.35, outer], [0.65, outer], [0.8, inner]]) {
-        const a = ((i + part) * 2 * Math.PI) / teeth;
-        ctx.lineTo(r * Math.cos(a), r * Math.sin(a));
-      }
-    }
-    ctx.closePath();
-    both(ctx);
-    ctx.beginPath();
-    ctx.moveTo(0, 0);
-    ctx.lineTo(inner, 0);
-    ctx.stroke();
-  },
-};
-ENDS.beam = ENDS.cylinder;
-ENDS.cone = ENDS.sphere;
-ENDS.spring = (ctx, w, extra, c, px) => ENDS.pipe(ctx, w, 0.8, c, px);
-
-function paintGround(ctx, l, w, px, line) {
-  // A bearing: a triangle under its point, on hatched ground.
-  const base = -0.62 * l;
-  ctx.beginPath();
-  ctx.moveTo(0, 0);
-  ctx.lineTo(0.36 * w, base);
-  ctx.lineTo(-0.36 * w, base);
-  ctx.closePath();
-  both(ctx);
-  ctx.strokeStyle = css(line);
-  ctx.lineWidth = 1.6 * px;
-  ctx.beginPath();
-  ctx.moveTo(-0.55 * w, base);
-  ctx.lineTo(0.55 * w, base);
-  ctx.stroke();
-  ctx.lineWidth = 1.1 * px;
-  ctx.beginPath();
-  for (let i = 0; i <= 5; i++) {
-    const x = w * (-0.5 + i * 0.2);
-    ctx.moveTo(x, base);
-    ctx.lineTo(x - 0.13 * w, base - 0.25 * l);
+function paintForm(ctx, form, sizes, color, dark, alpha) {
+  const basis = form.basis;
+  const size = (parts) => (parts ? total(parts, 0, basis, sizes) : 0);
+  const points = form.points.map((p) => [total(p, 0, basis, sizes), total(p, basis.length, basis, sizes)]);
+  const radius = size(form.radius);
+  if (form.kind === "label") {
+    const [[x, y]] = points;
+    planarc.label(ctx, form.text, x, y, sizes.p, tinted(color, form.fill, dark), { height: radius });
+    return;
   }
-  ctx.stroke();
-}
-
-function arrow(ctx, l, w, px, heads) {
-  if (!l) return;
-  const shaft = Math.max(w, 1.6 * px);
-  const head = Math.min(Math.abs(l), 4.5 * shaft);
-  ctx.lineWidth = shaft;
-  ctx.lineCap = "butt";
   ctx.beginPath();
-  ctx.moveTo(0, 0);
-  ctx.lineTo(l - Math.sign(l) * head * 0.8, 0);
-  ctx.stroke();
-  for (let i = 0; i < heads; i++) {
-    const tip = l - Math.sign(l) * head * 0.8 * i;
-    ctx.beginPath();
-    ctx.moveTo(tip, 0);
-    ctx.lineTo(tip - Math.sign(l) * head, 0.36 * head);
-    ctx.lineTo(tip - Math.sign(l) * head, -0.36 * head);
-    ctx.closePath();
+  TRACES[form.kind](ctx, points, Math.abs(radius), Math.abs(size(form.hole)));
+  if (form.kind === "line" && !form.open) ctx.closePath();
+  if (form.fill) {
+    ctx.fillStyle = form.kind === "tube" ? shade(ctx, points, color) : tinted(color, form.fill, dark, alpha);
     ctx.fill();
+  }
+  if (form.line) {
+    ctx.strokeStyle = tinted(color, form.line, dark);
+    ctx.lineWidth = Math.max(size(form.width), (form.least || 0) * sizes.p);
+    ctx.lineCap = form.least ? "round" : "butt"; // the shaft of an arrow
+    ctx.stroke();
   }
 }
 
-function paintArrow(ctx, item, px, c) {
-  ctx.strokeStyle = css(c);
-  arrow(ctx, item.length, item.width, px, item.kind === "doubleArrow" ? 2 : 1);
-}
+const TRACES = {
+  line(ctx, points) {
+    for (const [x, y] of points) ctx.lineTo(x, y);
+  },
+  bar(ctx, [[ax, ay], [bx, by]], radius) {
+    const [x, y] = [Math.min(ax, bx) - radius, Math.min(ay, by)];
+    ctx.roundRect(x, y, Math.abs(bx - ax) + 2 * radius, Math.abs(by - ay), radius);
+  },
+  oval(ctx, [[ax, ay], [bx, by]]) {
+    const [x, y] = [(ax + bx) / 2, (ay + by) / 2];
+    ctx.ellipse(x, y, Math.abs(bx - ax) / 2, Math.abs(by - ay) / 2, 0, 0, 2 * Math.PI);
+  },
+  disc(ctx, [[x, y]], radius, hole) {
+    ctx.arc(x, y, radius, 0, 2 * Math.PI);
+    if (!hole) return;
+    ctx.moveTo(x + hole, y);
+    ctx.arc(x, y, hole, 0, 2 * Math.PI, true);
+  },
+};
+TRACES.tube = TRACES.bar;
 
-function paintFrame(ctx, item, px, c) {
-  ctx.strokeStyle = css(c);
-  arrow(ctx, item.length, item.width, px, 1);
-  label(ctx, item.labels[0], item.length + 10 * px, 0, px, c);
-  ctx.save();
-  ctx.rotate(Math.PI / 2);
-  arrow(ctx, item.length, item.width, px, 1);
-  ctx.restore();
-  label(ctx, item.labels[1], 0, item.length + 10 * px, px, c);
-}
-
-function paintCurve(ctx, item, px, c) {
-  ctx.strokeStyle = css(c);
-  ctx.lineWidth = Math.max(item.width, 1.5 * px);
-  ctx.beginPath();
-  for (const [x, y] of item.points) ctx.lineTo(x, y);
-  ctx.stroke();
-}
-
-function paintText(ctx, item, px, c) {
-  label(ctx, item.labels[0], 0, 0, px, c, item.width);
-}
-
-function label(ctx, text, x, y, px, c, height = 13 * px) {
-  planarc.label(ctx, text, x, y, px, css(c), { height });
+function shade(ctx, [[, low], [, high]], color) {
+  const paint = ctx.createLinearGradient(0, low, 0, high);
+  paint.addColorStop(0, css(color.map((v) => v * 0.72)));
+  paint.addColorStop(0.62, css(color.map((v) => v + (255 - v) * 0.35)));
+  paint.addColorStop(1, css(color));
+  return paint;
 }
 
 planarc.label = function (ctx, text, x, y, px, color, { height = 12.5 * px, dx = 0, dy = 0, halo } = {}) {

@@ -7,7 +7,7 @@
 //
 // With { bare: true } there is the picture alone, without controls, keys and grabbing.
 //
-// A scene is {time, tracks, items, box, layers, events}; see `data.py`.
+// A scene is {time, tracks, shapes, items, box, layers, events}; see `data.py`.
 
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -63,6 +63,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     items = next.items.map((item) => ({
       ...item, x: at(item.x), y: at(item.y), angle: at(item.angle), length: at(item.length),
       width: at(item.width), extra: at(item.extra), color: item.color.map(at),
+      shape: next.shapes[item.shape],
     }));
     box = next.box;
     layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box));

@@ -166,10 +166,6 @@ planarc.posed = function (item, reader, pose) {
   if (!Number.isFinite(pose.x + pose.y + pose.angle + pose.length + pose.width)) return false;
   pose.extra = item.extra === undefined ? 0 : reader.at(item.extra);
   pose.color = item.color.map((c) => reader.at(c));
-  pose.kind = item.kind;
   pose.shape = item.shape;
-  pose.upright = item.upright;
-  pose.labels = item.labels;
-  pose.points = item.points;
   return true;
 };

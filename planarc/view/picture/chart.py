@@ -15,7 +15,7 @@ from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.core.unknown import unknown_name
 from planarc.view.storage import replacing
-from planarc.view.table.files import Table
+from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
     import numpy as np

@@ -19,7 +19,8 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.view.scene import Item, Scene, Track
+from planarc.view.item import Item, Track
+from planarc.view.scene import Scene
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 
 from planarc.core.unknown import unknown_name
 from planarc.ir.insight import Layer, Mark
-from planarc.view.scene import Item, Kind, Scene, with_items
+from planarc.view.item import Item, Kind
+from planarc.view.scene import Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
 _COLORS = {

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from planarc.view.item import Item
+from planarc.view.marks.draw import marks_of, visible
+from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Point
 from planarc.view.picture.camera import Camera
-from planarc.view.picture.marks import Bar, Disc, Label, Mark, Outline, Paint, Point
 from planarc.view.picture.motion import Motion, item_at
-from planarc.view.picture.shapes import marks_of, visible
 from planarc.view.picture.svg import DARK_PAPER, PAPER
-from planarc.view.scene import Item
 
 if TYPE_CHECKING:
     from PIL.Image import Image

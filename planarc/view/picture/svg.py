@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
+from planarc.view.item import Item
+from planarc.view.marks.draw import marks_of, visible
+from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.picture.camera import Camera
-from planarc.view.picture.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.picture.motion import Motion, item_at
-from planarc.view.picture.shapes import marks_of, visible
 from planarc.view.picture.thin import thin_polyline
-from planarc.view.scene import Item
 
 if TYPE_CHECKING:
     import numpy as np

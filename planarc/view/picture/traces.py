@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.unknown import unknown_name
-from planarc.view.scene import Item, Kind
+from planarc.view.item import Item, Kind
 
 if TYPE_CHECKING:
     from planarc.ir.result import Result

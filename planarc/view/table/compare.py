@@ -20,7 +20,7 @@ import re
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.view.table.files import Table
+from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
     import numpy as np

@@ -13,12 +13,12 @@ from msgspec import MsgspecError, json
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.view.table.files import Table
 
 _END = b"\r\n"
 #: Numbers formatted at a time: they and their text stay in the processor's cache.
@@ -82,7 +82,6 @@ _UNIT = re.compile(r"(.+) \[([^\[\]]+)\]")
 
 def read(file: BinaryIO) -> Table:
     """Raises ValueError with the reason."""
-    from planarc.view.table.files import Table
 
     names, first = _header(file)
     values = _body(file, len(names), first)

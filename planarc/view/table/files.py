@@ -13,36 +13,15 @@ from __future__ import annotations
 
 import mmap
 import re
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
-from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.ir.result import Result
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from planarc.view.table.table import Table
 
 SUFFIXES = (".csv", ".mat")
-
-
-class Table(Data):
-    """Columns over time. `units` only holds those that the file told; `model` is the class
-    of the model, where it is said."""
-
-    time: NDArray[np.float64]
-    columns: Mapping[str, NDArray[np.float64]]
-    units: Mapping[str, str]
-    model: str = ""
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        return self.time if name == "time" else self.columns[name]
-
-    def __contains__(self, name: str) -> bool:
-        return name == "time" or name in self.columns
 
 
 def write_table(

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.view.table.files import Table
 
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 
@@ -140,7 +140,6 @@ class _Columns(Mapping[str, "NDArray[np.float64]"]):
 
 def read(data: bytes | mmap.mmap) -> Table:
     """Raises ValueError with the reason."""
-    from planarc.view.table.files import Table
 
     matrices = _matrices(data)
     missing = [n for n in ("Aclass", "name", "dataInfo", "data_2") if n not in matrices]

@@ -10,7 +10,7 @@ import pytest
 
 from planarc.core.diagnostic import UsageError
 from planarc.view.picture.chart import draw_panels, panels_of, table_of, write_chart
-from planarc.view.table.files import Table
+from planarc.view.table.table import Table
 
 pytest.importorskip("matplotlib")
 

@@ -10,8 +10,9 @@ import pytest
 import planarc
 from planarc import Result, UsageError
 from planarc.stages import study
+from planarc.view.item import Kind
 from planarc.view.picture.overlays import with_layers
-from planarc.view.scene import Kind, make_scene
+from planarc.view.scene import make_scene
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

@@ -1,0 +1,281 @@
+"""What each kind of item looks like: its forms, in its own axes, before its size is known.
+
+In:   Item
+Out:  Shape   forms from the lowest to the highest; x along the item's length, y to its left
+
+Example: a beam is one bar from the origin to (L, 0), W wide, with round ends
+
+    Shape((Form("bar", ((ZERO, -0.5*W), (L, 0.5*W)), radius=0.5*W, ...),), needs="lw")
+
+This is all that is known of shapes: `draw` makes the marks of pictures from it, the page draws
+the same forms (`page/paint.js`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from typing import Literal, TypeAlias
+
+from planarc.core.data import Data
+from planarc.view.item import Item, Kind, Track
+from planarc.view.marks.measure import (
+    EXTRA,
+    HEAD,
+    METRE,
+    PIXEL,
+    SHAFT,
+    THIN,
+    ZERO,
+    L,
+    Measure,
+    W,
+)
+
+#: How far the item's colour is turned to black (below 0) or white (above), and the same on a
+#: dark ground.
+Tint: TypeAlias = tuple[float, float]
+Place: TypeAlias = tuple[Measure, Measure]
+
+_PLAIN: Tint = (0.0, 0.0)
+_EDGE: Tint = (-0.4, -0.4)
+_HATCH: Tint = (-0.4, 0.0)
+
+
+class Form(Data):
+    """A mark to be.
+
+    line      straight through `points`, `closed` or not
+    bar       between two opposite corners, its ends rounded by `radius` and longer by that
+    tube      the same, light on one side and dark on the other
+    oval      in the rectangle between two corners
+    disc      about a point, with a `hole`
+    label     a text that stays upright, centred at a point, `radius` high
+    """
+
+    kind: Literal["line", "bar", "tube", "oval", "disc", "label"]
+    points: tuple[Place, ...]
+    fill: Tint | None = None
+    line: Tint | None = None
+    width: Measure = ZERO  # of the line
+    least: float = 0.0  # its least width in pixels
+    radius: Measure = ZERO
+    hole: Measure = ZERO
+    closed: bool = True
+    text: str = ""
+
+
+class Shape(Data):
+    """`needs` are the sizes, `l` and `w`, without which nothing is drawn."""
+
+    forms: tuple[Form, ...]
+    needs: str = ""
+
+
+def shape_of(item: Item) -> Shape:
+    """The shape of an item; equal ones are one object."""
+    extra = 0.0 if (item.kind, item.shape, item.upright) in _VARY else _first(item.extra)
+    return _shape(item.kind, item.shape, item.upright, extra, item.labels, item.points)
+
+
+def bounded_extra(item: Item) -> Track:
+    """The `extra` by which a shape is measured, within its bounds."""
+    import numpy as np
+
+    low, high, default = _VARY.get((item.kind, item.shape, item.upright), (0.0, 0.0, 0.0))
+    value = np.where(np.asarray(item.extra) == 0.0, default, item.extra).clip(low, high)
+    return float(value) if value.ndim == 0 else value
+
+
+@lru_cache(maxsize=1000)
+def _shape(
+    kind: Kind,
+    shape: str,
+    upright: bool,
+    extra: float,
+    labels: tuple[str, ...],
+    points: tuple[tuple[float, float], ...],
+) -> Shape:
+    match kind:
+        case Kind.ARROW | Kind.DOUBLE_ARROW:
+            return Shape(tuple(_arrow(_ALONG, 2 if kind is Kind.DOUBLE_ARROW else 1)), "l")
+        case Kind.FRAME:
+            return Shape(tuple(_frame(labels)), "l")
+        case Kind.CURVE:
+            path = tuple((x * METRE, y * METRE) for x, y in points)
+            return Shape((_line(path, W, THIN, _PLAIN),))
+        case Kind.TEXT:
+            return Shape((Form("label", ((ZERO, ZERO),), _PLAIN, radius=W, text=labels[0]),))
+    if shape == "ground":
+        return Shape(tuple(_ground()))
+    if upright:
+        return Shape(tuple(_ENDS.get(shape, _box_end)(extra)))
+    return Shape(tuple(_SIDES.get(shape, _box)(extra)), "lw")
+
+
+def _first(value: Track) -> float:
+    """Of a number of turns or teeth that changes, the first."""
+    number = float(value) if isinstance(value, (int, float)) else float(value[0])
+    return number if math.isfinite(number) else 0.0
+
+
+def _solid(kind: Literal["line", "bar", "tube", "oval", "disc"], *points: Place) -> Form:
+    return Form(kind, points, _PLAIN, _EDGE, ZERO, 1.2)
+
+
+def _line(points: tuple[Place, ...], width: Measure, least: float, line: Tint) -> Form:
+    return Form("line", points, None, line, width, least, closed=False)
+
+
+# Solids seen from their side ----------------------------------------------------------------
+
+_SIDE = ((ZERO, -0.5 * W), (L, 0.5 * W))
+_END = ((-0.5 * W, -0.5 * W), (0.5 * W, 0.5 * W))
+_ORIGIN = (ZERO, ZERO)
+
+
+def _box(_: float) -> Iterator[Form]:
+    yield _solid("bar", *_SIDE)
+
+
+def _beam(_: float) -> Iterator[Form]:
+    yield Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W)
+
+
+def _cylinder(_: float) -> Iterator[Form]:
+    yield _solid("tube", *_SIDE)
+
+
+def _sphere(_: float) -> Iterator[Form]:
+    yield _solid("oval", *_SIDE)
+
+
+def _cone(_: float) -> Iterator[Form]:
+    top = 0.5 * EXTRA
+    yield _solid("line", (ZERO, -0.5 * W), (L, -top), (L, top), (ZERO, 0.5 * W))
+
+
+def _gear_side(_: float) -> Iterator[Form]:
+    yield from _box(0.0)
+    for i in range(1, 8):
+        y = math.cos(i * math.pi / 8) / 2 * W
+        yield _line(((ZERO, y), (L, y)), ZERO, 1.2, _EDGE)
+
+
+def _spring(extra: float) -> Iterator[Form]:
+    """A coil from its side: a wave of as many turns as `extra` says, and straight ends."""
+    turns = max(1, round(extra or 5))
+    steps = 16 * turns
+    wave = (
+        ((0.1 + 0.8 * i / steps) * L, math.sin(2 * math.pi * turns * i / steps) / 2 * W)
+        for i in range(steps + 1)
+    )
+    yield _line((_ORIGIN, *wave, (L, ZERO)), 1 / 14 * W, 1.8, _PLAIN)
+
+
+# Solids seen from their end -----------------------------------------------------------------
+
+
+def _box_end(_: float) -> Iterator[Form]:
+    yield _solid("bar", *_END)
+
+
+def _disc_end(_: float) -> Iterator[Form]:
+    yield Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W)
+
+
+def _pin(_: float) -> Iterator[Form]:
+    yield from _disc_end(0.0)
+    yield Form("disc", (_ORIGIN,), (0.75, 0.75), radius=1 / 6 * W)
+
+
+def _ring(hole: Measure) -> Form:
+    return Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W, hole=hole)
+
+
+def _pipe_end(_: float) -> Iterator[Form]:
+    yield _ring(0.5 * EXTRA)
+
+
+def _spring_end(_: float) -> Iterator[Form]:
+    yield _ring(0.4 * W)
+
+
+def _gear_end(extra: float) -> Iterator[Form]:
+    """A wheel with as many teeth as `extra` says, and a mark from which its turns are seen."""
+    teeth = max(6, round(extra or 20))
+    inner = 0.5 * (1 - 3 / (teeth + 6))
+    flank = ((0.0, inner), (0.2, inner), (0.35, 0.5), (0.65, 0.5), (0.8, inner))
+    rim = (
+        ((i + part) * 2 * math.pi / teeth, radius) for i in range(teeth) for part, radius in flank
+    )
+    yield _solid("line", *((r * math.cos(a) * W, r * math.sin(a) * W) for a, r in rim))
+    yield _line((_ORIGIN, (inner * W, ZERO)), ZERO, 1.2, _EDGE)
+
+
+# What is no solid ---------------------------------------------------------------------------
+
+
+def _ground() -> Iterator[Form]:
+    """A bearing: a triangle under its point, on hatched ground."""
+    base = -0.62 * L
+    yield _solid("line", _ORIGIN, (0.36 * W, base), (-0.36 * W, base))
+    yield _line(((-0.55 * W, base), (0.55 * W, base)), ZERO, THIN, _HATCH)
+    for i in range(6):
+        x = (0.2 * i - 0.5) * W
+        yield _line(((x, base), (x - 0.13 * W, base - 0.25 * L)), ZERO, 1.1, _HATCH)
+
+
+_ALONG = (1.0, 0.0)
+
+
+def _arrow(along: tuple[float, float], heads: int) -> Iterator[Form]:
+    """From the origin by L along a unit vector."""
+    u, v = along
+
+    def at(forward: Measure, left: Measure = ZERO) -> Place:
+        return u * forward - v * left, v * forward + u * left
+
+    yield _line((_ORIGIN, at(L - 0.8 * HEAD)), SHAFT, 0.0, _PLAIN)
+    for i in range(heads):
+        tip = L - 0.8 * i * HEAD
+        corners = at(tip), at(tip - HEAD, 0.36 * HEAD), at(tip - HEAD, -0.36 * HEAD)
+        yield Form("line", corners, _PLAIN)
+
+
+def _frame(labels: tuple[str, ...]) -> Iterator[Form]:
+    for i, (u, v) in enumerate((_ALONG, (0.0, 1.0))):
+        yield from _arrow((u, v), 1)
+        reach = L + 10.0 * PIXEL
+        if i < len(labels):
+            place = (u * reach, v * reach)
+            yield Form("label", (place,), _PLAIN, radius=13.0 * PIXEL, text=labels[i])
+
+
+_Maker: TypeAlias = Callable[[float], Iterator[Form]]
+_SIDES: dict[str, _Maker] = {
+    "box": _box,
+    "beam": _beam,
+    "cylinder": _cylinder,
+    "pipe": _cylinder,
+    "sphere": _sphere,
+    "cone": _cone,
+    "gearwheel": _gear_side,
+    "spring": _spring,
+}
+_ENDS: dict[str, _Maker] = {
+    "box": _box_end,
+    "beam": _pin,
+    "cylinder": _pin,
+    "sphere": _disc_end,
+    "cone": _disc_end,
+    "pipe": _pipe_end,
+    "spring": _spring_end,
+    "gearwheel": _gear_end,
+}
+#: Shapes that are measured by `extra`: its bounds, and what stands for 0.
+_VARY = {
+    (Kind.SHAPE, "cone", False): (0.0, 1.0, 0.0),
+    (Kind.SHAPE, "pipe", True): (0.02, 0.98, 0.7),
+}

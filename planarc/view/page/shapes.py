@@ -1,0 +1,41 @@
+"""Shapes as a page carries them: what `paint.js` draws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from planarc.view.marks.measure import BASIS, Measure
+from planarc.view.marks.shapes import Form, Shape
+from planarc.view.page.columns import number
+
+
+def shape_data(shape: Shape, solid: bool) -> dict[str, Any]:
+    """`solid` shapes let a little of what is below them shine through."""
+    forms = [_form(form) for form in shape.forms]
+    return {"needs": shape.needs, "forms": forms, **({"solid": True} if solid else {})}
+
+
+def _form(form: Form) -> dict[str, Any]:
+    """Only what differs from the least that a form has; lengths by the basis that it uses."""
+    lengths = {"width": form.width, "radius": form.radius, "hole": form.hole}
+    own = [*(m for point in form.points for m in point), *lengths.values()]
+    used = [i for i in range(len(BASIS)) if any(m.parts[i] for m in own)]
+
+    def parts(measure: Measure) -> list[float | None]:
+        return [_short(measure.parts[i], BASIS[i]) for i in used]
+
+    data: dict[str, Any] = {
+        "kind": form.kind,
+        "basis": "".join(BASIS[i] for i in used),
+        "points": [[*parts(x), *parts(y)] for x, y in form.points],
+        **{name: parts(length) for name, length in lengths.items() if any(length.parts)},
+    }
+    told = {"fill": form.fill, "line": form.line, "least": form.least, "text": form.text}
+    data.update({name: value for name, value in told.items() if value})
+    return data if form.closed else {**data, "open": True}
+
+
+def _short(part: float, basis: str) -> float | None:
+    """Points in metres keep seven digits; of the size of a shape nobody sees a thousandth."""
+    value = number(part) if basis == "i" else round(part, 4) + 0.0
+    return int(value) if value is not None and value.is_integer() else value
