@@ -426,6 +426,7 @@ class Part(Located):
     name: str
     class_name: str
     span: Span = NOWHERE
+    inner: bool = False  # others refer to it, as they do to the world
 
 
 class LeftOut(Diagnostic):
