@@ -20,6 +20,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.options import ACCEPTING, Backend
 
 if TYPE_CHECKING:
+    from planarc.flatten.pipeline import Unbalanced
     from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
     from planarc.ir.flat import FlatModel
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     """The flat model of a class; files of libraries are parsed on the way. Raises PlanarcError."""
+    from planarc.flatten.pipeline import Unbalanced
     from planarc.flatten.pipeline import flatten as run_stage
     from planarc.flatten.typing.units import UnitCheck
 
@@ -42,9 +44,25 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     try:
         model = run_stage(target.library, target.class_name, UnitCheck(target.units.value))
         return replace(model, warnings=(*target.warnings, *model.warnings))
+    except Unbalanced as problem:
+        raise _who_is_to_blame(problem) from None
     finally:
         seconds["parse"] = target.reader.seconds
         seconds["flatten"] = perf_counter() - begin - (target.reader.seconds - parsed)
+
+
+def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
+    """The user's own equations and unknowns that are too many or missing, where there are any."""
+    from planarc.structure.blame import explain_misfit, find_misfit
+
+    try:
+        dae = to_dae(problem.model)
+    except PlanarcError:
+        return problem
+    inputs, head = problem.imbalance.inputs, f"; {problem.imbalance.sizes}"
+    over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs, head)
+    found = [replace(d, code=problem.diagnostics[0].code) for d in (*over, *under)]
+    return PlanarcError(found) if found else problem
 
 
 def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:

@@ -153,7 +153,7 @@ class Result:
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
         """Values at other times within the run, on straight lines between the rows.
 
-        Raises UsageError (C212) for a time before its first row or after its last one.
+        Raises UsageError (C214) for a time before its first row or after its last one.
         """
         import numpy as np
 
@@ -179,7 +179,7 @@ class Result:
         if outside.any():
             raise UsageError(
                 Diagnostic(
-                    "C212",
+                    "C214",
                     f"the run knows nothing of t = {asked[outside].flat[0]:g} s: it goes from "
                     f"{first:g} to {last:g} s",
                 )

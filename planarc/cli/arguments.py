@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.core.options import Backend, Redundant, fastest_backend
+from planarc.core.options import Backend, Redundant
 
 if TYPE_CHECKING:
     from planarc.request.request import Request
@@ -131,9 +131,12 @@ def read_pattern(text: str | None) -> re.Pattern[str] | None:
 
 def choose_backend(asked: Backend | None) -> Backend:
     """The back end that was asked for, or the fastest one that is installed."""
-    best = fastest_backend()
-    if asked is not Backend.NATIVE or best is asked:
-        return asked or best
+    from importlib.util import find_spec
+
+    if asked is Backend.NUMPY or find_spec("llvmlite") is not None:
+        return asked or Backend.NATIVE
+    if asked is None:
+        return Backend.NUMPY
     raise UsageError(
         Diagnostic(
             "C113",

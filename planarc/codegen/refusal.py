@@ -1,4 +1,4 @@
-"""Errors for what both back ends refuse."""
+"""What both back ends refuse."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def _applied(e: Expr) -> Callable[..., Any]:
 
 
 def _safe(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, with nan where it has no value or gets none."""
+    """The same, but nan where it has no value or gets none."""
 
     def call(*args: Any) -> Any:
         for a in args:

@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
-from planarc.flatten.checks.balance import check_balance, names_in_equations
+from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.parameters import check_parameters
 from planarc.flatten.checks.ranges import check_ranges
 from planarc.flatten.checks.unheeded import check_unheeded
@@ -80,13 +80,17 @@ def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN
     session = open_session(library)
     try:
         with _large_work():
-            model = _flatten(session, class_name)
+            model, imbalance = _flatten(session, class_name)
             if not session.errors and units is not UnitCheck.OFF:
                 _compare_units(model, units, session)
     except PlanarcError as problem:
         raise PlanarcError(_ordered([*session.errors, *problem.diagnostics])) from None
     except RecursionError:
         raise error("F251", f"`{class_name}` is nested too deeply") from None
+    if imbalance is not None:
+        session.errors.append(imbalance.problem)
+        if len(session.errors) == 1:
+            raise Unbalanced(model, imbalance)
     if session.errors:
         raise PlanarcError(_ordered(session.errors))
     return replace(model, warnings=_ordered(session.warnings))
@@ -99,6 +103,15 @@ def _compare_units(model: flat.FlatModel, units: UnitCheck, session: Session) ->
         session.errors += [replace(d, severity=Severity.ERROR) for d in differing]
     else:
         session.warnings += differing
+
+
+class Unbalanced(PlanarcError):
+    """Equations and unknowns differ in number; all else is right, so that `structure` can say which
+    of them are too many or missing."""
+
+    def __init__(self, model: flat.FlatModel, imbalance: Imbalance) -> None:
+        super().__init__(imbalance.problem)
+        self.model, self.imbalance = model, imbalance
 
 
 def open_session(library: Library) -> Session:
@@ -196,7 +209,7 @@ def _warn_obsolete(instances: list[Instance], session: Session) -> None:
             annotation.warn_obsolete(part.cls, place, session)
 
 
-def _flatten(session: Session, class_name: str) -> flat.FlatModel:
+def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalance | None]:
     cls = find_model(session, class_name)
     _check_kind(cls)
     root = instantiate_model(session, cls)
@@ -213,11 +226,12 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
     check_parameters(pairs, session)
+    imbalance = None
     if not session.errors:
         check_ranges(pairs, session)
         check_unheeded(root, connections, session)
         _warn_obsolete(found.instances, session)
-        problem = check_balance(
+        imbalance = check_balance(
             found.instances,
             variables,
             equations,
@@ -226,9 +240,7 @@ def _flatten(session: Session, class_name: str) -> flat.FlatModel:
             session.leaves,
             redundant_unknowns(found.instances, leaves, found.rooting),
         )
-        if problem is not None:
-            session.errors.append(problem)
-    return _model(root, found, connected, variables, equations, experiment)
+    return _model(root, found, connected, variables, equations, experiment), imbalance
 
 
 def _model(
@@ -240,7 +252,11 @@ def _model(
     experiment: flat.Experiment,
 ) -> flat.FlatModel:
     definition = root.cls.definition
-    parts = tuple(_part(i) for i in found.instances if i.prefix)
+    parts = tuple(
+        flat.Part(i.prefix, i.cls.name, i.element.definition.span if i.element else i.cls.span)
+        for i in found.instances
+        if i.prefix
+    )
     model = flat.FlatModel(
         root.cls.name,
         tuple(variables),
@@ -259,12 +275,3 @@ def _model(
         figures=figures_of(root, root.session),
     )
     return with_functions(model, root.session)
-
-
-def _part(instance: Instance) -> flat.Part:
-    """What stands in the model as `outer` was made up for want of an inner one."""
-    name, kind, element = instance.name, instance.cls.name, instance.element
-    if element is None:
-        return flat.Part(name, kind, instance.cls.span)
-    prefixes = element.definition.prefixes
-    return flat.Part(name, kind, element.definition.span, prefixes.inner or prefixes.outer)

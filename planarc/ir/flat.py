@@ -183,9 +183,7 @@ class PartialCall(Node):
 
 
 class Comprehension(Node):
-    """An iteration inside a function, where sizes are unknown.
-
-    `reduce` is `array sum product min max`."""
+    """Only inside functions, where sizes are unknown; `reduce` is `array sum product min max`."""
 
     body: Expression
     iterators: tuple[tuple[str, Expression], ...]
@@ -303,7 +301,7 @@ class Reinit(EquationNode):
 Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit
 
 
-#: The target of an assignment: a variable, or several ones, as items of a record or an array.
+#: What is assigned: a variable, or several ones at once, as items of a record or an array.
 Target: TypeAlias = "Reference | Record | Array"
 
 
@@ -402,9 +400,8 @@ class Visual(Located):
 
 
 class Declared(Located):
-    """A statement of a component about itself in `annotation(__planarc(energy(kinetic = ...)))`:
-    a value in a `unit`, evaluated from the result; kinds and names are those of
-    `flatten.sections.declared`."""
+    """What a component says of itself in `annotation(__planarc(energy(kinetic = ...)))`: a value
+    in a `unit`, evaluated from the result; see `flatten.sections.declared` for kinds and names."""
 
     component: str
     kind: str
@@ -426,7 +423,6 @@ class Part(Located):
     name: str
     class_name: str
     span: Span = NOWHERE
-    inner: bool = False  # others refer to it, as they do to the world
 
 
 class LeftOut(Diagnostic):

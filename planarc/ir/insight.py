@@ -1,4 +1,4 @@
-"""Knowledge of a mechanism beyond its variables: given by `insight`, shown by `view`.
+"""What is known of a mechanism beyond its variables: given by `insight`, shown by `view`.
 
 All is plain data over the rows of one result.
 """
@@ -38,7 +38,7 @@ class Mark(Data):
 
 
 class Layer(Data):
-    """Something that may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
+    """What may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
 
     id: str
     title: str

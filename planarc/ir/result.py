@@ -28,14 +28,14 @@ class EventRecord(Data):
 
 
 class StateChoice(Data):
-    """The states (user's names) from `time` on."""
+    """From `time` on these were the states (user's names)."""
 
     time: float
     states: tuple[str, ...]
 
 
 class Held(Data):
-    """The use of a start value: held exactly, or a guess that moved by `moved`."""
+    """How a start value was used: held exactly, or a guess that moved by `moved`."""
 
     name: str
     start: float

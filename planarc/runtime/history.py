@@ -49,7 +49,7 @@ class History:
 
     @property
     def size(self) -> int:
-        """The number of pieces that are kept."""
+        """How many pieces are kept."""
         return len(self._begins)
 
     def start(self, t: float, values: Sequence[float]) -> None:

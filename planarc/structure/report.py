@@ -1,4 +1,4 @@
-"""Messages about a system that has no solution by its structure.
+"""What to say of a system that has no solution by its structure.
 
 In:   the live equations, the kept variables and their matching
 Out:  diagnostics S301 (an equation without unknowns), S302 (too many equations in a
@@ -19,12 +19,14 @@ from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import text
 from planarc.structure.alias import Elimination
+from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
 from planarc.structure.matching import find_singular_parts, match_equations
 from planarc.structure.places import owner_span
 
-_SHOWN = 8  # names and equations listed in one message
-#: Words for joints, by their names, of which one is too many.
+_SHOWN = 8  # names listed in one message
+_LISTED = 3  # equations that no user wrote: they come last, and few say enough
+#: Said of joints by their names, of which one is too many.
 TWICE = "hold the same motion twice"
 
 
@@ -39,11 +41,12 @@ def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
     if matching.complete and -1 not in matching.equation:
         return
     parts = find_singular_parts(rows, len(elimination.kept), matching)
-    found = []
+    over, under = explain_misfit(dae, find_misfit(dae))
+    found: list[Diagnostic] = []
     if parts.over_equations:
-        found.append(_over(dae, elimination, parts.over_equations, parts.over_variables))
+        found += over or [_over(dae, elimination, parts.over_equations, parts.over_variables)]
     if parts.under_variables:
-        found.append(_under(dae, elimination, parts.under_equations, parts.under_variables))
+        found += under or [_under(dae, elimination, parts.under_equations, parts.under_variables)]
     raise StructurallySingular(found)
 
 
@@ -82,7 +85,7 @@ def _over(
         "S302",
         f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
         f"({_names([elimination.kept[v] for v in variables])}): {surplus} too many",
-        _span(chosen[-1]),
+        owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
         hint=f"remove {'one' if surplus == 1 else surplus} of these equations or connections",
         related=_listed(chosen),
     )
@@ -105,7 +108,7 @@ def _under(
     )
     related = _listed(chosen) + tuple(
         Related(f"{_text(e)} says nothing new: it follows from other equations", _span(e))
-        for e in redundant[:_SHOWN]
+        for e in redundant[:_LISTED]
     )
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
     place = _span(redundant[-1]) if redundant and forces else owner_span(dae, names[0])
@@ -113,7 +116,7 @@ def _under(
 
 
 def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
-    """The cause in a planar mechanism that leaves such an unknown open."""
+    """What in a planar mechanism leaves such an unknown open."""
     classes = {p.name: p.class_name for p in dae.parts}
     owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
     masses = [o for o in owners if classes.get(o, "").endswith(".PointMass")]
@@ -137,9 +140,9 @@ def _declared(dae: Dae, component: str) -> tuple[Related, ...]:
 
 
 def _listed(equations: Sequence[Equation]) -> tuple[Related, ...]:
-    shown = [Related(f"{_text(e)}{_inside(e)}", _span(e)) for e in equations[:_SHOWN]]
-    if len(equations) > _SHOWN:
-        shown.append(Related(f"and {len(equations) - _SHOWN} more equations"))
+    shown = [Related(f"{_text(e)}{_inside(e)}", _span(e)) for e in equations[:_LISTED]]
+    if len(equations) > _LISTED:
+        shown.append(Related(f"and {len(equations) - _LISTED} more equations"))
     return tuple(shown)
 
 

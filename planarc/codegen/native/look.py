@@ -1,4 +1,4 @@
-"""The distance of the present states from a place where they can be none, in LLVM.
+"""How far the present states are from a place where they can be none, in LLVM.
 
     pc_look(frame, blocks, count, scales) -> the largest sensitivity, or infinity
 

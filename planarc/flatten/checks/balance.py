@@ -17,6 +17,7 @@ from collections.abc import Iterable
 
 from msgspec import Struct, field
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted
@@ -27,6 +28,14 @@ from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import expressions_of_equations, names_in, variables_of_target
+
+
+class Imbalance(Data):
+    """The message by counting; inputs that nothing is connected to; the count as a clause."""
+
+    problem: Diagnostic
+    inputs: tuple[str, ...]
+    sizes: str
 
 
 class Count(Struct):
@@ -91,7 +100,7 @@ def check_balance(
     connections: list[Connection],
     leaves: dict[str, Leaf],
     redundant: int,
-) -> Diagnostic | None:
+) -> Imbalance | None:
     """An error that names the components whose count is off, None when all is well.
     `redundant` unknowns of the model's own connectors are fixed by a root outside."""
     unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
@@ -112,15 +121,24 @@ def check_balance(
             count.equations[algorithm.component] += len_of(name, leaves)
     _count_connections(connections, count)
     related = [r for i in instances if (r := _off(i, count)) is not None]
+    inputs: list[flat.Variable] = []
     if known < unknowns:
-        related += _idle(unknown, equations, algorithms, connections, leaves)
+        nameless, inputs = _idle(unknown, equations, algorithms, connections, leaves)
+        related += [Related(f"no equation names `{v.name}`", v.span) for v in nameless[:MAX_NAMED]]
+        message = "the input `{}` is not connected"
+        related += [Related(message.format(v.name), v.span) for v in inputs[:MAX_NAMED]]
     kind = "many" if known > unknowns else "few"
     root = instances[0]
-    return Diagnostic(
-        "F320",
-        f"`{root.cls.name}` has too {kind} equations: {known} for {counted(unknowns, 'unknown')}",
-        root.cls.span,
-        related=tuple(related),
+    sizes = f"{known} for {counted(unknowns, 'unknown')}"
+    return Imbalance(
+        Diagnostic(
+            "F320",
+            f"`{root.cls.name}` has too {kind} equations: {sizes}",
+            root.cls.span,
+            related=tuple(related),
+        ),
+        tuple(v.name for v in inputs),
+        f"`{root.cls.name}` has {counted(known, 'equation')} for {counted(unknowns, 'unknown')}",
     )
 
 
@@ -145,21 +163,19 @@ def _idle(
     algorithms: list[flat.Algorithm],
     connections: list[Connection],
     leaves: dict[str, Leaf],
-) -> list[Related]:
+) -> tuple[list[flat.Variable], list[flat.Variable]]:
     """Unknowns that no equation names, and inputs that nothing is connected to."""
     named = names_in_equations(equations)
     for algorithm in algorithms:
         named.update(targets_of(algorithm))
     connected = {side.name for c in connections for side in (c.left, c.right)}
-    found = []
-    for variable in unknown:
-        leaf = leaves[variable.name]
-        if variable.name not in named:
-            found.append(Related(f"no equation names `{variable.name}`", variable.span))
-        elif leaf.causality is syntax.Causality.INPUT and variable.name not in connected:
-            message = f"the input `{variable.name}` is not connected"
-            found.append(Related(message, variable.span))
-    return found[:MAX_NAMED]
+    nameless = [v for v in unknown if v.name not in named]
+    inputs = [
+        v
+        for v in unknown
+        if leaves[v.name].causality is syntax.Causality.INPUT and v.name not in connected
+    ]
+    return [v for v in nameless if v not in inputs], inputs
 
 
 def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:

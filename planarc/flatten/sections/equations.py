@@ -19,7 +19,8 @@ from typing import Any
 
 from msgspec import Struct
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.source import Span
 from planarc.flatten.connect.joining import (
     all_branches,
     holds_connection,
@@ -37,6 +38,7 @@ from planarc.flatten.typing.comprehension import iteration_values
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
+from planarc.ir.text.flat import print_expression
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 
@@ -214,7 +216,26 @@ def _when(node: syntax.WhenEquation, env: Env, to: Collector) -> Equations:
         (when_condition(condition, env), tuple(type_equations(body, env, inner)))
         for condition, body in node.branches
     )
+    for _, equations in branches:
+        _expect_once(equations)
     return (flat.WhenEquation(node.span, to.component, branches),)
+
+
+def _expect_once(equations: Equations) -> None:
+    """A branch of a when gives each variable one value: its equations have no order (8.3.5.2)."""
+    seen: dict[str, Span] = {}
+    for equation in equations:
+        if isinstance(equation, flat.Equality) and isinstance(equation.left, flat.Reference):
+            name = print_expression(equation.left)
+            if name in seen:
+                raise error(
+                    "F321",
+                    f"`{equation.left.span.text}` is given twice in one branch of a when",
+                    equation.span,
+                    related=[Related("first here", seen[name])],
+                    hint="keep one of them, or make an `elsewhen` of the other",
+                )
+            seen[name] = equation.span
 
 
 def _connect(node: syntax.Connect, env: Env, to: Collector) -> Equations:

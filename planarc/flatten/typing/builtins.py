@@ -131,8 +131,18 @@ def _der(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expressi
         raise wrong_argument(name, value)
     if value.type.base is not flat.Base.REAL:
         _expect_steady(value, env)
+    elif isinstance(value, flat.Reference):
+        _warn_of_nothing(value, span, env)
     type_ = flat.REAL.with_dims(value.type.dims)
     return flat.Builtin(type_, span, "der", (value,))
+
+
+def _warn_of_nothing(value: flat.Reference, span: Span, env: Env) -> None:
+    """The derivative of a parameter is zero; a library may ask for it, a user hardly means it."""
+    users = span.source.name in env.session.library.user_files()
+    if users and variability_of(value, env.session, env.hidden) <= flat.Variability.PARAMETER:
+        message = f"`{span.text}` is always 0: `{value.name}` is a parameter"
+        env.session.warn("F322", message, span, "take a variable, or leave it out")
 
 
 def _expect_steady(value: flat.Expression, env: Env) -> None:

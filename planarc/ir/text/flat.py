@@ -247,7 +247,7 @@ _PREFIX = {
 
 
 def print_variable(variable: flat.Variable) -> str:
-    """A declaration, without `;`."""
+    """One declaration, without `;`."""
     prefix = _PREFIX[variable.variability]
     if variable.variability is flat.Variability.DISCRETE and variable.type.base is not (
         flat.Base.REAL

@@ -219,7 +219,7 @@ def _modification(modification: syntax.Modification | None) -> str:
 
 
 def argument_text(argument: syntax.Argument) -> str:
-    """An argument of a modification or an annotation."""
+    """One argument of a modification or an annotation."""
     match argument:
         case syntax.ElementModification():
             words = ["each"] * argument.each + ["final"] * argument.final

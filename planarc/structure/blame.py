@@ -1,0 +1,185 @@
+"""Who is to blame where equations do not fit their unknowns, in words of the user's own model.
+
+In:   Dae             continuous equations and unknowns, as written: no alias is eliminated
+Out:  Misfit          the equations that are too many, the unknowns that nothing decides, and the
+                      equations of the user's that stand in the same part (Dulmage-Mendelsohn)
+      Diagnostics     that name them and their lines
+
+Which equation of an over-determined part is too many is a matter of taste: all of the library are
+taken to be right, then connections, then the user's own. Likewise an unknown of a library is taken
+to be decided before one of the user's, one that is the left side of an equation before another, and
+an input last. So a matching grows in that order, and what it leaves out is what the user hears of.
+
+Example: `motor.tau = 5` and `hinge.w = 2` for a hinge that a motor drives. The over-determined part
+holds some sixty equations; left out is `hinge.w = 2`, and its only rival is `motor.tau = 5`.
+
+Reference: A. L. Dulmage, N. S. Mendelsohn, Canad. J. Math. 10, 1958, 517-534;
+           P. Bunus, P. Fritzson, SIMULATION 80(7-8), 2004, 321-336 (explanations by the parts).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.prose import counted, listed, shortened
+from planarc.core.source import NOWHERE, Span
+from planarc.ir.dae import Dae, Equation, Variable
+from planarc.ir.expr import Op, postorder, text
+from planarc.structure.graph import Rows, columns_of
+from planarc.structure.matching import Matching, find_singular_parts, match_equations
+from planarc.structure.places import owner_span
+
+_SHOWN = 4  # equations and names in one message
+
+
+class Misfit(Data):
+    """Equations and names of unknowns; empty where that kind is not off."""
+
+    too_many: tuple[Equation, ...]
+    rivals: tuple[Equation, ...]  # own equations of the same part, those too many among them
+    undecided: tuple[str, ...]
+    naming: tuple[Equation, ...]  # own equations of the part of the undecided
+
+
+def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
+    """Equations and unknowns that are left without a partner. `inputs` are connected to nothing."""
+    number = {v.name: i for i, v in enumerate(dae.variables)}
+    rows = [_unknowns(equation, number) for equation in dae.equations]
+    matching = _grown(rows, len(number), _ranks_of_equations(dae))
+    parts = find_singular_parts(rows, len(number), matching)
+    ranks = _ranks_of_unknowns(dae, inputs)
+    free = _grown(columns_of(rows, len(number)), len(rows), ranks).exposed
+    too_many = tuple(dae.equations[e] for e in matching.exposed)
+    return Misfit(
+        too_many,
+        _closest(_own(dae, parts.over_equations), too_many),
+        tuple(dae.variables[v].name for v in free),
+        _own(dae, parts.under_equations),
+    )
+
+
+def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[Equation, ...]:
+    """Those that say what the same variable is, where there are several of them."""
+    sides = {e.left for e in too_many if e.left.is_symbol}
+    same = tuple(e for e in own if e.left in sides)
+    return same if len(same) > 1 else own
+
+
+def explain_misfit(
+    dae: Dae, misfit: Misfit, inputs: Collection[str] = (), head: str = ""
+) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
+    """Of too many equations, and of undecided unknowns: a message, or () where the user wrote none
+    of them himself. `head` is said behind each; codes are those of `structure`."""
+    over: tuple[Diagnostic, ...] = ()
+    under: tuple[Diagnostic, ...] = ()
+    if misfit.rivals:
+        over = (_too_many(dae, misfit, head),)
+    known = {v.name: v for v in dae.variables}
+    own = [n for n in misfit.undecided if _is_here(dae, known[n].span)]
+    open_inputs = [n for n in misfit.undecided if n in inputs]
+    if open_inputs:
+        under = tuple(_not_connected(dae, name, head) for name in open_inputs[:_SHOWN])
+    elif own:
+        under = (_undecided(own, known[own[0]], misfit.naming, head),)
+    return over, under
+
+
+def _too_many(dae: Dae, misfit: Misfit, head: str) -> Diagnostic:
+    rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
+    if len(rivals) == 1:
+        message = (
+            f"{_text(rivals[0])} is one equation too many: what it names is decided without it"
+        )
+    else:
+        shown = listed([*map(_text, rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
+        message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
+    last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
+    others = tuple(Related(f"{_text(e)} stands here", e.span) for e in rivals if e is not last)
+    hint = _how_to_move(dae, last) if len(rivals) == 1 else None
+    hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
+    return Diagnostic("S302", message + head, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _how_to_move(dae: Dae, equation: Equation) -> str | None:
+    """What a user means who gives a joint's coordinate by an equation."""
+    parameters = {p.name for p in dae.parameters}
+    for side, value in ((equation.left, equation.right), (equation.right, equation.left)):
+        owner, _, name = side.name.rpartition(".") if side.is_symbol else ("", "", "")
+        if f"{owner}.drivenFlange" in parameters:
+            driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
+            if value.op is Op.CONST and not side.order:
+                start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
+                return f"to begin there, write {start}; to drive the joint, {driven}"
+            return f"to drive the joint, remove the equation: {driven}"
+    return None
+
+
+def _undecided(
+    names: Sequence[str], first: Variable, naming: Sequence[Equation], head: str
+) -> Diagnostic:
+    others = tuple(Related(f"{_text(e)} decides something else", e.span) for e in naming[:_SHOWN])
+    return Diagnostic(
+        "S303",
+        f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}{head}",
+        first.span,
+        hint=f"write an equation for `{first.name}`, or a value where it is declared",
+        related=others,
+    )
+
+
+def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
+    return Diagnostic(
+        "S303",
+        f"nothing gives `{name}`: this input is connected to nothing{head}",
+        owner_span(dae, name),
+        hint=f"connect a signal to it, or write `{name} = ...`",
+    )
+
+
+def _text(equation: Equation) -> str:
+    return f"`{text(equation.left)} = {text(equation.right)}`"
+
+
+def is_own(dae: Dae, equation: Equation) -> bool:
+    """Whether an equation was written in the model's own file, and not as a connection."""
+    return not equation.generated and _is_here(dae, equation.span)
+
+
+def _is_here(dae: Dae, span: Span) -> bool:
+    return span is not NOWHERE and span.source is dae.span.source
+
+
+def _own(dae: Dae, equations: Iterable[int]) -> tuple[Equation, ...]:
+    chosen = (dae.equations[e] for e in equations)
+    return tuple(equation for equation in chosen if is_own(dae, equation))
+
+
+def _unknowns(equation: Equation, number: Mapping[str, int]) -> list[int]:
+    names = (e.name for e in postorder((equation.left, equation.right)) if e.op is Op.SYMBOL)
+    return list(dict.fromkeys(number[n] for n in names if n in number))
+
+
+def _grown(rows: Rows, columns: int, ranks: Sequence[int]) -> Matching:
+    """A maximum matching in which rows of a low rank find their partners first."""
+    found = Matching((-1,) * len(rows), (-1,) * columns)
+    for rank in sorted(set(ranks)):
+        known = [row if ranks[i] <= rank else [] for i, row in enumerate(rows)]
+        found = match_equations(known, columns, found)
+    return found
+
+
+def _ranks_of_equations(dae: Dae) -> list[int]:
+    return [2 if is_own(dae, e) else 1 if e.generated else 0 for e in dae.equations]
+
+
+def _ranks_of_unknowns(dae: Dae, inputs: Collection[str]) -> list[int]:
+    given = {e.left.name for e in dae.equations if e.left.is_symbol and not e.left.order}
+
+    def rank(v: Variable) -> int:
+        if v.name in inputs:
+            return 3
+        return (1 if v.name in given else 2) if _is_here(dae, v.span) else 0
+
+    return [rank(v) for v in dae.variables]
