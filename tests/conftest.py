@@ -44,11 +44,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _bytecode(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Keep bytecode in the folder of the tests where Python must not keep it beside modules:
-    else each process that a test starts compiles all modules anew."""
-    if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-        os.environ["PYTHONPYCACHEPREFIX"] = str(tmp_path_factory.getbasetemp() / "bytecode")
+def _bytecode(request: pytest.FixtureRequest) -> None:
+    """Keep bytecode in pytest's cache where Python must not keep it beside modules: else each
+    process that a test starts compiles all modules anew."""
+    kept = request.config.cache
+    if kept is not None and os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+        os.environ["PYTHONPYCACHEPREFIX"] = str(kept.mkdir("bytecode"))
 
 
 @pytest.fixture

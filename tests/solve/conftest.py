@@ -107,22 +107,30 @@ class Interpreter:
                 ("discrete", program.discrete),
             )
         }
-        self._bodies = [self._function(b.body) for b in program.blocks]
+        self._bodies = [self._function(b.body, b.residuals) for b in program.blocks]
+        self._tears = [[program.slots[repr(x)] for x in b.tears] for b in program.blocks]
         self._states: set[int] = set()
         self._given = False
         self._accepted = (0.0, list(self.w))
         self._t = 0.0
 
-    def _function(self, statements: Sequence[Statement]) -> Callable[[float], None]:
+    def _function(
+        self, statements: Sequence[Statement], values: Sequence[Expr] = ()
+    ) -> Callable[[float], list[float]]:
+        """The statements as Python, which gives these values in the end."""
         slots = dict(self.program.slots)
-        lines = ["def f(t):", "    pass"]
+
+        def place(name: str) -> str:
+            return f"w[{slots[name]}]" if name in slots else f"v[{name!r}]"
+
+        lines = ["def f(t):"]
         for s in statements:
             if isinstance(s, Solve):
                 lines.append(f"    solve({s.block}, t)")
             else:
-                name = repr(s.target)
-                target = f"w[{slots[name]}]" if name in slots else f"v[{name!r}]"
+                target = place(repr(s.target))
                 lines.append(f"    {target} = float({_python(s.value, slots)})")
+        lines.append(f"    return [{', '.join(place(repr(x)) for x in values)}]")
         space = {
             "w": self.w,
             "v": self._v,
@@ -134,7 +142,7 @@ class Interpreter:
 
     def _solve(self, index: int, t: float) -> None:
         block, w = self.program.blocks[index], self.w
-        slots = [self.program.slots[repr(x)] for x in block.tears]
+        slots = self._tears[index]
         if block.height:
             unknown = [k for k in range(len(slots)) if block.first + k not in self._states]
             if self._given:
@@ -158,9 +166,10 @@ class Interpreter:
                 w[slots[k]] = old + h
                 jacobian[:, column] = (self._residuals(index, t) - r) / h
                 w[slots[k]] = old
-            sizes = np.linalg.svd(jacobian, compute_uv=False)
-            if sizes[-1] < 1e-13 * sizes[0]:
-                raise Unsolved(index)
+            if len(unknown) > 1 or jacobian[0, 0] == 0.0:
+                sizes = np.linalg.svd(jacobian, compute_uv=False)
+                if sizes[-1] <= 1e-13 * sizes[0]:
+                    raise Unsolved(index)
             step = np.linalg.solve(jacobian, -r)
             for k, d in zip(unknown, step, strict=True):
                 w[slots[k]] += d
@@ -170,8 +179,7 @@ class Interpreter:
         raise Unsolved(index)
 
     def _residuals(self, index: int, t: float) -> np.ndarray:
-        self._bodies[index](t)
-        return np.array([self._value(r) for r in self.program.blocks[index].residuals])
+        return np.array(self._bodies[index](t))
 
     def _value(self, e: Expr) -> float:
         name = repr(e)
