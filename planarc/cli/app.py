@@ -20,7 +20,7 @@ import typer
 from planarc.cli import console, help_examples
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.mistake import mistake
 from planarc.core.nearest import meant, nearest
 
@@ -111,6 +111,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         app = make_app(_wanted(arguments))
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
+        _tell_of_the_cache()
         sys.stdout.flush()
         if code == Exit.INTERRUPTED and not isinstance(code, Exit):
             raise KeyboardInterrupt  # typer gives the bare number where Ctrl-C broke a command off
@@ -146,6 +147,16 @@ def _take_volume(arguments: Sequence[str]) -> tuple[list[str], console.Volume]:
     volumes = [_VOLUMES[a] for a in own[:end] if a in _VOLUMES]
     rest = [a for a in own[:end] if a not in _VOLUMES] + own[end:]
     return rest, volumes[-1] if volumes else console.Volume.NORMAL
+
+
+def _tell_of_the_cache() -> None:
+    """Say why nothing is kept, where a command asked for what is kept."""
+    cache = sys.modules.get("planarc.core.cache")
+    reason = cache.refusal() if cache else ""
+    if reason:
+        said = f"nothing is kept between runs: {reason}"
+        hint = "let PLANARC_CACHE_DIR name another folder"
+        console.complain((Diagnostic("C131", said, severity=Severity.WARNING, hint=hint),))
 
 
 _INTERRUPTED = Diagnostic("C130", "interrupted")

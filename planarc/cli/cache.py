@@ -21,7 +21,8 @@ def cache(clear: Clear = False) -> int:
 
     root = store.folder()
     if root is None:
-        console.say("nothing is kept: there is no folder for it, or PLANARC_CACHE_DIR is empty")
+        why = ": there is no folder for it, or PLANARC_CACHE_DIR is empty"
+        console.say("nothing is kept" + ("" if store.refusal() else why))
         return Exit.DONE
     before = store.entries(root)
     if clear:

@@ -51,6 +51,7 @@ class Code(Enum):
     C122 = "a file in the way that planarc did not write"
     C123 = "a place to which nothing can be written"
     C130 = "the command was interrupted"
+    C131 = "a cache folder that is not planarc's own"
     C141 = "a file to format that is no model"
     C142 = "a file to format that is not UTF-8"
     C151 = "a new model whose file exists"

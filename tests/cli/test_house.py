@@ -53,10 +53,23 @@ def test_the_cache_is_shown_and_cleared(tmp_path: Path) -> None:
         return subprocess.run(command, env=env, check=True, capture_output=True, text=True).stdout
 
     planarc("check", "decay.pmo")
-    assert list((tmp_path / "kept").glob("*/*"))
+    assert list((tmp_path / "kept" / "planarc").glob("*/*"))
     assert str(tmp_path / "kept") in planarc("cache")
     assert planarc("cache", "--clear").startswith("removed ")
-    assert not list((tmp_path / "kept").glob("*/*"))
+    assert not list((tmp_path / "kept" / "planarc").glob("*/*"))
+
+
+def test_a_cache_folder_of_another_program_is_told(tmp_path: Path) -> None:
+    (tmp_path / "planarc").mkdir()
+    (tmp_path / "planarc" / "notes").write_text("mine", "utf-8")
+    env = {**os.environ, "PLANARC_CACHE_DIR": str(tmp_path)}
+    for arguments in (["check", "decay.pmo"], ["cache", "--clear"]):
+        command = [sys.executable, "-m", "planarc", *arguments]
+        done = subprocess.run(command, env=env, capture_output=True, text=True)
+        assert done.returncode == 0
+        assert "warning[C131]: nothing is kept between runs" in done.stderr
+        assert "holds files that planarc did not write" in done.stderr
+    assert (tmp_path / "planarc" / "notes").read_text("utf-8") == "mine"
 
 
 def test_what_new_writes_runs_and_is_formatted(capsys: pytest.CaptureFixture[str]) -> None:
