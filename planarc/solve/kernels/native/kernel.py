@@ -14,15 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planarc.core.data import Data
-from planarc.ir.frame import Frame, Mode, Number, Placement, Record, place
+from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.ir.kernel import Addresses, Capabilities, Unknowns
 from planarc.ir.program import Program
 from planarc.runtime.history import History
+from planarc.solve.kernels.derived import Derived
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.native.engine import Engine
-from planarc.solve.kernels.unknowns import find_unknowns
-from planarc.solve.once import once
+from planarc.solve.kernels.native.layout import find_layout, numbers_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,62 +38,7 @@ def _engine(code: bytes) -> Engine:
     return Engine(code)
 
 
-class _Made(Data):
-    """What all kernels of a program have in common; the arrays are never written."""
-
-    place: Placement
-    results: Indices  # slots that must be finite in a row
-    candidates: Indices  # slots
-    residuals: Indices  # places in `area` of the residuals below the top
-    tear_starts: Indices  # slots of the start values of all tears
-    parameters: Indices  # slots of parameters with a default
-    defaults: Vector
-    asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
-    selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
-
-
-@once
-def _made(program: Program) -> _Made:
-    placed = place(program)
-    starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
-    tears = (s for r in placed.records for s in r[Record.SLOTS :][: r[Record.TEARS]])
-    residuals = (
-        placed.residuals(k) + i
-        for k, code in enumerate(program.blocks)
-        if code.height
-        for i in range(len(code.residuals))
-    )
-    given = [p for p in program.parameter_slots if p.default is not None]
-    return _Made(
-        placed,
-        np.array(sorted({c.slot for c in program.columns if not c.constant}), np.intp),
-        np.array([c.slot for c in program.candidates], np.intp),
-        np.array(list(residuals), np.intp),
-        np.array([starts[s] for s in tears], np.intp),
-        np.array([p.slot for p in given], np.intp),
-        np.array([p.default for p in given], float),
-        {},
-        {},
-    )
-
-
-def _numbers(program: Program, placed: Placement, selection: tuple[int, ...]) -> NDArray[np.int64]:
-    """Slots of the states, of their derivatives, and the unknowns of each block."""
-    numbers = np.zeros(placed.numbers, np.int64)
-    n, first = program.state_count, Number.FIRST_STATE
-    chosen = [program.candidates[i] for i in selection]
-    numbers[first : first + n] = [c.slot for c in chosen]
-    numbers[first + n : first + 2 * n] = [c.derivative for c in chosen]
-    taken = set(selection)
-    for record, code in zip(placed.records, program.blocks, strict=True):
-        if code.height and code.residuals:
-            solved = [i for i in range(len(code.tears)) if code.first + i not in taken]
-            at = record[Record.SOLVED]
-            numbers[at : at + len(solved)] = solved
-    return numbers[first:]
-
-
-class NativeKernel:
+class NativeKernel(Derived):
     """See `planarc.ir.kernel.Kernel`; `w` is a NumPy array."""
 
     w: Any
@@ -102,11 +46,9 @@ class NativeKernel:
     def __init__(
         self, program: Program, code: bytes, slopes: Callable[[Scope], Any] | None = None
     ) -> None:
-        self._program = program
-        self._slopes = slopes
-        self._derivatives: dict[str, NativeDerivatives | None] = {}
+        super().__init__(program, slopes)
         self._engine = engine = _engine(code)
-        made = _made(program)
+        made = find_layout(program)
         self._place = made.place
         n = program.state_count
         self.w = np.zeros(program.size)
@@ -216,14 +158,12 @@ class NativeKernel:
         return self._call_parameters(float(self.w[0]))
 
     def select(self, selection: Sequence[int]) -> None:
-        self._selection = chosen = tuple(selection)
+        chosen = tuple(selection)
         known = self._selections.get(chosen)
         if known is None:
-            known = self._selections[chosen] = _numbers(self._program, self._place, chosen)
+            known = self._selections[chosen] = numbers_of(self._program, self._place, chosen)
         self._numbers[Number.FIRST_STATE :] = known
-        for derivatives in self._derivatives.values():
-            if derivatives is not None:
-                derivatives.select(selection)
+        self._choose(chosen)
 
     def accept(self, t: float) -> None:
         self._started = True
@@ -296,9 +236,6 @@ class NativeKernel:
     def discrete(self) -> int:
         return self._call_discrete(float(self.w[0]))
 
-    def unknowns(self) -> Unknowns:
-        return find_unknowns(self._program, self._selection)
-
     def residual_form(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
     ) -> tuple[int, Any, Any]:
@@ -318,58 +255,27 @@ class NativeKernel:
 
     # Derivatives
 
-    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
-        self._begin()
-        self._y[:] = y
-        if self._call_rhs(t):
-            return None
-        found = self._derivatives_of("RATES")
-        return None if found is None else found.by_states(t)
-
-    def derivatives(
-        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
-    ) -> Any:
-        if self.outputs(t, y):
-            return None
-        found = self._derivatives_of("ALL")
-        return None if found is None else found.of_values(t, leaves, rows)
-
-    def residual_jacobian(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> Any:
-        if self.residual_form(t, y, u, unknowns)[0]:
-            return None
-        found = self._derivatives_of("RATES")
-        return None if found is None else found.of_residuals(t, unknowns)
-
     def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
-        found = self._derivatives_of("RATES")
+        found = self._of("RATES")
         if found is None:
             return 0
         found.prepare(scales, matrix_numbers)
         self._frame[Frame.PASSING] = found.memory.ctypes.data
         return self._engine.address("pc_cv_jacobian")
 
-    def _derivatives_of(self, which: str) -> NativeDerivatives | None:
-        """Loaded when first asked for; `which` is the name of a `Scope`."""
-        if which not in self._derivatives:
-            from planarc.ir.derivatives import Scope
-
-            scope = Scope[which]
-            code = self._slopes(scope) if self._slopes is not None else None
-            made = None
-            if code is not None:
-                from planarc.solve.kernels.native.derivatives import NativeDerivatives
-
-                self._engine.add(code)
-                made = NativeDerivatives(
-                    self._program, self._engine, scope, self._frame.ctypes.data
-                )
-                made.select(self._selection)
-            self._derivatives[which] = made
-        return self._derivatives[which]
-
     # Below the protocol
+
+    def _solve(self, t: float, y: Sequence[float]) -> int:
+        self._begin()
+        self._y[:] = y
+        return self._call_rhs(t)
+
+    def _load(self, code: bytes, scope: Scope) -> NativeDerivatives:
+        from planarc.solve.kernels.native.derivatives import NativeDerivatives
+
+        self._engine.add(code)
+        frame = self._frame.ctypes.data
+        return NativeDerivatives(self._program, self._engine, scope, frame)
 
     def _evaluate(self, mode: Mode) -> int:
         self._begin()

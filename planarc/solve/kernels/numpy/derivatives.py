@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.ir.derivatives import Tape
 from planarc.ir.kernel import Unknowns
-from planarc.ir.program import Program
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,23 +28,20 @@ LARGEST_FULL = 40
 
 
 class NumpyDerivatives:
-    """For one choice of states and one scope. What is given back is None where a formula has
-    no derivative at this point, or a block is singular."""
+    """See `kernels.derived.Derivatives`; `functions` are those of the text."""
 
-    def __init__(
-        self,
-        program: Program,
-        selection: Sequence[int],
-        functions: Mapping[str, Any],
-        w: MutableSequence[float],
-    ) -> None:
-        self._program, self._w = program, w
+    def __init__(self, functions: Mapping[str, Any], w: MutableSequence[float]) -> None:
+        self._w = w
         self._coefficients = functions["slopes"]
-        self._tape = tape = Tape(functions["tape"])
-        pairs = [tape.candidates[i] for i in selection]
-        self._states, self._rates = [p[0] for p in pairs], [p[1] for p in pairs]
+        self._tape = Tape(functions["tape"])
+        self._states: list[int] = []
+        self._rates: list[int] = []
         self._seeds: list[int] | None = None
         self._system: System | None = None
+
+    def select(self, selection: Sequence[int]) -> None:
+        pairs = [self._tape.candidates[i] for i in selection]
+        self._states, self._rates = [p[0] for p in pairs], [p[1] for p in pairs]
 
     def by_states(self, t: float) -> Matrix | None:
         motions = self._motions(t, self._states)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from planarc.ir.kernel import Capabilities, Unknowns
 from planarc.ir.program import Program
 from planarc.runtime.history import History
+from planarc.solve.kernels.derived import Derived
 from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy.block import (
     Block,
@@ -22,7 +23,6 @@ from planarc.solve.kernels.numpy.block import (
 )
 from planarc.solve.kernels.numpy.pair import PairBlock
 from planarc.solve.kernels.numpy.support import namespace
-from planarc.solve.kernels.unknowns import find_unknowns
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
@@ -36,15 +36,13 @@ def _compiled(source: str) -> CodeType:
     return compile(source, _FILE, "exec")
 
 
-class NumpyKernel:
+class NumpyKernel(Derived):
     """See `planarc.ir.kernel.Kernel`."""
 
     def __init__(
         self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
     ) -> None:
-        self._program = program
-        self._slopes = slopes
-        self._derivatives: dict[str, NumpyDerivatives | None] = {}
+        super().__init__(program, slopes)
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
         self.failed_equation = -1
@@ -107,8 +105,7 @@ class NumpyKernel:
 
     def select(self, selection: Sequence[int]) -> None:
         program = self._program
-        self._selection = tuple(selection)
-        self._derivatives = {k: d for k, d in self._derivatives.items() if d is None}
+        self._choose(selection)
         chosen = [program.candidates[i] for i in selection]
         self._state_slots = [c.slot for c in chosen]
         self._derivative_slots = [c.derivative for c in chosen]
@@ -123,7 +120,7 @@ class NumpyKernel:
             block.accept(t)
 
     def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
-        code = self._run_levels(t, y)
+        code = self._solve(t, y)
         if code:
             return code
         w, total = self.w, 0.0
@@ -133,7 +130,7 @@ class NumpyKernel:
         return 0 if total - total == 0.0 else self._not_finite()
 
     def outputs(self, t: float, y: Sequence[float]) -> int:
-        return self._run_levels(t, y) or self._run("rest")[0] or self._check_all()
+        return self._solve(t, y) or self._run("rest")[0] or self._check_all()
 
     def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
         self.w[0] = t
@@ -155,47 +152,8 @@ class NumpyKernel:
             asked.matrix_asked = False
         return asked.matrix
 
-    def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
-        if self._run_levels(t, y):
-            return None
-        found = self._derivatives_of("RATES")
-        return None if found is None else found.by_states(t)
-
-    def derivatives(
-        self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]
-    ) -> Any:
-        if self.outputs(t, y):
-            return None
-        found = self._derivatives_of("ALL")
-        return None if found is None else found.of_values(t, leaves, rows)
-
-    def residual_jacobian(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> Any:
-        if self.residual_form(t, y, u, unknowns)[0]:
-            return None
-        found = self._derivatives_of("RATES")
-        return None if found is None else found.of_residuals(t, unknowns)
-
-    def _derivatives_of(self, which: str) -> NumpyDerivatives | None:
-        """Loaded when first asked for; `which` is the name of a `Scope`."""
-        if which not in self._derivatives:
-            from planarc.ir.derivatives import Scope
-
-            scope = Scope[which]
-            text = self._slopes(scope) if self._slopes is not None else None
-            made = None
-            if text is not None:
-                from planarc.solve.kernels.numpy.derivatives import NumpyDerivatives
-
-                space = dict(self._functions)
-                exec(_compiled(text), space)
-                made = NumpyDerivatives(self._program, self._selection, space, self.w)
-            self._derivatives[which] = made
-        return self._derivatives[which]
-
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
-        code = self._run_levels(t, y)
+        code = self._solve(t, y)
         if code:
             return code
         code, values = self._run("roots")
@@ -207,9 +165,6 @@ class NumpyKernel:
     def discrete(self) -> int:
         return self._run("discrete")[0]
 
-    def unknowns(self) -> Unknowns:
-        return find_unknowns(self._program, self._selection)
-
     def residual_form(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
     ) -> tuple[int, Any, Any]:
@@ -218,7 +173,7 @@ class NumpyKernel:
         blocks = [self._blocks[i] for i, _ in unknowns.residuals]
         for block in blocks:
             block.evaluating = True
-        flag = self._run_levels(t, y)
+        flag = self._solve(t, y)
         for block in blocks:
             block.evaluating = False
         w = self.w
@@ -227,7 +182,7 @@ class NumpyKernel:
 
     # Below the protocol
 
-    def _run_levels(self, t: float, y: Sequence[float]) -> int:
+    def _solve(self, t: float, y: Sequence[float]) -> int:
         if not self._started:
             self._begin()
         w = self.w
@@ -241,6 +196,13 @@ class NumpyKernel:
         except (ArithmeticError, ValueError, UnsolvedError) as problem:
             return self._failed(problem)
         return 0
+
+    def _load(self, code: str, scope: Scope) -> NumpyDerivatives:
+        from planarc.solve.kernels.numpy.derivatives import NumpyDerivatives
+
+        space = dict(self._functions)
+        exec(_compiled(code), space)
+        return NumpyDerivatives(space, self.w)
 
     def _run(self, function: str) -> tuple[int, Sequence[float]]:
         try:

@@ -15,7 +15,7 @@ from planarc.ir.result import Result
 from planarc.request.request import Request
 from planarc.solve.solvers.sundials import Unavailable
 
-CASES = Path(__file__).parent.parent / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 FOUR_BAR = CASES / "b2_fourbar_gravity" / "four_bar.pmo"
 BALL = CASES / "i1_bouncing_ball" / "bouncing_ball.pmo"
 CHAIN = CASES / "h2_chain_pendulum_N10" / "chain_pendulum.pmo"

@@ -14,7 +14,7 @@ from planarc.request.request import Request
 from planarc.solve.solvers import cvode
 from planarc.solve.solvers.sundials import Unavailable
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 BALL = """model Ball
   Real h(start=1, fixed=true), v(start=0, fixed=true);
 equation

@@ -19,7 +19,7 @@ from planarc.solve.run import Run
 from planarc.solve.settings import resolve
 from planarc.solve.solvers import scipy as scipy_solvers
 
-CASES = Path(__file__).parent.parent / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 MODELS = [
     (folder / name, json.loads((folder / "case.json").read_text())["stop"])
     for folder in sorted(p.parent for p in CASES.glob("*/case.json"))

@@ -18,7 +18,7 @@ from planarc.core.options import Backend, RunOptions
 from planarc.ir.derivatives import Scope
 from planarc.solve.solvers import cvode
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
 
 from engine_bench import model as family  # noqa: E402

@@ -13,7 +13,7 @@ import pytest
 import planarc
 from planarc.api.model import Model
 
-FOUR_BAR = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
+FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 JOINTS = ("revA", "revB", "revC", "revD")
 ORDERS = (JOINTS, JOINTS[::-1], ("revC", "revA", "revD", "revB"))
 
