@@ -121,6 +121,13 @@ def test_equations_are_shown_without_the_annotation() -> None:
     assert text == "equation\n  tau = c*(phi_rel - phi_rel0);"
 
 
+def test_the_head_of_a_class_tells_its_energy_also_that_of_its_bases() -> None:
+    head = dict(pages()["PlanarMultiBody.Forces.Spring"].head)
+    assert head["Energy"] == "potential = c*(s - s_unstretched)^2/2"
+    source = dict(pages()["Modelica.Mechanics.Rotational.Sources.Torque"].head)
+    assert source["Energy"].startswith("suppliedPower = -flange.tau")
+
+
 def test_the_head_of_a_class_tells_its_law() -> None:
     head = dict(pages()["PlanarMultiBody.Parts.Body"].head)
     first, *rest = head["Law"].split("\n")

@@ -75,7 +75,7 @@ class _Gatherer:
             equations=tuple(_sections(definition)),
             source=_dedent(definition.span) if whole else "",
             file=definition.span.source.name,
-            head=head_of(definition.span.text),
+            head=(*head_of(definition.span.text), *self._energy(entry)),
             inherited=tuple(self._inherited(entry)),
         )
 
@@ -85,6 +85,20 @@ class _Gatherer:
             sections = () if part is entry else tuple(_sections(part.definition))
             if sections:
                 yield Link(part.full_name, part.full_name), sections
+
+    def _energy(self, entry: Entry) -> Iterator[tuple[str, str]]:
+        """What a class declares of its energy, itself or by its bases."""
+        told: dict[str, str] = {}
+        for part in self._names.lineage(entry):
+            own = argument(self._annotation(part.definition.annotation), "__planarc")
+            for kind in inner(argument(inner(own), "energy")):
+                if isinstance(kind, syntax.ElementModification):
+                    value, rate = binding(kind), binding(argument(inner(kind), "rate"))
+                    shown = rate if value is None else value
+                    name = kind.name[0] if shown is value else f"rate of {kind.name[0]}"
+                    told[name] = "" if shown is None else expression_text(shown)
+        if told:
+            yield "Energy", "\n".join(f"{name} = {text}" for name, text in told.items())
 
     def _annotation(self, annotation: syntax.Annotation | None) -> tuple[syntax.Argument, ...]:
         return () if annotation is None else self._library.parse_annotation(annotation)
