@@ -32,22 +32,22 @@ if TYPE_CHECKING:
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.result import Result
 
-#: A potential differs from the integral of its rate by so much of its range, at the least, and
-#: by so many times the error that integrals over these rows have.
+#: The least difference of a potential from the integral of its rate, as a share of its range,
+#: and as a multiple of the error that integrals over these rows have.
 _DIFFERENT = 1e-4
 _ERRORS = 10
-#: What flows unnoticed through a component is told from this part of all energy exchanged.
+#: The least share of all energy exchanged that makes a silent component worth telling of.
 _NOTABLE = 1e-3
 
 
 class Energies(Data):
-    """In joule, over the rows; `dissipated`, `supplied` and `strangers` since the start."""
+    """Energies in joule over the rows; `dissipated`, `supplied`, `strangers` since the start."""
 
     kinetic: Vector
     potential: Vector
     dissipated: Vector
     supplied: Vector
-    strangers: Mapping[str, Vector]  # put in by components that declare nothing
+    strangers: Mapping[str, Vector]  # what components put in that declare nothing
 
     @property
     def mechanical(self) -> Vector:
@@ -55,20 +55,20 @@ class Energies(Data):
 
     @property
     def untold(self) -> Vector:
-        """Put in by all components that declare nothing."""
+        """What all components put in that declare nothing."""
         total: Vector = sum(self.strangers.values(), 0 * self.supplied)
         return total
 
     @property
     def balance(self) -> Vector:
-        """Zero, but for the errors of the run and for what no component declares."""
+        """What is missing: errors of the run, and whatever no component declares."""
         total = self.mechanical
         difference: Vector = total - total[0] + self.dissipated - self.supplied
         return difference
 
     @property
     def exchanged(self) -> float:
-        """How much energy moved from one kind to another: what `balance` is compared with."""
+        """The energy that moved from one kind to another: the measure of `balance`."""
         import numpy as np
 
         kinds = (self.kinetic, self.potential, self.dissipated, self.supplied, self.untold)
@@ -76,7 +76,7 @@ class Energies(Data):
 
 
 def find_energies(result: Result, mechanism: Mechanism | None) -> Energies | None:
-    """None for a run of fewer than two rows, or of a model where nothing has kinetic energy."""
+    """The energies of a run; None without two rows, or where nothing has kinetic energy."""
     import numpy as np
 
     if len(result.time) < 2:
@@ -145,7 +145,7 @@ def _given(values: Values, declared: _Declared, kind: str) -> Vector:
 def _strangers(
     values: Values, mechanism: Mechanism | None, declared: _Declared
 ) -> dict[str, Track]:
-    """The powers that components put in which declare nothing."""
+    """The powers of components that declare nothing, by component."""
     connectors = find_connectors(values.result.columns)
     inside: dict[str, list[str]] = {}
     for connector in connectors:

@@ -1,4 +1,4 @@
-"""What insight found, as labels with texts for people."""
+"""The findings of insight as labels with texts for people."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_NAMES = 12
 
 
 def count_text(mechanism: Mechanism) -> str:
-    """On one line: bodies, joints, loops and mobility by count."""
+    """Bodies, joints, loops and mobility by count, on one line."""
     m = mechanism
     return (
         f"{_number(m.bodies, 'moving body', 'moving bodies')}, "
@@ -27,7 +27,7 @@ def count_text(mechanism: Mechanism) -> str:
 
 
 def _sum(m: Mechanism) -> str:
-    """How the count comes about: 3*3 - 4*2."""
+    """The terms of the count: 3*3 - 4*2."""
     points = sum(link.free == 2 for link in m.links)
     free = [f"3*{m.bodies - points}" if m.bodies - points else "", f"2*{points}" if points else ""]
     taken = []

@@ -1,4 +1,4 @@
-"""How a mechanism moves: paths of points, forces at joints, velocities, instant centres.
+"""Motion of a mechanism: paths of points, forces at joints, velocities, instant centres.
 
 In:   Mechanism, Result
 Out:  Layers, to be laid over the moving picture
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from planarc.ir.mechanism import Joint, Link, Mechanism
     from planarc.ir.result import Result
 
-#: A link that turns more slowly than this (rad/s) moves straight on: its centre is far away.
+#: The slowest turn (rad/s) that has a centre: slower links move straight on.
 _SLOW = 1e-6
 
 
 class _Motion(Data):
-    """Of a link: origin, its velocity and acceleration, angular velocity and acceleration."""
+    """Motion of a link: origin, velocity, acceleration, angular velocity and acceleration."""
 
     x: Track
     y: Track
@@ -47,7 +47,7 @@ class _Motion(Data):
 
 
 def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...]:
-    """Only layers that hold something."""
+    """The layers of a run that hold something."""
     if mechanism is None or not len(result.time):
         return ()
     values = Values(result)
@@ -72,7 +72,7 @@ class _Point(Data):
 
 
 def _motion(values: Values, link: Link) -> _Motion | None:
-    """That of the frame with the most exact velocities; None where no position is known."""
+    """The motion of the frame with the most exact velocities; None without a position."""
     named = [tuple(f"{frame}.{n}" for n in ("r[1]", "r[2]", "phi")) for frame in link.frames]
     known = [names for names in named if all(name in values.result for name in names)]
     if not known:
@@ -87,7 +87,7 @@ def _motion(values: Values, link: Link) -> _Motion | None:
 def _joint_points(
     values: Values, mechanism: Mechanism, motions: dict[int, _Motion | None]
 ) -> Iterator[_Point]:
-    """Where joints sit; both ends of one whose frames do not coincide."""
+    """The places of joints; both ends of one whose frames do not coincide."""
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
     seen: set[tuple[int, ...]] = set()
     for joint in mechanism.joints:
@@ -106,7 +106,7 @@ def _joint_points(
 
 
 def _place(values: Values, frame: str) -> tuple[int, ...]:
-    """Equal for frames whose positions are the same variables."""
+    """A key that is equal for frames whose positions are the same variables."""
     columns = values.result.columns
     own = (columns[f"{frame}.r[1]"], columns[f"{frame}.r[2]"])
     return tuple(number for c in own for number in (c.slot, c.sign))
@@ -165,7 +165,7 @@ def _acted(joint: Joint, link_of: dict[str, int]) -> str | None:
 
 
 def _instant_centres(mechanism: Mechanism, motions: dict[int, _Motion | None]) -> tuple[Mark, ...]:
-    """One for each link that turns; a hinge in the ground is a centre that nobody asks for."""
+    """A centre for each link that turns; a hinge in the ground is one that nobody asks for."""
     import numpy as np
 
     found = []

@@ -1,4 +1,4 @@
-"""The rank of the conditions that close the loops, and how near a run comes to losing it.
+"""The rank of the conditions that close the loops, and the distance of a run from losing it.
 
 In:   Program, Kernel    positions of joints in, the Jacobian of each loop's conditions out
 Out:  Closeness          singular values over the rows; `deficiency` for one position
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-#: Singular values below this part of the largest count as zero.
+#: The share of the largest singular value below which others count as zero.
 RANK = 1e-8
-#: Rows that are looked at; values between them are on straight lines.
+#: The most rows that are computed; values between them are on straight lines.
 ROWS = 1000
 
 
 class Closeness(Data):
-    """Over the rows of a result. `states`: the coordinates that `held` holds."""
+    """Closeness to singularity over the rows. `states` are the coordinates that `held` holds."""
 
     loops: Vector
     held: Vector
@@ -45,8 +45,7 @@ class Closeness(Data):
 
 
 def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
-    """None where no loop is closed. The kernel may be any of the program; its workspace is
-    changed."""
+    """The closeness of a run; None where no loop is closed. Changes the kernel's workspace."""
     import numpy as np
 
     program = result.program
@@ -81,7 +80,7 @@ def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
 
 
 def deficiency(program: Program, kernel: Kernel) -> int:
-    """How many conditions follow from the others at the kernel's present values."""
+    """The number of conditions that follow from the others at the kernel's present values."""
     import numpy as np
 
     missing = 0

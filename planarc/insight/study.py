@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def study(result: Result, kernel: Kernel | None = None) -> Insight:
-    """Without a kernel the ranks stay unknown. Changes the kernel's workspace."""
+    """The insight into a run; ranks only with a kernel, whose workspace is changed."""
     mechanism = result.program.mechanism
     closeness = None if kernel is None else find_closeness(result, kernel)
     energies = find_energies(result, mechanism)

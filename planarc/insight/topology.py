@@ -43,7 +43,7 @@ class _Relation(Data):
 
 
 def find_mechanism(dae: Dae) -> Mechanism | None:
-    """None where the model has no frames."""
+    """The links and joints of a model; None where it has no frames."""
     frames = find_frames(v.name for v in dae.variables)
     if not frames:
         return None
@@ -60,7 +60,7 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
     return _mechanism(frames, groups, links)
 
 
-#: Stands for whatever does not move.
+#: The frame of whatever does not move.
 _GROUND = ""
 
 
@@ -111,7 +111,7 @@ def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]
 
 
 def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:
-    """How many conditions tie these frames to each other.
+    """The number of conditions that tie these frames to each other.
 
     Those of the equations that are left when each own unknown has taken one, as far as it can:
     the size of a maximum matching (augmenting paths).
@@ -178,7 +178,7 @@ def _mechanism(
 
 
 class _Held(Data):
-    """What a component holds together."""
+    """A component that holds links together."""
 
     component: str
     conditions: int
@@ -223,7 +223,7 @@ def _is_angle(relations: Sequence[_Relation]) -> bool:
 
 
 def _name(frames: Sequence[str], joints: set[str]) -> str:
-    """What people call a link: its component with two frames, else any that is no joint."""
+    """The name of a link: its component with two frames, else any that is no joint."""
     owners = [frame.rpartition(".")[0] for frame in frames]
     count = {o: owners.count(o) for o in owners}
     rigid = [o for o in count if count[o] > 1]

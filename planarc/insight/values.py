@@ -1,4 +1,4 @@
-"""Reads variables of a result by component, with rates and integrals over its rows."""
+"""Variables of a result by component, with rates and integrals over its rows."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Values:
         return all(f"{owner}.{name}" in columns for name in names)
 
     def get(self, name: str) -> Track:
-        """A number where it never changes; KeyError if there is none."""
+        """A variable: a number where it never changes; KeyError if there is none."""
         return self.rate(name, 0)
 
     def pair(self, owner: str, name: str) -> tuple[Track, Track]:
@@ -70,7 +70,7 @@ class Values:
         return column.sign * self._rate(column.slot, order)
 
     def exactness(self, name: str, order: int = 2) -> int:
-        """How many derivatives of a variable, up to an order, are no differences."""
+        """The number of derivatives of a variable, up to an order, that are no differences."""
         slot = self.result.columns[name].slot
         for exact in range(order):
             if slot not in self.result.stored:
@@ -100,7 +100,7 @@ class Values:
         return 0.0 if isinstance(track, float) else rate(self.time, track)
 
     def full(self, value: Track) -> Vector:
-        """As many rows as the result has."""
+        """A value as a row for each of the result's."""
         import numpy as np
 
         return np.full(len(self.time), value) if isinstance(value, float) else value
@@ -125,7 +125,7 @@ class _Declared(RowValues):
         self._rows = values
 
     def derivative(self, value: Any, order: int) -> Any:
-        """Of a vector each component."""
+        """The derivative of a value; of a vector that of each component."""
         if isinstance(value, tuple):
             return tuple(self.derivative(item, order) for item in value)
         found = self(value)

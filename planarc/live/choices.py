@@ -39,7 +39,7 @@ class Option(Data):
 
 
 class Choice(Data):
-    """`component` is its path in the model, `current` the class that is there now."""
+    """A replaceable component by its path, and the class that is there now."""
 
     component: str
     description: str

@@ -1,4 +1,4 @@
-"""What of a model can be moved on its live page, and how far.
+"""The parameters and start values that can be moved on a live page, and their limits.
 
 In:   Model      compiled
 Out:  Group      the fields of a component (or of the model itself), in the order of the model
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from planarc.ir.program import Column, ParameterSlot, Program
 
 _DEGREES = 180 / math.pi
-#: A slider from bound to bound is of use where the value is at least this share of its length.
+#: The least share of its length at which the value of a slider from bound to bound stands.
 _NEAR = 0.02
 REST = "Without effect on the motion"
 
 
 class Field(Data):
-    """`value`, `minimum`, `maximum` and the slider's `low` and `high` are in SI units; shown is
-    value*factor in `unit`."""
+    """A slider or a box. `value`, `minimum`, `maximum` and the slider's `low` and `high` are in
+    SI units; the page shows value*factor in `unit`."""
 
     name: str
     label: str
@@ -66,7 +66,7 @@ _MOST = 12
 
 
 def groups_of(model: Model) -> tuple[Group, ...]:
-    """The model's own fields first, then those of its components; the drawing last."""
+    """The fields of a model: its own first, then those of components; the drawing last."""
     program = model.program
     known = {c.name: c for c in program.columns}
     kernel = model.compiled().load()
@@ -151,7 +151,7 @@ def _starts(program: Program, known: dict[str, Column], w: object) -> Iterator[F
 
 
 def _scaled(groups: tuple[Group, ...]) -> tuple[Group, ...]:
-    """Sliders around zero take their length from their neighbours, or the whole model."""
+    """Groups whose sliders around zero are as long as those of neighbours or of the model."""
     everywhere: dict[str, list[float]] = {}
     for group in groups:
         for f in group.fields:
@@ -176,7 +176,7 @@ def _around_zero(f: Field, group: Group, everywhere: dict[str, list[float]]) -> 
 
 
 def _shown(column: Column | None, unit: str) -> tuple[float, str]:
-    """Angles are shown in degrees where the library says so."""
+    """Factor and unit of a quantity: degrees where the library says so."""
     if column is not None and column.unit == "rad" and column.display_unit == "deg":
         return _DEGREES, "deg"
     return 1.0, "" if unit == "1" else unit
@@ -185,7 +185,7 @@ def _shown(column: Column | None, unit: str) -> tuple[float, str]:
 def slider(
     kind: Kind, value: float, minimum: float | None, maximum: float | None, unit: str
 ) -> tuple[float, float]:
-    """Where a slider begins and ends; the value is between."""
+    """Begin and end of a slider; the value is between."""
     if not math.isfinite(value):
         return 0.0, 1.0
     if minimum is not None and maximum is not None and minimum < maximum:
@@ -206,7 +206,7 @@ def slider(
 
 
 def _round(value: float) -> float:
-    """With two digits: a slider of round ends."""
+    """The number with two digits, for a slider of round ends."""
     return float(f"{value:.2g}")
 
 

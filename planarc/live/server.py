@@ -1,4 +1,4 @@
-"""Answers the live page, and nobody else.
+"""A server for the live page, and for nobody else.
 
 Every address begins with a token that only the one knows who started the server; it listens on
 the loopback device alone. A request that another site's page makes, or one that reached this
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from planarc.request import request as requests
 
 HOST = "127.0.0.1"
-#: Bytes that an order may have.
+#: The most bytes of an order.
 _MOST = 1_000_000
 #: Seconds between two signs of life to a page; a page that is gone is noticed by them.
 _BEAT = 1.0
@@ -79,7 +79,7 @@ class LiveServer:
         return f"http://{HOST}:{self.port}/{self.token}/"
 
     def serve(self) -> None:
-        """Until `stop` is called from elsewhere, or Ctrl-C."""
+        """Serve until `stop` is called from elsewhere, or Ctrl-C."""
         self._server.serve_forever(poll_interval=0.1)
 
     def start(self) -> None:
@@ -114,7 +114,7 @@ class LiveServer:
         return response(environ, start)
 
     def _refusal(self, request: Request) -> Response | None:
-        """403 for whoever is not the page."""
+        """The refusal, 403, of whoever is not the page."""
         names = {f"{HOST}:{self.port}", f"localhost:{self.port}"}
         if request.headers.get("Host") not in names:
             return _plain(403, "this server answers to the loopback address only")
@@ -316,7 +316,7 @@ def _json(value: Any) -> Response:
 
 
 def _finite(value: Any) -> Any:
-    """JSON knows no infinity."""
+    """The data with None in the place of infinity, which JSON does not know."""
     if isinstance(value, float):
         return value if value - value == 0.0 else None
     if isinstance(value, Mapping):

@@ -32,7 +32,7 @@ from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
 from planarc.request.request import Request, open_target
 
-#: Compiled models that are kept.
+#: The most compiled models that are kept.
 _KEPT = 24
 #: Characters for the curves of an answer: a page that follows a finger must not be large.
 _ROOM = 700_000
@@ -40,7 +40,7 @@ _QUOTED = re.compile(r"`([^`]+)`")
 
 
 class Order(Data):
-    """What a page asks for. Values by name in SI units; only those that were changed.
+    """The order of a page. Values by name in SI units; only those that were changed.
 
     `known` is the key of the model whose fields the page shows, `changed` the name of the
     field that was moved last, `page` tells pages apart.
@@ -71,12 +71,12 @@ class Variant:
 
     @cached_property
     def names(self) -> dict[str, Field]:
-        """The fields; a start value by its variable's name and `.start`."""
+        """The names of the fields; of a start value its variable's with `.start`."""
         return {_field_name(f): f for g in self.groups for f in g.fields}
 
 
 class Session:
-    """See the head of this file. Raises PlanarcError where the model is wrong at once."""
+    """A model on a live page. Raises PlanarcError where the model is wrong at once."""
 
     def __init__(self, request: Request, backend: Backend) -> None:
         self._request, self._backend = request, backend
@@ -105,7 +105,7 @@ class Session:
         return self._base.model.description
 
     def reload(self) -> None:
-        """A file was edited. What is wrong with it, the next answer tells."""
+        """Forget what was compiled, for a file was edited; the next answer tells of mistakes."""
         with self._lock:
             self._edition += 1
             try:
@@ -117,13 +117,13 @@ class Session:
                 self._trouble = PlanarcError(mistake(error))
 
     def leave(self, page: str) -> None:
-        """The page is gone; nobody waits for its run."""
+        """Forget a page that is gone: nobody waits for its run."""
         self._latest[page] = self._latest.get(page, 0) + 1
 
     # Answers
 
     def answer(self, order: Order) -> dict[str, Any]:
-        """Never raises but `Overtaken`."""
+        """The answer to an order, mistakes in it told. Raises nothing but `Overtaken`."""
         with self._turn(order) as number:
             variant = self._base
             begin = perf_counter()

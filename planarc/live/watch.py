@@ -1,4 +1,4 @@
-"""Notices that a file of a model was edited, by looking at it now and then.
+"""A watch that notices edits of a model's files, by looking at them now and then.
 
 Looked at are the user's files: the one that is served and the folders of `--library`, not
 planarc's own. A few looks a second cost nothing, and hold on every system and network disk.
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Seconds between two looks.
 PERIOD = 0.3
-#: Of a large library so many files are looked at.
+#: The most files of a large library that are looked at.
 _MOST = 2000
 
 
@@ -36,7 +36,7 @@ def _files(request: Request) -> Iterator[Path]:
 
 
 def stamp(request: Request) -> tuple[tuple[str, int, int], ...]:
-    """What differs after an edit: time and size of each file."""
+    """Time and size of each file: a mark that differs after an edit."""
     found = []
     for path in files_of(request):
         try:

@@ -25,7 +25,7 @@ class Kind(StrEnum):
 
 
 class Item(Data):
-    """Something drawn. Lengths in m, angles in rad, colour 0 to 255.
+    """A drawn thing. Lengths in m, angles in rad, colour 0 to 255.
 
     `shape` is the kind of solid (`box`, `cylinder` ...) of a SHAPE; `upright` shows its end,
     centred at (x, y). An ARROW or DOUBLE_ARROW runs from (x, y) along `angle` for `length`. A

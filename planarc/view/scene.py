@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Scene(Data):
-    """`box` is (left, bottom, right, top) of everything drawn at any time, or None."""
+    """Items over time; `box` is (left, bottom, right, top) of all at any time, or None."""
 
     time: NDArray[np.float64]
     items: tuple[Item, ...]
@@ -49,7 +49,7 @@ class Scene(Data):
 
 
 class NotDrawable(Exception):
-    """Why an attribute has no value; told to the user as a note."""
+    """The reason why an attribute has no value; told to the user as a note."""
 
 
 def make_scene(result: Result) -> Scene:
@@ -98,7 +98,7 @@ def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
 
 
 def _evaluated(value: Any, values: Callable[[Expr], Any]) -> Any:
-    """Of nested tuples the same nesting with values; texts stay."""
+    """The value of an attribute: nested tuples keep their nesting, texts stay."""
     if isinstance(value, tuple):
         return tuple(_evaluated(item, values) for item in value)
     return values(value) if isinstance(value, Expr) else value
@@ -228,11 +228,12 @@ def _smooth(angle: Any) -> Track:
 
 
 def _number(value: Any) -> float:
-    """What may not change while running; of something that does, its first value."""
+    """The value of something that may not change while running: its first one."""
     return float(value) if isinstance(value, (int, float)) else float(value[0])
 
 
-#: An arrow may be this part of the size of all else; the length of a force is a matter of scale.
+#: The longest arrow as a share of the size of all else: the length of a force is a matter of
+#: scale.
 _LONGEST = 0.6
 
 

@@ -1,4 +1,4 @@
-"""What is drawn of a mechanism that draws nothing itself: its frames and joints.
+"""The picture of a mechanism that draws nothing itself: its frames and joints.
 
 In:   Result with its mechanism
 Out:  items: a bar between the frames of a link, a circle at each joint, axes at the origin
@@ -24,7 +24,7 @@ _LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0
 
 
 def skeleton(result: Result, axes: bool = True) -> list[Item]:
-    """Empty where the model has no frames, or the result does not hold their positions."""
+    """Bars, joints and axes; none where the result holds no positions of frames."""
     mechanism = result.program.mechanism
     if mechanism is None or not len(result.time):
         return []
@@ -51,7 +51,7 @@ def _axes(size: float) -> Item:
 def _bars(
     mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
 ) -> Iterator[Item]:
-    """From the first frame of a link to its others, each place once."""
+    """Bars from the first frame of a link to its others, each place once."""
     import numpy as np
 
     for i, link in enumerate(mechanism.links):

@@ -1,4 +1,4 @@
-"""Writes a file so that it is there whole or not at all.
+"""Files that are there whole or not at all.
 
 The text goes to a new file beside the old one, which it then replaces: a full disk or a
 power cut leaves the old file as it was.
@@ -93,7 +93,7 @@ def shown(program: Program, only: re.Pattern[str] | None = None) -> tuple[Column
 
 
 def refuse_no_match(program: Program, only: re.Pattern[str] | None) -> None:
-    """Raises UsageError V505 when a regular expression matches no name."""
+    """Refuse, with UsageError V505, a regular expression that matches no name."""
     if only is not None and not shown(program, only):
         raise UsageError(
             Diagnostic(

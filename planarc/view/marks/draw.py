@@ -14,12 +14,12 @@ from planarc.view.marks.measure import sizes_of
 from planarc.view.marks.shapes import Form, Tint, bounded_extra, shape_of
 
 _OVAL = 48  # points of an oval that is no circle
-#: Of a tube, from its axis to its edge: a dark and a light band (share of white, low, high).
+#: The dark and the light band of a tube: share of white, and edges between axis and rim.
 _BANDS = ((-0.25, -0.92, -0.44), (0.3, 0.04, 0.52))
 
 
 def marks_of(item: Item, pixel: float, dark: bool = False) -> tuple[Mark, ...]:
-    """Of an item at an instant, from the lowest to the highest; none if it has no size yet."""
+    """The marks of an item, from the lowest to the highest; none if it has no size yet."""
     length, width = float(item.length), float(item.width)
     shape = shape_of(item)
     if ("l" in shape.needs and not length) or ("w" in shape.needs and not width):

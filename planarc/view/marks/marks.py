@@ -1,4 +1,4 @@
-"""What a picture is made of: a few marks, each in the axes of the item that it belongs to.
+"""The marks of a picture, each in the axes of the item that it belongs to.
 
 Lengths in metres, y upwards; colours 0 to 255 with an opacity 0 to 1. A printer of marks
 (`svg`, `raster`) knows nothing of mechanisms.
@@ -20,24 +20,24 @@ class Paint(Data):
     opacity: float = 1.0
 
     def towards(self, other: float, share: float) -> Paint:
-        """Mixed with black (0) or white (255)."""
+        """The paint mixed with black (0) or white (255)."""
         red, green, blue = (c + (other - c) * share for c in (self.red, self.green, self.blue))
         return Paint(red, green, blue, self.opacity)
 
     def on_dark(self) -> Paint:
-        """The same for a dark ground, where dark colours would be lost."""
+        """The paint for a dark ground, where dark colours would be lost."""
         bright = 0.3 * self.red + 0.59 * self.green + 0.11 * self.blue
         return self.towards(255.0, (155.0 - bright) / 255.0) if bright < 150.0 else self
 
     @property
     def code(self) -> str:
-        """As `#rrggbb`."""
+        """The paint as `#rrggbb`."""
         channels = (min(255, max(0, round(c))) for c in (self.red, self.green, self.blue))
         return "#" + "".join(f"{c:02x}" for c in channels)
 
 
 class Style(Data):
-    """`width` is that of the line."""
+    """Fill and line of a mark; `width` is that of the line."""
 
     fill: Paint | None = None
     line: Paint | None = None

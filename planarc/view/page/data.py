@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from planarc.view.page.figures import Figure
     from planarc.view.scene import Scene
 
-#: Rows on the page; more would make it slow to load, and no screen shows them.
+#: The most rows of a page: more would make it slow to load, and no screen shows them.
 ROWS = 3000
 #: Characters for the variables, and the least number of rows.
 ROOM, FEWEST_ROWS = 1_000_000, 600
@@ -47,7 +47,7 @@ _DEGREES = 180 / pi
 def scene_data(
     scene: Scene, rows: Any = None, events: Iterable[float] = (), layers: Sequence[Layer] = ()
 ) -> dict[str, Any]:
-    """The motion, of all rows or of some."""
+    """The motion of all rows, or of some."""
     chosen = slice(None) if rows is None else rows
     tracks = Columns(chosen)
 
@@ -112,14 +112,14 @@ def curve_data(
 
 
 def shown_unit(column: Column) -> tuple[float, str]:
-    """Angles are shown in degrees where the library says so."""
+    """Factor and unit of a variable: degrees where the library says so."""
     if column.unit == "rad" and column.display_unit == "deg":
         return _DEGREES, "deg"
     return 1.0, column.unit
 
 
 def _values(result: Result, column: Column) -> Track:
-    """Without the sign, so that opposite variables share a column."""
+    """The values without the sign, so that opposite variables share a column."""
     if column.slot in result.stored:
         values: NDArray[np.float64] = result.data[:, result.stored[column.slot]]
         return values

@@ -1,4 +1,4 @@
-"""Which curves a page offers, in figures.
+"""The curves that a page offers, in figures.
 
 First the figures of the model's documentation; without one the coordinates of the joints, or of
 the bodies where there is no joint. Then what the model itself declares, and what insight
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from planarc.ir.insight import Insight
     from planarc.ir.result import Result
 
-#: A plot with more curves than this cannot be read.
+#: The most curves that can be told apart in a plot.
 LIMIT = 16
 
 _BODIES = (".Body", ".PointMass")
 
 
 class Figure(Data):
-    """`on`: shown when the page opens."""
+    """Curves in one plot; `on` shows it when the page opens."""
 
     title: str
     curves: tuple[str, ...]

@@ -23,7 +23,7 @@ ROWS = 160
 
 
 class Card(Data):
-    """`facts` is one line; `report` the file of the whole report, relative to the page."""
+    """A mechanism of the gallery: `facts` on one line, `report` its file relative to the page."""
 
     title: str
     description: str

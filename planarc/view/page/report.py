@@ -1,4 +1,4 @@
-"""Writes the page: text, styles, scripts and data in one file that needs no network.
+"""The page of a run: text, styles, scripts and data in one file that needs no network.
 
 A model's texts are data: in HTML they are escaped, in the script's JSON `<`, `>` and `&` are
 written as escapes, and a content security policy lets only the scripts of this page run, known
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planarc.ir.result import Result
     from planarc.view.scene import Scene
 
-#: Events that the page lists.
+#: The most events that the page lists.
 EVENTS = 1000
 
 Rows = Sequence[tuple[str, str]]
@@ -121,7 +121,7 @@ def _events(count: int) -> str:
 
 
 def _notes(result: Result, shown: int, left_out: int) -> list[tuple[str, str]]:
-    """What a reader must know before looking: (kind, text)."""
+    """Kind and text of what a reader must know before looking."""
     notes = []
     if result.ended is not None:
         kind = "error" if result.ended.severity is Severity.ERROR else "remark"

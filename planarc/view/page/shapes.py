@@ -10,13 +10,13 @@ from planarc.view.page.columns import number
 
 
 def shape_data(shape: Shape, solid: bool) -> dict[str, Any]:
-    """`solid` shapes let a little of what is below them shine through."""
+    """A shape for `json`; a `solid` one lets a little of what is below it shine through."""
     forms = [_form(form) for form in shape.forms]
     return {"needs": shape.needs, "forms": forms, **({"solid": True} if solid else {})}
 
 
 def _form(form: Form) -> dict[str, Any]:
-    """Only what differs from the least that a form has; lengths by the basis that it uses."""
+    """A form without its defaults, with lengths by the basis that it uses."""
     lengths = {"width": form.width, "radius": form.radius, "hole": form.hole}
     own = [*(m for point in form.points for m in point), *lengths.values()]
     used = [i for i in range(len(BASIS)) if any(m.parts[i] for m in own)]
@@ -36,6 +36,6 @@ def _form(form: Form) -> dict[str, Any]:
 
 
 def _short(part: float, basis: str) -> float | None:
-    """Points in metres keep seven digits; of the size of a shape nobody sees a thousandth."""
+    """A number in few digits: seven in metres, but four as a share of a shape's size."""
     value = number(part) if basis == "i" else round(part, 4) + 0.0
     return int(value) if value is not None and value.is_integer() else value

@@ -1,4 +1,4 @@
-"""Where a point of the world lies on the picture.
+"""The place of a point of the world on the picture.
 
 The whole box is in view, with a margin around it; x runs to the right and y upwards in the
 world, downwards on the picture. Sizes are in pixels and even, as films need them.
@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from planarc.core.data import Data
 
-#: Pixels around what is drawn, as a share of the width, and as many as a label needs.
+#: The margin in pixels: as a share of the width, and for a label.
 _MARGIN, _LABEL = 0.05, 20
-#: No picture is higher or lower than these shares of its width.
+#: The least and the greatest height of a picture, as shares of its width.
 _HIGHEST, _LOWEST = 1.0, 0.4
 
 

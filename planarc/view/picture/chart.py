@@ -36,7 +36,7 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 
 
 def table_of(result: Result) -> Table:
-    """A result as tables that are read from files."""
+    """A result as a table, like those that are read from files."""
     return Table(result.time, _Columns(result), {n: c.unit for n, c in result.columns.items()})
 
 
@@ -60,7 +60,8 @@ class _Columns(Mapping[str, "NDArray[np.float64]"]):
 def write_chart(
     path: Path, table: Table, names: Sequence[str], x: str = "time", title: str = ""
 ) -> None:
-    """Raises UsageError V706 (ending), C201 (no such variable), C221 (no matplotlib)."""
+    """Write curves as a picture. Raises UsageError V706 (ending), C201 (no such variable), C221
+    (no matplotlib)."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise UsageError(
@@ -89,7 +90,7 @@ def check_names(table: Table, names: Sequence[str]) -> None:
 
 
 def panels_of(table: Table, names: Sequence[str]) -> list[tuple[str, ...]]:
-    """The names, those of one unit together."""
+    """The names in panels, those of one unit together."""
     units: dict[str, list[str]] = {}
     for name in names:
         units.setdefault(_unit(table, name), []).append(name)
@@ -97,7 +98,7 @@ def panels_of(table: Table, names: Sequence[str]) -> list[tuple[str, ...]]:
 
 
 def draw_panels(axes: Sequence[Any], table: Table, panels: Sequence[Sequence[str]], x: str) -> None:
-    """One panel in each of `axes`, which share their x-axis."""
+    """Draw one panel in each of `axes`, which share their x-axis."""
     from planarc.view.page.data import thin_rows
 
     names = [n for panel in panels for n in panel]

@@ -1,4 +1,4 @@
-"""A picture of a run into a file, still or moving, by the ending of its name.
+"""Pictures of a run in files, still or moving, by the ending of their names.
 
 .svg          moves by itself in a browser; needs nothing but planarc
 .gif          needs Pillow
@@ -36,7 +36,7 @@ SUFFIXES = (".svg", ".gif", ".mp4", ".png")
 EXTRA = "pictures"
 #: A .svg is thinned afterwards, so that many frames cost it little.
 _SVG_RATE = 50.0
-#: Frames from which the colours of a .gif are chosen.
+#: The most frames from which the colours of a .gif are chosen.
 _SAMPLES = 6
 _NARROWEST, _WIDEST = 64, 4096
 
@@ -58,7 +58,7 @@ class PictureOptions(Data):
 
 
 class Made(Data):
-    """What a picture shows."""
+    """Instants and pace that a picture shows."""
 
     frames: int
     seconds: float  # how long it lasts
@@ -127,7 +127,7 @@ def check_suffix(path: Path) -> str:
 
 
 def check_installed(suffix: str) -> None:
-    """Raises UsageError C221 where a picture needs what is not installed."""
+    """Refuse, with UsageError C221, a picture that needs what is not installed."""
     if suffix != ".svg":
         need("PIL.Image", EXTRA)
     if suffix == ".mp4":

@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-#: Seconds that a picture may move when nobody says how fast: longer runs are shown faster,
+#: The shortest and the longest motion (s) shown at its own pace: longer runs are shown faster,
 #: shorter ones slower, by 2, 5, 10 ...
 _SHORTEST, _LONGEST = 2.0, 12.0
-#: More frames make a file that nobody waits for.
+#: The most frames: a file of more is one that nobody waits for.
 _MOST_FRAMES = 20_000
 
 
 class When(Data):
-    """What is shown of a run. Times in s of the run; None: from its start, to its end.
+    """The shown part of a run. Times in s of the run; None: from its start, to its end.
 
     `speed` is seconds of the run in a second of the picture, None chooses it.
     """
@@ -60,7 +60,8 @@ class Motion(Data):
 
 
 def sample_motion(scene: Scene, when: When) -> Motion:
-    """Raises UsageError V703 for times that are not in the run, or too many frames."""
+    """The scene at the instants of frames. Raises UsageError V703 for times that are not in the
+    run, and for too many frames."""
     import numpy as np
 
     begin, end = _span(scene, when)
@@ -131,7 +132,7 @@ def item_at(item: Item, frame: int) -> Item:
 
 
 def choose_speed(duration: float) -> float:
-    """1 where the run can be watched as it is, else 1, 2 or 5 times a power of ten."""
+    """The pace: 1 where the run can be watched as it is, else 1, 2 or 5 times a power of ten."""
     if not duration or _SHORTEST <= duration <= _LONGEST:
         return 1.0
     wanted = duration / (_LONGEST if duration > _LONGEST else 2 * _SHORTEST)

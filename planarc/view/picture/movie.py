@@ -1,4 +1,4 @@
-"""Images into files: `.png` (one), `.gif` (Pillow), `.mp4` (imageio-ffmpeg).
+"""Images in files: `.png` (one), `.gif` (Pillow), `.mp4` (imageio-ffmpeg).
 
 A .gif counts time in hundredths of a second and holds few colours: they are chosen once, from
 frames all over the run, so that nothing flickers. Colours are not dithered, since the noise
@@ -25,7 +25,7 @@ _COLORS = 96
 def write_gif(
     file: BinaryIO, images: Iterable[Image], samples: Sequence[Image], rate: float
 ) -> None:
-    """`rate` images a second, again and again; colours are those of the samples."""
+    """Write `rate` images a second, shown again and again, in the colours of the samples."""
     from PIL import Image
 
     palette = _palette(samples)
@@ -53,7 +53,7 @@ def _palette(samples: Sequence[Image]) -> Image:
 
 
 def write_mp4(path: Path, images: Iterable[Image], size: tuple[int, int], rate: float) -> None:
-    """H.264, as every player and browser shows it. Raises UsageError V704 where it fails.
+    """Write H.264, as every player and browser shows it. Raises UsageError V704 where it fails.
 
     The film stands at `path` when it is whole: a broken one leaves what was there.
     """

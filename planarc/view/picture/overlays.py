@@ -1,4 +1,4 @@
-"""What the report lays over the mechanism, as items of a scene: paths and vectors.
+"""Paths and vectors that the report lays over the mechanism, as items of a scene.
 
 The largest vector of a layer is a good quarter of the mechanism's size, as on the page.
 """
@@ -20,9 +20,9 @@ _COLORS = {
     "velocities": (29.0, 99.0, 196.0),
     "accelerations": (160.0, 56.0, 155.0),
 }
-#: Of the larger side of the mechanism: the longest vector, and how thick all are.
+#: The longest vector and the thickness of all, as shares of the mechanism's larger side.
 _LONGEST, _THICK = 0.28, 0.009
-#: What covers all else.
+#: The height of what covers all else.
 _TOP = 1e6
 
 

@@ -1,5 +1,5 @@
-"""Images of a motion, drawn with Pillow several times too large and scaled down: no steps in
-slanted edges."""
+"""Images of a motion, drawn by Pillow several times too large and scaled down, so that slanted
+edges show no steps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from planarc.view.picture.svg import DARK_PAPER, PAPER
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-#: How many times too large, in each direction.
+#: The factor by which images are drawn too large, in each direction.
 _FINER = 3
 #: Points of a round corner, a quarter of a circle.
 _CORNER = 6
@@ -58,7 +58,7 @@ def _paint(image: Image, items: Sequence[Item], camera: Camera, dark: bool) -> N
 
 
 class _Place:
-    """From the axes of an item to pixels."""
+    """The way from the axes of an item to pixels."""
 
     def __init__(self, item: Item, camera: Camera) -> None:
         self.scale = camera.scale

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     Vector = NDArray[np.float64]
 
 PAPER, DARK_PAPER = Paint(255, 255, 255), Paint(20, 23, 29)
-#: Pixels by which a moving thing may be off between the instants that are written.
+#: The greatest error (pixels) of a moving thing between the instants that are written.
 TOLERANCE = 0.25
 
 
 def render_svg(motion: Motion, camera: Camera, title: str, dark: bool | None = None) -> str:
-    """`dark` chooses the ground; None leaves it to the screen of the reader."""
+    """The text of a picture on a dark or light ground; None leaves it to the reader's screen."""
     return _Drawing(motion, camera, dark).text(title)
 
 
@@ -162,7 +162,7 @@ class _Drawing:
         return f'<{tag} class="{name}"{given}' + (f">{inside}</{tag}>" if inside else "/>")
 
     def _stretched(self, forms: Sequence[dict[str, tuple[float, ...]]]) -> str:
-        """What only grows along its length, such as a spring, is written once and scaled."""
+        """A mark that only grows along its length, such as a spring, written once and scaled."""
         import numpy as np
 
         if "points" not in forms[0]:
@@ -202,7 +202,7 @@ class _Drawing:
         return text
 
     def _steps(self, attribute: str, seen: Sequence[bool]) -> str:
-        """What changes at once, where it does."""
+        """The animation of an attribute that changes at once, where it does."""
         keep = [0, *(i for i in range(1, len(seen)) if seen[i] != seen[i - 1])]
         texts = ["visible" if s else "hidden" for s in seen]
         return (
@@ -211,7 +211,7 @@ class _Drawing:
         )
 
     def _phase(self) -> Vector:
-        """0 to 1 over the frames."""
+        """The phase of each frame, 0 to 1."""
         import numpy as np
 
         return np.linspace(0.0, 1.0, len(self.motion.times))
@@ -227,7 +227,7 @@ class _Drawing:
 
 
 def _last_seen(seen: Sequence[bool]) -> list[int]:
-    """For each frame the nearest one before (at the start: after) it that is seen."""
+    """The nearest frame that is seen: before each one, at the start after it."""
     last = seen.index(True)
     shown = []
     for frame, is_seen in enumerate(seen):
@@ -237,7 +237,7 @@ def _last_seen(seen: Sequence[bool]) -> list[int]:
 
 
 def _reach(marks: Sequence[Mark]) -> float:
-    """How far, in metres, a mark reaches from the origin of its item."""
+    """The reach of marks, in metres, from the origin of their item."""
     far = 0.0
     for mark in marks:
         match mark:

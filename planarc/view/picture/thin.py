@@ -1,4 +1,4 @@
-"""Fewer points of a curve, none of which is missed.
+"""Curves with fewer points, none of which is missed.
 
 Reference: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973, 112-122; here the distance
 is taken at equal time, since a moving picture runs through its points by time.

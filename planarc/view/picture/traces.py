@@ -15,15 +15,15 @@ from planarc.view.item import Item, Kind
 if TYPE_CHECKING:
     from planarc.ir.result import Result
 
-#: What is looked for behind the name, in this order.
+#: The endings with which a name is tried, in this order.
 _VECTORS = ("", ".r_0CM", ".r", ".frame_a.r", ".frame_b.r")
 _COLOR = (214.0, 69.0, 65.0)
-#: Points of a path; no picture shows more.
+#: The most points of a path; no picture shows more.
 _POINTS = 600
 
 
 def trace_items(result: Result, names: Sequence[str]) -> tuple[Item, ...]:
-    """Raises UnknownName (a UsageError) for a name that is no point."""
+    """The paths of named points. Raises UnknownName (a UsageError) for a name that is none."""
     return tuple(_trace(result, name) for name in names)
 
 

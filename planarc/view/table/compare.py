@@ -55,7 +55,7 @@ class Comparison(Data):
 def compare_tables(
     a: Table, b: Table, tolerance: float, width: float, only: re.Pattern[str] | None = None
 ) -> Comparison:
-    """`tolerance` is a share of the range of a variable, `width` of that of the time."""
+    """Compare two tables. `tolerance` is a share of a variable's range, `width` of that of time."""
     names_a = [n for n in a.columns if only is None or only.search(n)]
     names_b = [n for n in b.columns if only is None or only.search(n)]
     known = set(names_b)
@@ -95,7 +95,7 @@ class _Tube:
         self.windows = np.stack([first, np.searchsorted(a, self.right, "right")], axis=1)
 
     def parting(self, name: str, a: Floats, b: Floats, tolerance: float) -> Parting | None:
-        """Where B's values leave the tube around A's."""
+        """The place where B's values leave the tube around A's."""
         import numpy as np
 
         if len(self.rows) == 0:

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 _END = b"\r\n"
-#: Numbers formatted at a time: they and their text stay in the processor's cache.
+#: The count of numbers formatted at a time: they and their text stay in the cache.
 _CHUNK = 1 << 16
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
-    """`units` puts them behind the names, in brackets."""
+    """Write columns over time; with `units` in brackets behind the names."""
     names = ["time [s]" if units else "time"]
     names += [f"{c.name} [{c.unit}]" if units and c.unit else c.name for c in columns]
     header = ",".join(map(_quoted, names))
@@ -73,7 +73,7 @@ def _text(numbers: NDArray[np.float64], whole: Sequence[int]) -> bytes:
 
 # Reading ---------------------------------------------------------------------------------------
 
-#: Bytes read at a time.
+#: The count of bytes read at a time.
 _BLOCK = 1 << 22
 #: Numbers as JSON has them, which most files hold.
 _LIST = json.Decoder(list[float])
@@ -81,7 +81,7 @@ _UNIT = re.compile(r"(.+) \[([^\[\]]+)\]")
 
 
 def read(file: BinaryIO) -> Table:
-    """Raises ValueError with the reason."""
+    """Read a table. Raises ValueError with the reason."""
 
     names, first = _header(file)
     values = _body(file, len(names), first)

@@ -27,7 +27,8 @@ SUFFIXES = (".csv", ".mat")
 def write_table(
     path: Path, result: Result, only: re.Pattern[str] | None = None, units: bool = False
 ) -> None:
-    """By the name's ending; `only` matches names somewhere, `units` go into the head of a .csv.
+    """Write a result by the ending of the name; `only` matches names somewhere, `units` go into
+    the head of a .csv.
 
     Raises UsageError V501 (cannot write), V502 (unknown ending), V505 (nothing matches).
     """
@@ -47,7 +48,8 @@ def write_table(
 
 
 def read_table(path: Path) -> Table:
-    """Raises UsageError V502 (unknown ending), V503 (cannot read), V504 (not such a table)."""
+    """Read a table. Raises UsageError V502 (unknown ending), V503 (cannot read), V504 (not such
+    a table)."""
     from planarc.view.table import csv as table_csv
     from planarc.view.table import mat as table_mat
 

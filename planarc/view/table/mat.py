@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 
 
-#: Numbers written at a time, so that a long result is not copied as a whole.
+#: The count of numbers written at a time: a long result is not copied as a whole.
 _CHUNK = 1 << 20
 
 
@@ -139,7 +139,7 @@ class _Columns(Mapping[str, "NDArray[np.float64]"]):
 
 
 def read(data: bytes | mmap.mmap) -> Table:
-    """Raises ValueError with the reason."""
+    """Read a table. Raises ValueError with the reason."""
 
     matrices = _matrices(data)
     missing = [n for n in ("Aclass", "name", "dataInfo", "data_2") if n not in matrices]
