@@ -30,8 +30,8 @@ def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
     """An elementary function of arrays, entry by entry."""
     import numpy as np
 
-    if row.numpy:
-        found: Callable[..., Any] = getattr(np, row.numpy)
+    if row.in_numpy:
+        found: Callable[..., Any] = getattr(np, row.in_numpy)
         return found
     built = row.built
     assert built is not None

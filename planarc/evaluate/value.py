@@ -40,7 +40,7 @@ def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
             function, output, _ = e.data
             values[e] = external.number(function, output, [values[a] for a in e.args])
         else:
-            values[e] = _VALUES[e.op](*(values[a] for a in e.args))
+            values[e] = VALUES[e.op](*(values[a] for a in e.args))
     return values[root]
 
 
@@ -58,12 +58,20 @@ def _needed(e: Expr, values: Mapping[Expr, Any]) -> tuple[Expr, ...]:
     return e.args if first is (e.op is Op.AND) else e.args[:1]
 
 
-_VALUES: Mapping[Op, Callable[..., Any]] = {
+def _power(a: float, b: float) -> float:
+    value: float | complex = a**b
+    if isinstance(value, complex):
+        raise ValueError("power of a negative number")
+    return value
+
+
+#: The values of operations whose arguments are all known; arithmetic errors come through.
+VALUES: Mapping[Op, Callable[..., Any]] = {
     Op.ADD: lambda *terms: sum(terms),
     Op.MUL: lambda *factors: math.prod(factors),
     Op.NEG: lambda a: -a,
     Op.DIV: lambda a, b: a / b,
-    Op.POW: lambda a, b: a**b,
+    Op.POW: _power,
     Op.LESS: lambda a, b: a < b,
     Op.LESS_EQUAL: lambda a, b: a <= b,
     Op.EQUAL: lambda a, b: a == b,

@@ -354,7 +354,11 @@ class Exprs:
             return self.apply(function, args, output, wrt)
         if e.op is Op.PAST:
             return self.node(e.op, args, e.data)
-        return _MAKERS[e.op](self, *args)
+        return self.make(e.op, args)
+
+    def make(self, op: Op, args: tuple[Expr, ...]) -> Expr:
+        """The node of an operator, simplified."""
+        return _MAKERS[op](self, *args)
 
 
 _MAKERS: Mapping[Op, Callable[..., Expr]] = {

@@ -6,6 +6,7 @@ All walks are iterative and keep the order of the text.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 
 from planarc.ir import flat
 
@@ -69,26 +70,35 @@ def expressions_of_variable(variable: flat.Variable) -> Iterator[flat.Expression
     yield from (v for v in values if v is not None)
 
 
-def expressions_of_equations(
-    equations: Iterable[flat.Equation],
-) -> Iterator[flat.Expression]:
-    """The expressions of equations, those inside branches too."""
-    stack = list(equations)
+def expressions_in(items: Iterable[flat.Equation | flat.Statement]) -> Iterator[flat.Expression]:
+    """The expressions of equations or statements, targets and those inside branches and loops
+    too."""
+    stack = list(items)
     stack.reverse()
     while stack:
-        equation = stack.pop()
-        match equation:
+        item = stack.pop()
+        match item:
             case flat.Equality(left=left, right=right):
-                items = left.items if isinstance(left, flat.Targets) else (left,)
-                yield from (i for i in items if i is not None)
+                parts = left.items if isinstance(left, flat.Targets) else (left,)
+                yield from (i for i in parts if i is not None)
                 yield right
-            case flat.IfEquation(branches=branches, otherwise=otherwise):
-                yield from (c for c, _ in branches)
-                inner = [e for _, body in branches for e in body] + list(otherwise)
-                stack.extend(reversed(inner))
-            case flat.WhenEquation(branches=branches):
-                yield from (c for c, _ in branches)
-                stack.extend(reversed([e for _, body in branches for e in body]))
+            case flat.Assignment(target=target, value=value):
+                yield from (target, value)
+            case flat.TupleAssignment(targets=targets, value=call):
+                yield from (t for t in targets if t is not None)
+                yield call
+            case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
+                yield from (c for c, _ in item.branches)
+                stack.extend(reversed([*chain(*(b for _, b in item.branches)), *otherwise]))
+            case flat.WhenEquation() | flat.WhenStatement():
+                yield from (c for c, _ in item.branches)
+                stack.extend(reversed([*chain(*(b for _, b in item.branches))]))
+            case flat.ForStatement(range=range_, body=body):
+                yield range_
+                stack.extend(reversed(body))
+            case flat.WhileStatement(condition=condition, body=body):
+                yield condition
+                stack.extend(reversed(body))
             case flat.Reinit(variable=variable, value=value):
                 yield from (variable, value)
             case flat.Assert(condition=condition, message=message):
@@ -108,41 +118,10 @@ def variables_of_target(target: flat.Expression) -> Iterator[flat.Reference]:
                 stack.extend(reversed(items))
 
 
-def expressions_of_statements(
-    statements: Iterable[flat.Statement],
-) -> Iterator[flat.Expression]:
-    """The expressions of statements, targets and those inside branches and loops too."""
-    stack = list(statements)
-    stack.reverse()
-    while stack:
-        statement = stack.pop()
-        match statement:
-            case flat.Assignment(target=target, value=value):
-                yield from (target, value)
-            case flat.TupleAssignment(targets=targets, value=call):
-                yield from (t for t in targets if t is not None)
-                yield call
-            case flat.IfStatement(branches=branches, otherwise=otherwise):
-                yield from (c for c, _ in branches)
-                inner = [s for _, body in branches for s in body] + list(otherwise)
-                stack.extend(reversed(inner))
-            case flat.WhenStatement(branches=branches):
-                yield from (c for c, _ in branches)
-                stack.extend(reversed([s for _, body in branches for s in body]))
-            case flat.ForStatement(range=range_, body=body):
-                yield range_
-                stack.extend(reversed(body))
-            case flat.WhileStatement(condition=condition, body=body):
-                yield condition
-                stack.extend(reversed(body))
-            case flat.Assert() | flat.Terminate() | flat.Reinit():
-                yield from expressions_of_equations([statement])
-
-
 def expressions_of_function(function: flat.Function) -> Iterator[flat.Expression]:
     for variable in (*function.inputs, *function.outputs, *function.locals):
         yield from expressions_of_variable(variable)
-    yield from expressions_of_statements(function.body)
+    yield from expressions_in(function.body)
     yield from function.given
 
 
@@ -150,10 +129,10 @@ def expressions_of_model(model: flat.FlatModel) -> Iterator[flat.Expression]:
     """All expressions of a model but those of its functions."""
     for variable in model.variables:
         yield from expressions_of_variable(variable)
-    yield from expressions_of_equations(model.initial_equations)
-    yield from expressions_of_equations(model.equations)
+    yield from expressions_in(model.initial_equations)
+    yield from expressions_in(model.equations)
     for algorithm in (*model.initial_algorithms, *model.algorithms):
-        yield from expressions_of_statements(algorithm.statements)
+        yield from expressions_in(algorithm.statements)
     for visual in model.visuals:
         yield from (value for _, value in visual.attributes)
     yield from (declared.value for declared in model.declared)

@@ -53,8 +53,8 @@ Formula: TypeAlias = Callable[..., Any]
 
 
 class Elementary(Data):
-    """A function of numbers. `numpy` and `native` name it in NumPy, and in the C library or
-    LLVM; where it has no name there, it is `built`."""
+    """A function of numbers. NumPy, the C library and LLVM know it by its name, by the one
+    that is given here, or not at all: then it is `built`."""
 
     name: str
     arity: int
@@ -69,6 +69,16 @@ class Elementary(Data):
     odd: bool = False  # has the sign of its argument
     total: bool = False  # has a value for all finite arguments
     inverse: str = ""  # in sympy; it is defined exactly where there is a solution
+
+    @property
+    def in_numpy(self) -> str:
+        """The name there; empty where it is built."""
+        return self.numpy or ("" if self.built else self.name)
+
+    @property
+    def in_native(self) -> str:
+        """The name there; empty where it is built."""
+        return self.native or ("" if self.built else self.name)
 
 
 def _minimum(f: Any, x: Any, y: Any) -> Any:
@@ -87,81 +97,45 @@ def _angle(f: Any, y: Any, x: Any) -> Any:
 _NOT_NEGATIVE = Sign.ZERO | Sign.PLUS
 
 _ROWS = (
-    Elementary("sin", 1, math.sin, lambda f, x: f.cos(x), "sin", "sin", total=True),
-    Elementary("cos", 1, math.cos, lambda f, x: -f.sin(x), "cos", "cos", total=True),
-    Elementary(
-        "tan", 1, math.tan, lambda f, x: 1.0 + f.tan(x) * f.tan(x), "tan", "tan", total=True
-    ),
-    Elementary(
-        "asin", 1, math.asin, lambda f, x: 1.0 / f.sqrt(1.0 - x * x), "arcsin", "asin", odd=True
-    ),
-    Elementary(
-        "acos", 1, math.acos, lambda f, x: -(1.0 / f.sqrt(1.0 - x * x)), "arccos", "acos",
-        sign=_NOT_NEGATIVE,
-    ),
-    Elementary(
-        "atan", 1, math.atan, lambda f, x: 1.0 / (1.0 + x * x), "arctan", "atan",
-        odd=True, total=True,
-    ),
-    Elementary(
-        "atan2", 2, math.atan2, _angle, "arctan2", "atan2", units=Units.RATIO, total=True
-    ),
-    Elementary(
-        "sinh", 1, math.sinh, lambda f, x: f.cosh(x), "sinh", "sinh", odd=True, inverse="asinh"
-    ),
-    Elementary("cosh", 1, math.cosh, lambda f, x: f.sinh(x), "cosh", "cosh", sign=Sign.PLUS),
-    Elementary(
-        "tanh", 1, math.tanh, lambda f, x: 1.0 - f.tanh(x) * f.tanh(x), "tanh", "tanh",
-        odd=True, total=True, inverse="atanh",
-    ),
-    Elementary(
-        "exp", 1, math.exp, lambda f, x: f.exp(x), "exp", "exp", sign=Sign.PLUS, inverse="log"
-    ),
-    Elementary("log", 1, math.log, lambda f, x: 1.0 / x, "log", "log", inverse="exp"),
-    Elementary("log10", 1, math.log10, lambda f, x: 0.4342944819032518 / x, "log10", "log10"),
-    Elementary(
-        "sqrt", 1, math.sqrt, lambda f, x: 0.5 / f.sqrt(x), "sqrt", "llvm.sqrt.f64",
-        units=Units.ROOT, sign=_NOT_NEGATIVE,
-    ),
-    Elementary(
-        "abs", 1, abs, lambda f, x: f.where(x < 0.0, -1.0, 1.0), "abs", "llvm.fabs.f64",
-        result=Result.SAME, units=Units.KEPT, sign=_NOT_NEGATIVE, total=True,
-    ),
-    Elementary(
-        "sign", 1, lambda x: float((x > 0.0) - (x < 0.0)), None, "sign",
-        built=lambda f, x: f.where(x > 0.0, 1.0, 0.0) - f.where(x < 0.0, 1.0, 0.0),
-        result=Result.INTEGER, units=Units.UNKNOWN, odd=True, total=True,
-    ),
-    Elementary(
-        "min", 2, min, _minimum, "minimum", built=lambda f, x, y: f.where(y < x, y, x),
-        result=Result.EXTREME, units=Units.SAME, total=True,
-    ),
-    Elementary(
-        "max", 2, max, _maximum, "maximum", built=lambda f, x, y: f.where(y > x, y, x),
-        result=Result.EXTREME, units=Units.SAME, total=True,
-    ),
-    Elementary(
-        "floor", 1, lambda x: float(math.floor(x)), None, "floor", "llvm.floor.f64",
-        units=Units.UNKNOWN,
-    ),
-    Elementary(
-        "ceil", 1, lambda x: float(math.ceil(x)), None, "ceil", "llvm.ceil.f64",
-        units=Units.UNKNOWN,
-    ),
-    Elementary(
-        "div", 2, lambda x, y: float(math.trunc(x / y)), None,
-        built=lambda f, x, y: f.trunc(x / y), result=Result.SAME, units=Units.UNKNOWN,
-    ),
-    Elementary(
-        "mod", 2, lambda x, y: x - math.floor(x / y) * y,
-        lambda f, x, y: (1.0, -f.floor(x / y)),
-        built=lambda f, x, y: x - f.floor(x / y) * y, result=Result.SAME, units=Units.SAME,
-    ),
-    Elementary(
-        "rem", 2, lambda x, y: x - math.trunc(x / y) * y,
-        lambda f, x, y: (1.0, -f.div(x, y)),
-        built=lambda f, x, y: x - f.trunc(x / y) * y, result=Result.SAME, units=Units.SAME,
-    ),
+    Elementary("sin", 1, math.sin, lambda f, x: f.cos(x), total=True),
+    Elementary("cos", 1, math.cos, lambda f, x: -f.sin(x), total=True),
+    Elementary("tan", 1, math.tan, lambda f, x: 1.0 + f.tan(x) * f.tan(x), total=True),
+    Elementary("asin", 1, math.asin, lambda f, x: 1.0 / f.sqrt(1.0 - x * x), "arcsin", odd=True),
+    Elementary("acos", 1, math.acos, lambda f, x: -(1.0 / f.sqrt(1.0 - x * x)), "arccos",
+               sign=_NOT_NEGATIVE),
+    Elementary("atan", 1, math.atan, lambda f, x: 1.0 / (1.0 + x * x), "arctan", odd=True,
+               total=True),
+    Elementary("atan2", 2, math.atan2, _angle, "arctan2", units=Units.RATIO, total=True),
+    Elementary("sinh", 1, math.sinh, lambda f, x: f.cosh(x), odd=True, inverse="asinh"),
+    Elementary("cosh", 1, math.cosh, lambda f, x: f.sinh(x), sign=Sign.PLUS),
+    Elementary("tanh", 1, math.tanh, lambda f, x: 1.0 - f.tanh(x) * f.tanh(x), odd=True,
+               total=True, inverse="atanh"),
+    Elementary("exp", 1, math.exp, lambda f, x: f.exp(x), sign=Sign.PLUS, inverse="log"),
+    Elementary("log", 1, math.log, lambda f, x: 1.0 / x, inverse="exp"),
+    Elementary("log10", 1, math.log10, lambda f, x: 0.4342944819032518 / x),
+    Elementary("sqrt", 1, math.sqrt, lambda f, x: 0.5 / f.sqrt(x), native="llvm.sqrt.f64",
+               units=Units.ROOT, sign=_NOT_NEGATIVE),
+    Elementary("abs", 1, abs, lambda f, x: f.where(x < 0.0, -1.0, 1.0), native="llvm.fabs.f64",
+               result=Result.SAME, units=Units.KEPT, sign=_NOT_NEGATIVE, total=True),
+    Elementary("sign", 1, lambda x: float((x > 0.0) - (x < 0.0)), None, "sign",
+               built=lambda f, x: f.where(x > 0.0, 1.0, 0.0) - f.where(x < 0.0, 1.0, 0.0),
+               result=Result.INTEGER, units=Units.UNKNOWN, odd=True, total=True),
+    Elementary("min", 2, min, _minimum, "minimum", built=lambda f, x, y: f.where(y < x, y, x),
+               result=Result.EXTREME, units=Units.SAME, total=True),
+    Elementary("max", 2, max, _maximum, "maximum", built=lambda f, x, y: f.where(y > x, y, x),
+               result=Result.EXTREME, units=Units.SAME, total=True),
+    Elementary("floor", 1, lambda x: float(math.floor(x)), None, native="llvm.floor.f64",
+               units=Units.UNKNOWN),
+    Elementary("ceil", 1, lambda x: float(math.ceil(x)), None, native="llvm.ceil.f64",
+               units=Units.UNKNOWN),
+    Elementary("div", 2, lambda x, y: float(math.trunc(x / y)), None,
+               built=lambda f, x, y: f.trunc(x / y), result=Result.SAME, units=Units.UNKNOWN),
+    Elementary("mod", 2, lambda x, y: x - math.floor(x / y) * y,
+               lambda f, x, y: (1.0, -f.floor(x / y)),
+               built=lambda f, x, y: x - f.floor(x / y) * y, result=Result.SAME, units=Units.SAME),
+    Elementary("rem", 2, lambda x, y: x - math.trunc(x / y) * y,
+               lambda f, x, y: (1.0, -f.div(x, y)),
+               built=lambda f, x, y: x - f.trunc(x / y) * y, result=Result.SAME, units=Units.SAME),
 )  # fmt: skip
 
 #: The rows by the functions' Modelica names.

@@ -66,21 +66,7 @@ def decode(table: Exprs, words: Iterable[str], leaves: list[Expr]) -> Expr:
         if not colon:
             stack.append(table.const(float(word)))
             continue
-        args = [stack.pop() for _ in range(int(count))]
-        stack.append(_make(table, name, args))
+        args = tuple(stack.pop() for _ in range(int(count)))
+        op = _OPS.get(name)
+        stack.append(table.make(op, args) if op else table.call(name, *args))
     return stack.pop()
-
-
-def _make(table: Exprs, name: str, args: list[Expr]) -> Expr:
-    match _OPS.get(name):
-        case Op.ADD:
-            return table.add(*args)
-        case Op.MUL:
-            return table.mul(*args)
-        case Op.NEG:
-            return table.neg(*args)
-        case Op.DIV:
-            return table.div(*args)
-        case Op.POW:
-            return table.pow(*args)
-    return table.call(name, *args)

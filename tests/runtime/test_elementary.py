@@ -46,7 +46,7 @@ class _Numbers:
 @rows
 def test_a_row_is_whole(row: Elementary) -> None:
     assert TABLE[row.name] is row
-    assert (row.native or row.built) and (row.numpy or row.built)
+    assert (row.in_native or row.built) and (row.in_numpy or row.built)
     value = row.value(*_given(row, 0.4))
     assert isinstance(value, float)
     if row.built is not None:

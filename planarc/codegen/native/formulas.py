@@ -20,7 +20,7 @@ _TRUNC: Final = "llvm.trunc.f64"
 
 def declarations() -> str:
     """Functions of C's library, and those that the processor or LLVM itself knows."""
-    rows = {row.native: row.arity for row in elementary.TABLE.values() if row.native}
+    rows = {r.in_native: r.arity for r in elementary.TABLE.values() if r.in_native}
     rows |= {"pow": 2, _TRUNC: 1}
     return "".join(
         f"declare double @{name}({', '.join(['double'] * arity)})"
@@ -167,8 +167,8 @@ class _Functions:
 
 def _call(c: Code, function: str, a: list[Value]) -> Value:
     row = elementary.TABLE[function]
-    if row.native:
-        return c.call(REAL, row.native, *a)
+    if row.in_native:
+        return c.call(REAL, row.in_native, *a)
     assert row.built is not None
     found: Value = row.built(_Functions(c), *a)
     return found

@@ -27,7 +27,7 @@ from planarc.flatten.sections.equations import count_equations
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import expressions_of_equations, names_in, variables_of_target
+from planarc.ir.flatwalk import expressions_in, names_in, variables_of_target
 
 
 class Imbalance(Data):
@@ -57,7 +57,7 @@ def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
 def names_in_equations(equations: Iterable[flat.Equation]) -> set[str]:
     """The variables that equations name, those of asserts left out."""
     real = (e for e in equations if not isinstance(e, flat.Assert | flat.Terminate))
-    return names_in(expressions_of_equations(real))
+    return names_in(expressions_in(real))
 
 
 def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:

@@ -18,6 +18,7 @@ Example:
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from msgspec.structs import replace
 
@@ -267,10 +268,11 @@ def print_variable(variable: flat.Variable) -> str:
 # Equations and statements ---------------------------------------------------------------------
 
 
-def equation_lines(equation: flat.Equation, indent: int = 2) -> list[str]:
-    """The lines of an equation, each ended by `;`."""
+def _lines(item: flat.Equation | flat.Statement, indent: int, records: frozenset[str]) -> list[str]:
+    """The lines of an equation or a statement, each ended by `;`. `records` are local variables
+    whose fields are assigned."""
     pad = " " * indent
-    match equation:
+    match item:
         case flat.Equality(left=left, right=right):
             if isinstance(left, flat.Targets):
                 shown = ["" if i is None else print_expression(i) for i in left.items]
@@ -278,26 +280,52 @@ def equation_lines(equation: flat.Equation, indent: int = 2) -> list[str]:
                 return [f"{pad}{start}{print_expression(right)};"]
             side = f"({print_expression(left)})" if isinstance(left, flat.If) else ""
             return [f"{pad}{side or print_expression(left)} = {print_expression(right)};"]
-        case flat.IfEquation(branches=branches, otherwise=otherwise):
-            lines = _branches("if", branches, indent)
+        case flat.Assignment(target=target, value=value):
+            return [f"{pad}{_target(target, records)} := {print_expression(value)};"]
+        case flat.TupleAssignment(targets=targets, value=call):
+            shown = ["" if t is None else _target(t, records) for t in targets]
+            start = f"({', '.join(shown)}) := " if shown else ""
+            return [f"{pad}{start}{print_expression(call)};"]
+        case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
+            lines = _branches("if", item.branches, indent, records)
             if otherwise:
-                lines.append(f"{pad}else")
-                lines += [x for e in otherwise for x in equation_lines(e, indent + 2)]
+                lines += [f"{pad}else", *_body(otherwise, indent, records)]
             return [*lines, f"{pad}end if;"]
-        case flat.WhenEquation(branches=branches):
-            return [*_branches("when", branches, indent), f"{pad}end when;"]
-    return [pad + _special(equation)]
+        case flat.WhenEquation() | flat.WhenStatement():
+            return [*_branches("when", item.branches, indent, records), f"{pad}end when;"]
+        case flat.ForStatement(iterator=iterator, range=range_, body=body):
+            head = f"{pad}for {quoted(iterator)} in {print_expression(range_)} loop"
+            return [head, *_body(body, indent, records), f"{pad}end for;"]
+        case flat.WhileStatement(condition=condition, body=body):
+            head = f"{pad}while {print_expression(condition)} loop"
+            return [head, *_body(body, indent, records), f"{pad}end while;"]
+        case flat.Break():
+            return [f"{pad}break;"]
+        case flat.Return():
+            return [f"{pad}return;"]
+    return [pad + _special(item)]
 
 
 def _branches(
-    word: str, branches: tuple[tuple[flat.Expression, tuple[flat.Equation, ...]], ...], indent: int
+    word: str,
+    branches: Iterable[tuple[flat.Expression, Iterable[flat.Equation | flat.Statement]]],
+    indent: int,
+    records: frozenset[str],
 ) -> list[str]:
     lines = []
     for index, (condition, body) in enumerate(branches):
-        start = word if index == 0 else f"else{word}"
+        start = f"else{word}" if index else word
         lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
-        lines += [x for e in body for x in equation_lines(e, indent + 2)]
+        lines += _body(body, indent, records)
     return lines
+
+
+def _body(
+    items: Iterable[flat.Equation | flat.Statement],
+    indent: int,
+    records: frozenset[str] = frozenset(),
+) -> list[str]:
+    return [line for item in items for line in _lines(item, indent + 2, records)]
 
 
 def _special(equation: flat.Equation | flat.Statement) -> str:
@@ -312,38 +340,6 @@ def _special(equation: flat.Equation | flat.Statement) -> str:
     raise TypeError(f"not an equation: {equation!r}")
 
 
-def statement_lines(
-    statement: flat.Statement, indent: int = 2, records: frozenset[str] = frozenset()
-) -> list[str]:
-    """The lines of a statement; `records` are local variables whose fields are assigned."""
-    pad = " " * indent
-    match statement:
-        case flat.Assignment(target=target, value=value):
-            return [f"{pad}{_target(target, records)} := {print_expression(value)};"]
-        case flat.TupleAssignment(targets=targets, value=call):
-            shown = ["" if t is None else _target(t, records) for t in targets]
-            start = f"({', '.join(shown)}) := " if shown else ""
-            return [f"{pad}{start}{print_expression(call)};"]
-        case flat.IfStatement(branches=branches, otherwise=otherwise):
-            lines = _statement_branches("if", branches, indent, records)
-            if otherwise:
-                lines += [f"{pad}else", *_body(otherwise, indent, records)]
-            return [*lines, f"{pad}end if;"]
-        case flat.WhenStatement(branches=branches):
-            return [*_statement_branches("when", branches, indent, records), f"{pad}end when;"]
-        case flat.ForStatement(iterator=iterator, range=range_, body=body):
-            head = f"{pad}for {quoted(iterator)} in {print_expression(range_)} loop"
-            return [head, *_body(body, indent, records), f"{pad}end for;"]
-        case flat.WhileStatement(condition=condition, body=body):
-            head = f"{pad}while {print_expression(condition)} loop"
-            return [head, *_body(body, indent, records), f"{pad}end while;"]
-        case flat.Break():
-            return [f"{pad}break;"]
-        case flat.Return():
-            return [f"{pad}return;"]
-    return [pad + _special(statement)]
-
-
 def _target(target: flat.Target, records: frozenset[str]) -> str:
     if not isinstance(target, flat.Reference):
         return print_expression(target)
@@ -351,26 +347,6 @@ def _target(target: flat.Target, records: frozenset[str]) -> str:
     if fields and first in records:
         return ".".join(map(quoted, (first, *fields))) + _subscripts(target.subscripts)
     return print_expression(target)
-
-
-def _body(
-    statements: tuple[flat.Statement, ...], indent: int, records: frozenset[str] = frozenset()
-) -> list[str]:
-    return [x for s in statements for x in statement_lines(s, indent + 2, records)]
-
-
-def _statement_branches(
-    word: str,
-    branches: tuple[tuple[flat.Expression, tuple[flat.Statement, ...]], ...],
-    indent: int,
-    records: frozenset[str],
-) -> list[str]:
-    lines = []
-    for index, (condition, body) in enumerate(branches):
-        start = word if index == 0 else f"else{word}"
-        lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
-        lines += _body(body, indent, records)
-    return lines
 
 
 # The whole ----------------------------------------------------------------------------------------
@@ -463,7 +439,7 @@ def print_model(model: flat.FlatModel) -> str:
         ("equation", model.equations),
     ):
         if equations:
-            lines += [head, *(x for e in equations for x in equation_lines(e))]
+            lines += [head, *_body(equations, 0)]
     for head, algorithms in (
         ("initial algorithm", model.initial_algorithms),
         ("algorithm", model.algorithms),

@@ -23,6 +23,7 @@ Promises:  `parse(definition_text(tree)) == tree` for every tree of the parser.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import TypeAlias
 
 from planarc.ir import syntax
 from planarc.ir.text.expression import (
@@ -52,14 +53,6 @@ def definition_text(definition: syntax.StoredDefinition) -> str:
 
 def class_text(cls: syntax.ClassDef) -> str:
     return "".join(f"{line}\n" for line in _class_lines(cls))
-
-
-def equation_text(equation: syntax.Equation) -> str:
-    return "".join(f"{line}\n" for line in _equation_lines(equation))
-
-
-def statement_text(statement: syntax.Statement) -> str:
-    return "".join(f"{line}\n" for line in _statement_lines(statement))
 
 
 # Classes ----------------------------------------------------------------------------------
@@ -117,12 +110,10 @@ def _composition_lines(body: syntax.Composition) -> Iterator[str]:
         initial = "initial " if section.initial else ""
         if isinstance(section, syntax.EquationSection):
             yield f"{initial}equation"
-            for equation in section.equations:
-                yield from _indented(_equation_lines(equation))
+            yield from _body(section.equations)
         else:
             yield f"{initial}algorithm"
-            for statement in section.statements:
-                yield from _indented(_statement_lines(statement))
+            yield from _body(section.statements)
     if body.external:
         yield _INDENT + _external(body.external)
 
@@ -258,68 +249,39 @@ def _connect(equation: syntax.Connect) -> str:
     return f"connect({ref_text(equation.left)}, {ref_text(equation.right)})"
 
 
-def _equation_lines(equation: syntax.Equation) -> Iterator[str]:
-    match equation:
+_Item: TypeAlias = syntax.Equation | syntax.Statement
+
+
+def _lines(item: _Item) -> Iterator[str]:
+    match item:
         case syntax.Equality():
-            sides = f"{simple_text(equation.left)} = {expression_text(equation.right)}"
-            yield f"{sides}{_comment(equation.comment)};"
-        case syntax.CallEquation():
-            yield f"{expression_text(equation.call)};"
-        case syntax.Connect():
-            yield f"{_connect(equation)};"
-        case syntax.IfEquation():
-            for index, (condition, body) in enumerate(equation.branches):
-                yield f"{'elseif' if index else 'if'} {expression_text(condition)} then"
-                yield from _equations(body)
-            if equation.otherwise:
-                yield "else"
-                yield from _equations(equation.otherwise)
-            yield "end if;"
-        case syntax.WhenEquation():
-            for index, (condition, body) in enumerate(equation.branches):
-                yield f"{'elsewhen' if index else 'when'} {expression_text(condition)} then"
-                yield from _equations(body)
-            yield "end when;"
-        case syntax.ForEquation():
-            yield f"for {iterators_text(equation.iterators)} loop"
-            yield from _equations(equation.body)
-            yield "end for;"
-
-
-def _equations(body: tuple[syntax.Equation, ...]) -> Iterator[str]:
-    for equation in body:
-        yield from _indented(_equation_lines(equation))
-
-
-def _statement_lines(statement: syntax.Statement) -> Iterator[str]:
-    match statement:
+            sides = f"{simple_text(item.left)} = {expression_text(item.right)}"
+            yield f"{sides}{_comment(item.comment)};"
         case syntax.Assignment():
-            yield f"{ref_text(statement.target)} := {expression_text(statement.value)};"
+            yield f"{ref_text(item.target)} := {expression_text(item.value)};"
         case syntax.TupleAssignment():
-            targets = ", ".join("" if t is None else ref_text(t) for t in statement.targets)
-            yield f"({targets}) := {expression_text(statement.value)};"
-        case syntax.CallStatement():
-            yield f"{expression_text(statement.call)};"
-        case syntax.IfStatement():
-            for index, (condition, body) in enumerate(statement.branches):
-                yield f"{'elseif' if index else 'if'} {expression_text(condition)} then"
-                yield from _statements(body)
-            if statement.otherwise:
+            targets = ", ".join("" if t is None else ref_text(t) for t in item.targets)
+            yield f"({targets}) := {expression_text(item.value)};"
+        case syntax.CallEquation() | syntax.CallStatement():
+            yield f"{expression_text(item.call)};"
+        case syntax.Connect():
+            yield f"{_connect(item)};"
+        case syntax.IfEquation() | syntax.IfStatement():
+            yield from _branches("if", item.branches)
+            if item.otherwise:
                 yield "else"
-                yield from _statements(statement.otherwise)
+                yield from _body(item.otherwise)
             yield "end if;"
-        case syntax.WhenStatement():
-            for index, (condition, body) in enumerate(statement.branches):
-                yield f"{'elsewhen' if index else 'when'} {expression_text(condition)} then"
-                yield from _statements(body)
+        case syntax.WhenEquation() | syntax.WhenStatement():
+            yield from _branches("when", item.branches)
             yield "end when;"
-        case syntax.ForStatement():
-            yield f"for {iterators_text(statement.iterators)} loop"
-            yield from _statements(statement.body)
+        case syntax.ForEquation() | syntax.ForStatement():
+            yield f"for {iterators_text(item.iterators)} loop"
+            yield from _body(item.body)
             yield "end for;"
         case syntax.WhileStatement():
-            yield f"while {expression_text(statement.condition)} loop"
-            yield from _statements(statement.body)
+            yield f"while {expression_text(item.condition)} loop"
+            yield from _body(item.body)
             yield "end while;"
         case syntax.Break():
             yield "break;"
@@ -327,6 +289,15 @@ def _statement_lines(statement: syntax.Statement) -> Iterator[str]:
             yield "return;"
 
 
-def _statements(body: tuple[syntax.Statement, ...]) -> Iterator[str]:
-    for statement in body:
-        yield from _indented(_statement_lines(statement))
+def _branches(
+    word: str,
+    branches: Iterable[tuple[syntax.Expression, Iterable[_Item]]],
+) -> Iterator[str]:
+    for index, (condition, body) in enumerate(branches):
+        yield f"{'else' if index else ''}{word} {expression_text(condition)} then"
+        yield from _body(body)
+
+
+def _body(items: Iterable[_Item]) -> Iterator[str]:
+    for item in items:
+        yield from _indented(_lines(item))

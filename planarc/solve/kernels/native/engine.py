@@ -101,7 +101,7 @@ class Engine:
 def _name_library(llvm: Any) -> None:
     """Tell LLVM where the C library's functions are: on Windows it does not find them."""
     c_library = ctypes.CDLL("ucrtbase")
-    named = (row.native for row in elementary.TABLE.values())
+    named = (row.in_native for row in elementary.TABLE.values())
     library = (name for name in named if name and not name.startswith("llvm."))
     for name in (*library, "pow", "floor", "ceil", "trunc"):
         llvm.add_symbol(name, ctypes.cast(getattr(c_library, name), _POINTER).value)
