@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from planarc.ir.insight import Track
     from planarc.ir.program import Column, Program
 
 
@@ -89,6 +90,13 @@ class Result(Data, dict=True):
             values: NDArray[np.float64] = self.data[:, self.stored[column.slot]]
             return values if column.sign > 0 else -values
         return np.full(len(self.time), column.sign * self.constants[column.slot])
+
+    def track(self, name: str) -> Track:
+        """A variable: a number where it never changes; KeyError if there is none."""
+        column = self.columns[name]
+        if column.slot in self.stored:
+            return self[name]
+        return float(column.sign * self.constants[column.slot])
 
     def __contains__(self, name: str) -> bool:
         return name == "time" or name in self.columns

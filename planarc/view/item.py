@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any
+
+from msgspec.structs import replace
 
 from planarc.core.data import Data
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-#: A number, or one number for each row of the result.
-Track: TypeAlias = "float | NDArray[np.float64]"
+from planarc.ir.insight import Track
 
 
 class Kind(StrEnum):
@@ -47,3 +44,39 @@ class Item(Data):
     extra: Track = 0.0
     labels: tuple[str, ...] = ()
     points: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """All quantities that may change."""
+        return (self.x, self.y, self.angle, self.length, self.width, self.extra, *self.color)
+
+    def mapped(self, to: Callable[[Track], Track]) -> Item:
+        """The item with another value for each quantity that may change."""
+        x, y, angle, length, width, extra, *color = map(to, self.tracks)
+        red, green, blue = color
+        return replace(
+            self,
+            x=x,
+            y=y,
+            angle=angle,
+            length=length,
+            width=width,
+            extra=extra,
+            color=(red, green, blue),
+        )
+
+
+def plain(value: Any) -> Track:
+    """An array where it has rows, else a Python number."""
+    return float(value) if getattr(value, "ndim", 0) == 0 else value
+
+
+def smooth(angle: Any) -> Track:
+    """An angle without jumps of whole turns."""
+    import numpy as np
+
+    value = plain(angle)
+    if isinstance(value, float) or not np.all(np.isfinite(value)):
+        return value
+    unwrapped: Track = np.unwrap(value)
+    return unwrapped

@@ -28,7 +28,8 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.evaluate.rows import RowValues
 from planarc.ir.expr import Expr, Op, symbol_text
-from planarc.view.item import Item, Kind, Track
+from planarc.ir.insight import Track
+from planarc.view.item import Item, Kind, plain, smooth
 from planarc.view.skeleton import skeleton
 
 if TYPE_CHECKING:
@@ -112,10 +113,7 @@ def _leaf(result: Result, e: Expr) -> Any:
     name = symbol_text(*e.data) if e.op is Op.SYMBOL else e.data
     if name not in result:
         raise NotDrawable(f"the result has no variable `{name}`")
-    column = result.columns[name]
-    if column.slot in result.stored:
-        return result[name]
-    return float(column.sign * result.constants[column.slot])
+    return result.track(name)
 
 
 def _undrawable(e: Expr, args: Sequence[Any]) -> Any:
@@ -140,7 +138,7 @@ def _shape(component: str, a: dict[str, Any]) -> Item:
         Kind.SHAPE,
         x,
         y,
-        _smooth(a["phi"] + a["angle"]),
+        smooth(a["phi"] + a["angle"]),
         a["length"],
         a["width"],
         _color(a),
@@ -157,10 +155,10 @@ def _arrow_of(kind: Kind) -> Any:
 
         x, y = _offset(a["r"], a["phi"], a["r_tail"])
         hx, hy = a["r_head"]
-        angle = _smooth(a["phi"] + np.arctan2(hy, hx))
+        angle = smooth(a["phi"] + np.arctan2(hy, hx))
         height = _number(a["heightShift"])
         return Item(
-            component, kind, x, y, angle, _plain(np.hypot(hx, hy)), a["width"], _color(a), height
+            component, kind, x, y, angle, plain(np.hypot(hx, hy)), a["width"], _color(a), height
         )
 
     return make
@@ -204,27 +202,12 @@ def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
     import numpy as np
 
     c, s = np.cos(phi), np.sin(phi)
-    return _plain(r[0] + c * v[0] - s * v[1]), _plain(r[1] + s * v[0] + c * v[1])
+    return plain(r[0] + c * v[0] - s * v[1]), plain(r[1] + s * v[0] + c * v[1])
 
 
 def _color(a: dict[str, Any]) -> tuple[Track, Track, Track]:
     red, green, blue = a["color"]
     return red, green, blue
-
-
-def _plain(value: Any) -> Track:
-    """An array where it has rows, else a Python number."""
-    return float(value) if getattr(value, "ndim", 0) == 0 else value
-
-
-def _smooth(angle: Any) -> Track:
-    import numpy as np
-
-    value = _plain(angle)
-    if isinstance(value, float) or not np.all(np.isfinite(value)):
-        return value
-    unwrapped: Track = np.unwrap(value)
-    return unwrapped
 
 
 def _number(value: Any) -> float:

@@ -10,15 +10,15 @@ Used only where no component has a visual of its own, as in a library without pi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planarc.ir.mechanism import GROUND
-from planarc.view.item import Item, Kind
+from planarc.view.item import Item, Kind, plain, smooth
 
 if TYPE_CHECKING:
+    from planarc.ir.insight import Track
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.result import Result
-    from planarc.view.item import Track
 
 _LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0, 105.0)
 
@@ -29,7 +29,7 @@ def skeleton(result: Result, axes: bool = True) -> list[Item]:
     if mechanism is None or not len(result.time):
         return []
     points = {
-        frame: (_track(result, f"{frame}.r[1]"), _track(result, f"{frame}.r[2]"))
+        frame: (result.track(f"{frame}.r[1]"), result.track(f"{frame}.r[2]"))
         for link in mechanism.links
         for frame in link.frames
         if f"{frame}.r[1]" in result and f"{frame}.r[2]" in result
@@ -67,19 +67,10 @@ def _bars(
             if not np.any(length > 1e-9 * size) or key in seen:
                 continue
             seen.add(key)
-            angle = _plain(np.unwrap(np.atleast_1d(np.arctan2(dy, dx))))
             yield Item(
-                link.name,
-                Kind.SHAPE,
-                x,
-                y,
-                angle,
-                _plain(length),
-                size / 50,
-                _LINK,
-                0.0,
-                shape="beam",
-            )
+                link.name, Kind.SHAPE, x, y, smooth(np.arctan2(dy, dx)), plain(length), size / 50,
+                _LINK, shape="beam",
+            )  # fmt: skip
         if not seen:
             yield Item(
                 link.name, Kind.SHAPE, x, y, 0.0, size / 25, size / 25, _LINK, 0.0,
@@ -108,14 +99,3 @@ def _spread(points: dict[str, tuple[Track, Track]]) -> float:
     ]
     largest = float(max(spans))
     return largest if largest > 0 and np.isfinite(largest) else 1.0
-
-
-def _track(result: Result, name: str) -> Track:
-    column = result.columns[name]
-    if column.slot in result.stored:
-        return result[name]
-    return float(column.sign * result.constants[column.slot])
-
-
-def _plain(value: Any) -> Track:
-    return float(value.item()) if value.size == 1 else value

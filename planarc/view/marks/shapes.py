@@ -19,7 +19,8 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from planarc.core.data import Data
-from planarc.view.item import Item, Kind, Track
+from planarc.ir.insight import Track
+from planarc.view.item import Item, Kind
 from planarc.view.marks.measure import (
     EXTRA,
     HEAD,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.view.item import Track
+    from planarc.ir.insight import Track
 
 #: A number, None where it is not finite, or base64.
 Encoded: TypeAlias = "float | str | None"

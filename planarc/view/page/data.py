@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from planarc.ir.insight import Layer, Series
+    from planarc.ir.insight import Layer, Series, Track
     from planarc.ir.program import Column
     from planarc.ir.result import Result
-    from planarc.view.item import Item, Track
+    from planarc.view.item import Item
     from planarc.view.page.figures import Figure
     from planarc.view.scene import Scene
 

@@ -15,11 +15,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
-from planarc.view.item import Item, Track
+from planarc.ir.insight import Track
+from planarc.view.item import Item
 from planarc.view.scene import Scene
 
 if TYPE_CHECKING:
@@ -99,36 +98,11 @@ def resample(scene: Scene, times: object, shown: float) -> Motion:
             known[id(track)] = np.interp(instants, scene.time, track)
         return known[id(track)]
 
-    items = tuple(
-        replace(
-            item,
-            x=at(item.x),
-            y=at(item.y),
-            angle=at(item.angle),
-            length=at(item.length),
-            width=at(item.width),
-            color=(at(item.color[0]), at(item.color[1]), at(item.color[2])),
-            extra=at(item.extra),
-        )
-        for item in scene.items
-    )
-    return Motion(instants, items, shown)
+    return Motion(instants, tuple(item.mapped(at) for item in scene.items), shown)
 
 
 def item_at(item: Item, frame: int) -> Item:
-    def at(track: Track) -> float:
-        return float(track) if isinstance(track, (int, float)) else float(track[frame])
-
-    return replace(
-        item,
-        x=at(item.x),
-        y=at(item.y),
-        angle=at(item.angle),
-        length=at(item.length),
-        width=at(item.width),
-        color=(at(item.color[0]), at(item.color[1]), at(item.color[2])),
-        extra=at(item.extra),
-    )
+    return item.mapped(lambda t: float(t if isinstance(t, (int, float)) else t[frame]))
 
 
 def choose_speed(duration: float) -> float:

@@ -42,8 +42,7 @@ def render_images(motion: Motion, camera: Camera, dark: bool = False) -> Iterato
 
 
 def _moves(item: Item) -> bool:
-    tracks = (item.x, item.y, item.angle, item.length, item.width, item.extra, *item.color)
-    return not all(isinstance(t, (int, float)) for t in tracks)
+    return not all(isinstance(t, (int, float)) for t in item.tracks)
 
 
 def _paint(image: Image, items: Sequence[Item], camera: Camera, dark: bool) -> None:
