@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from planarc.cli import console
 from planarc.cli.arguments import choose_backend, make_request
 from planarc.cli.settings import Given, read_settings, sort_settings
-from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, Severity, usage_error
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -58,9 +58,7 @@ def split_pair(option: str, item: str, example: str) -> tuple[str, str]:
     """NAME=TEXT."""
     name, sign, text = (part.strip() for part in item.partition("="))
     if not (name and sign and text):
-        raise UsageError(
-            Diagnostic("C250", f"`{option} {item}` is no NAME=VALUE", hint=f"write `{example}`")
-        )
+        raise usage_error("C250", f"`{option} {item}` is no NAME=VALUE", hint=f"write `{example}`")
     return name, text
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend, Redundant
 
 if TYPE_CHECKING:
@@ -99,12 +99,10 @@ def make_request(
         return Request(Path(target), class_name, folders, redundant=redundant)
     if class_name is None:
         return Request(None, target, folders, redundant=redundant)
-    raise UsageError(
-        Diagnostic(
-            "C109",
-            f"`{target}` is no file, so `{class_name}` cannot be a class in it",
-            hint="give one class, or a file and a class",
-        )
+    raise usage_error(
+        "C109",
+        f"`{target}` is no file, so `{class_name}` cannot be a class in it",
+        hint="give one class, or a file and a class",
     )
 
 
@@ -120,12 +118,10 @@ def read_pattern(text: str | None) -> re.Pattern[str] | None:
     try:
         return None if text is None else re.compile(text)
     except re.error as problem:
-        raise UsageError(
-            Diagnostic(
-                "C114",
-                f"`--variables {text}` is no regular expression: {problem}",
-                hint="write e.g. `--variables 'crank|rod'`, and a backslash before `[` or `(`",
-            )
+        raise usage_error(
+            "C114",
+            f"`--variables {text}` is no regular expression: {problem}",
+            hint="write e.g. `--variables 'crank|rod'`, and a backslash before `[` or `(`",
         ) from None
 
 
@@ -137,10 +133,8 @@ def choose_backend(asked: Backend | None) -> Backend:
         return asked or Backend.NATIVE
     if asked is None:
         return Backend.NUMPY
-    raise UsageError(
-        Diagnostic(
-            "C113",
-            "the native back end needs `llvmlite`, which is not installed",
-            hint="use `--backend numpy`, or install llvmlite",
-        )
+    raise usage_error(
+        "C113",
+        "the native back end needs `llvmlite`, which is not installed",
+        hint="use `--backend numpy`, or install llvmlite",
     )

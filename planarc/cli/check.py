@@ -12,7 +12,7 @@ from planarc.cli import console
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_request
 from planarc.cli.exits import Exit
 from planarc.cli.outcome import Outcome
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import Units
 
 if TYPE_CHECKING:
@@ -121,12 +121,10 @@ def _check_all(
     from planarc.cli.survey_text import as_text, to_json
 
     if class_name is not None:
-        raise UsageError(
-            Diagnostic(
-                "C118",
-                f"`--all` checks all of `{target}`, not only `{class_name}`",
-                hint="leave out the class, or leave out `--all`",
-            )
+        raise usage_error(
+            "C118",
+            f"`--all` checks all of `{target}`, not only `{class_name}`",
+            hint="leave out the class, or leave out `--all`",
         )
     request = replace(make_request(target, None, library), units=units)
     with counting_line() as progress:

@@ -11,7 +11,7 @@ import typer
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, Pattern, read_pattern
 from planarc.cli.exits import Exit
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.prose import counted, shortened
 
 if TYPE_CHECKING:
@@ -45,19 +45,15 @@ def compare(
 
     for value, name in ((tolerance, "--tolerance"), (width, "--width")):
         if not 0 <= value < float("inf"):
-            raise UsageError(
-                Diagnostic("C161", f"`{name} {value:g}` is no share", hint="give e.g. 0.001")
-            )
+            raise usage_error("C161", f"`{name} {value:g}` is no share", hint="give e.g. 0.001")
     chosen = read_pattern(variables)
     found = compare_tables(read_table(reference), read_table(other), tolerance, width, chosen)
     if not found.compared:
-        raise UsageError(
-            Diagnostic(
-                "C162",
-                f"`{reference}` and `{other}` have no variable in common"
-                + (f" that matches `{variables}`" if variables else ""),
-                hint="compare results of the same model",
-            )
+        raise usage_error(
+            "C162",
+            f"`{reference}` and `{other}` have no variable in common"
+            + (f" that matches `{variables}`" if variables else ""),
+            hint="compare results of the same model",
         )
     console.say(_to_json(found) if as_json else _text(found, reference, other))
     return Exit.DONE if found.same else Exit.MODEL

@@ -22,7 +22,7 @@ from planarc.cli.arguments import (
 )
 from planarc.cli.files import table_destination
 from planarc.cli.rescue import save
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import Redundant
 
 
@@ -53,8 +53,8 @@ def drive(
     For example --motion "revA.phi=1 + 2*time"; the result holds all joint forces.
     """
     if not motion:
-        raise UsageError(
-            Diagnostic("C251", "no motion is given", hint='write `--motion "revA.phi=sin(2*time)"`')
+        raise usage_error(
+            "C251", "no motion is given", hint='write `--motion "revA.phi=sin(2*time)"`'
         )
     if output is not None:
         table_destination(output)
@@ -106,7 +106,7 @@ def read_motion(path: Path) -> tuple[list[float], list[float]]:
         lines = path.read_text("utf-8-sig", errors="replace").splitlines()
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
+        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
     rows: list[tuple[float, ...]] = []
     for at, line in enumerate(lines, 1):
         if not line.strip():
@@ -118,11 +118,9 @@ def read_motion(path: Path) -> tuple[list[float], list[float]]:
         if len(row) == 2:
             rows.append(row)
         elif rows or at > 1:
-            raise UsageError(
-                Diagnostic(
-                    "C252",
-                    f"line {at} of `{path}` is no time and value: `{line.strip():.40}`",
-                    hint="write one of each in every line, as in `0.5, 1.2`",
-                )
+            raise usage_error(
+                "C252",
+                f"line {at} of `{path}` is no time and value: `{line.strip():.40}`",
+                hint="write one of each in every line, as in `0.5, 1.2`",
             )
     return [t for t, _ in rows], [x for _, x in rows]

@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
@@ -109,7 +109,7 @@ def check_writable(path: Path, option: str) -> None:
 
 
 def _refusal(code: str, message: str, hint: str) -> UsageError:
-    return UsageError(Diagnostic(code, message, hint=hint))
+    return usage_error(code, message, hint=hint)
 
 
 def _is_own(path: Path) -> bool:

@@ -11,7 +11,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.exits import Exit
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, usage_error
 from planarc.core.source import Source
 
 SUFFIXES = (".pmo", ".mo")
@@ -71,18 +71,12 @@ def _paths(files: Sequence[str]) -> Iterator[Path]:
             found = sorted(p for p in path.rglob("*") if p.suffix in SUFFIXES and p.is_file())
             yield from (p for p in found if not _hidden(p.relative_to(path)))
         elif not path.exists():
-            raise UsageError(
-                Diagnostic("C101", f"there is no file `{name}`", hint="check the path")
-            )
+            raise usage_error("C101", f"there is no file `{name}`", hint="check the path")
         elif path.suffix in SUFFIXES:
             yield path
         else:
-            raise UsageError(
-                Diagnostic(
-                    "C141",
-                    f"`{name}` is no model",
-                    hint="give files with the ending `.pmo` or `.mo`",
-                )
+            raise usage_error(
+                "C141", f"`{name}` is no model", hint="give files with the ending `.pmo` or `.mo`"
             )
 
 
@@ -103,7 +97,7 @@ def _format_file(path: Path, check: bool) -> bool:
         ) from None
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
+        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
     formatted = formatted_text(Source(str(path), text))
     if formatted == text:
         return False

@@ -11,7 +11,7 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries
 from planarc.cli.exits import Exit
 from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
-from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.diagnostic import Severity, usage_error
 from planarc.core.prose import ticked
 
 if TYPE_CHECKING:
@@ -61,12 +61,10 @@ def gallery(
         check_writable(reports / "report.html", "--reports")
     examples = find_examples(named, tuple(library or ()))
     if not examples:
-        raise UsageError(
-            Diagnostic(
-                "C293",
-                f"there is no example in {ticked(named)}",
-                hint="an example is a model with `annotation(experiment(StopTime=...))`",
-            )
+        raise usage_error(
+            "C293",
+            f"there is no example in {ticked(named)}",
+            hint="an example is a model with `annotation(experiment(StopTime=...))`",
         )
     with counting_line() as progress:
         shown = [(s, _card(s, reports, path)) for s in run_examples(examples, progress)]

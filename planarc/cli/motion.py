@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from planarc.cli import console
 from planarc.cli.analysis import with_settings
 from planarc.cli.arguments import make_request
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 def named_output(output: Path | None, example: str) -> Path:
     if output is None:
-        raise UsageError(
-            Diagnostic("C270", "`--output` is missing", hint=f"write e.g. `{example}`")
-        )
+        raise usage_error("C270", "`--output` is missing", hint=f"write e.g. `{example}`")
     return output
 
 
@@ -28,12 +26,10 @@ def refuse_run(mode: int | None, stop: float | None, settings: list[str] | None)
     """What belongs to a run has no meaning for one that is over."""
     for given, name in ((mode, "--mode"), (stop, "--stop"), (settings, "--set")):
         if given is not None:
-            raise UsageError(
-                Diagnostic(
-                    "C272",
-                    f"`{name}` needs a model: a result is not run again",
-                    hint="name the model instead of the result",
-                )
+            raise usage_error(
+                "C272",
+                f"`{name}` needs a model: a result is not run again",
+                hint="name the model instead of the result",
             )
 
 
@@ -53,12 +49,10 @@ def read_result(
         guess = find_request(name, (path.parent, Path()), tuple(library or ()))
         compiled = None if guess is None else compile_guess(guess, table)
     if compiled is None:
-        raise UsageError(
-            Diagnostic(
-                "C273",
-                f"no model is found that made `{path}`: it says what is drawn",
-                hint="name it with `--model FILE`",
-            )
+        raise usage_error(
+            "C273",
+            f"no model is found that made `{path}`: it says what is drawn",
+            hint="name it with `--model FILE`",
         )
     return restore(table, path.name, compiled).result
 
@@ -88,11 +82,9 @@ def motion_of_mode(
         where = around
     linear = model.linearize(where, parameters=values, start=starts)
     if not 1 <= number <= len(linear.modes):
-        raise UsageError(
-            Diagnostic(
-                "C271",
-                f"there is no mode {number}: the linear model has {len(linear.modes)}",
-                hint="`planarc linearize` lists them",
-            )
+        raise usage_error(
+            "C271",
+            f"there is no mode {number}: the linear model has {len(linear.modes)}",
+            hint="`planarc linearize` lists them",
         )
     return linear.motion(number - 1, amplitude).rows

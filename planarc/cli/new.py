@@ -10,7 +10,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.files import check_writable
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.diagnostic import PlanarcError, usage_error
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _TAKEN = frozenset({"PlanarMultiBody", "Modelica"})
@@ -53,9 +53,7 @@ def new(name: Name) -> int:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(TEMPLATE.format(name=class_name))
     except FileExistsError:
-        raise UsageError(
-            Diagnostic("C151", f"`{path}` exists already", hint="choose another name")
-        ) from None
+        raise usage_error("C151", f"`{path}` exists already", hint="choose another name") from None
     console.say(f"wrote {path}")
     console.tell(f"run it with: planarc simulate {path}")
     return 0
@@ -63,18 +61,14 @@ def new(name: Name) -> int:
 
 def _refuse_bad_name(name: str) -> None:
     if not _NAME.fullmatch(name):
-        raise UsageError(
-            Diagnostic(
-                "C152",
-                f"`{name}` cannot be the name of a model",
-                hint="use letters, digits and `_`, beginning with a letter",
-            )
+        raise usage_error(
+            "C152",
+            f"`{name}` cannot be the name of a model",
+            hint="use letters, digits and `_`, beginning with a letter",
         )
     if name in _TAKEN or _is_word(name):
         what = "a library's name" if name in _TAKEN else "a word of the language"
-        raise UsageError(
-            Diagnostic("C152", f"`{name}` is {what}", hint="choose another name for the model")
-        )
+        raise usage_error("C152", f"`{name}` is {what}", hint="choose another name for the model")
 
 
 def _is_word(name: str) -> bool:

@@ -22,7 +22,7 @@ from planarc.cli.arguments import (
 )
 from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import Redundant
 
 
@@ -58,9 +58,7 @@ def sensitivity(
     They are integrated together with the motion.
     """
     if not parameter:
-        raise UsageError(
-            Diagnostic("C253", "no parameter is named", hint="write `--parameter body.m`")
-        )
+        raise usage_error("C253", "no parameter is named", hint="write `--parameter body.m`")
     if output is not None:
         csv_destination(output)
     model = open_model(target, class_name, library, redundant=redundant)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 _WORDS = {"true": True, "false": False}
 _START = ".start"
@@ -57,8 +57,8 @@ def read_values(name: str, text: str) -> list[Given]:
 def _read(item: str) -> Setting:
     name, sign, text = (part.strip() for part in item.partition("="))
     if not (name and sign and text):
-        raise UsageError(
-            Diagnostic("C110", f"`--set {item}` is no NAME=VALUE", hint="write `--set rod.L=0.5`")
+        raise usage_error(
+            "C110", f"`--set {item}` is no NAME=VALUE", hint="write `--set rod.L=0.5`"
         )
     return Setting(name, _value(name, text))
 
@@ -74,20 +74,16 @@ def _value(name: str, text: str) -> Given:
         if _LITERAL.fullmatch(text):
             return text
         if text.startswith("{"):  # a shell has taken it apart
-            raise UsageError(
-                Diagnostic(
-                    "C111",
-                    f"the value `{text}` of `{name}` has no closing brace",
-                    hint=f"put it in quotes, as in '{name}={{0.5,0}}': a shell reads braces itself",
-                )
-            ) from None
-        raise UsageError(
-            Diagnostic(
+            raise usage_error(
                 "C111",
-                f"the value `{text}` of `{name}` is no number",
-                hint="give a number, `true`, `false`, the name of an enumeration literal, or "
-                "numbers in braces such as {0.5,0}",
-            )
+                f"the value `{text}` of `{name}` has no closing brace",
+                hint=f"put it in quotes, as in '{name}={{0.5,0}}': a shell reads braces itself",
+            ) from None
+        raise usage_error(
+            "C111",
+            f"the value `{text}` of `{name}` is no number",
+            hint="give a number, `true`, `false`, the name of an enumeration literal, or "
+            "numbers in braces such as {0.5,0}",
         ) from None
 
 

@@ -23,7 +23,7 @@ from planarc.cli.arguments import (
 )
 from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver
 
 
@@ -117,19 +117,15 @@ def simulate(
 
 def _refuse_both(path: Path | None, refused: bool, name: str) -> None:
     if path is not None and refused:
-        raise UsageError(
-            Diagnostic("C112", f"both `--{name}` and `--no-{name}` are given", hint="give one")
-        )
+        raise usage_error("C112", f"both `--{name}` and `--no-{name}` are given", hint="give one")
 
 
 def _refuse_files(output: Path | None, report: Path | None) -> None:
     """`--assembly` writes none."""
     for name, path in (("output", output), ("report", report)):
         if path is not None:
-            raise UsageError(
-                Diagnostic(
-                    "C112",
-                    f"both `--assembly` and `--{name}` are given, but `--assembly` writes no file",
-                    hint="give one",
-                )
+            raise usage_error(
+                "C112",
+                f"both `--assembly` and `--{name}` are given, but `--assembly` writes no file",
+                hint="give one",
             )

@@ -27,7 +27,7 @@ from planarc.cli.files import csv_destination
 from planarc.cli.progress import is_seen
 from planarc.cli.rescue import save
 from planarc.cli.settings import Given, read_values
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.interruption import Interruption
 from planarc.core.options import Redundant
 from planarc.core.render import to_json
@@ -175,18 +175,14 @@ def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -
     from planarc.study import points as design
 
     if not vary:
-        raise UsageError(
-            Diagnostic("C255", "nothing is varied", hint='write `--vary "rod.L=0.5,0.6"`')
-        )
+        raise usage_error("C255", "nothing is varied", hint='write `--vary "rod.L=0.5,0.6"`')
     if random is not None and latin is not None:
-        raise UsageError(Diagnostic("C112", "both `--random` and `--latin` are given"))
+        raise usage_error("C112", "both `--random` and `--latin` are given")
     pairs = [split_pair("--vary", item, '--vary "rod.L=0.5,0.6"') for item in vary]
     axes = dict(pairs)
     if len(axes) < len(pairs):
         twice = next(n for i, (n, _) in enumerate(pairs) if n in dict(pairs[:i]))
-        raise UsageError(
-            Diagnostic("C256", f"`--vary {twice}` is given twice", hint="give all values in one")
-        )
+        raise usage_error("C256", f"`--vary {twice}` is given twice", hint="give all values in one")
     if random is None and latin is None:
         return design.grid({name: _values(name, text) for name, text in pairs})
     ranges: dict[str, Any] = {name: _range(name, text) for name, text in pairs}
@@ -200,12 +196,10 @@ def _values(name: str, text: str) -> list[Given] | list[float]:
         return read_values(name, text)
     parts = _numbers(name, text)
     if len(parts) != 3 or parts[2] != int(parts[2]) or parts[2] < 1:
-        raise UsageError(
-            Diagnostic(
-                "C257",
-                f"`{text}` says not from where to where `{name}` goes, and in how many values",
-                hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
-            )
+        raise usage_error(
+            "C257",
+            f"`{text}` says not from where to where `{name}` goes, and in how many values",
+            hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
         )
     low, high, count = parts[0], parts[1], int(parts[2])
     return [low + (high - low) * i / max(1, count - 1) for i in range(count)]
@@ -214,12 +208,10 @@ def _values(name: str, text: str) -> list[Given] | list[float]:
 def _range(name: str, text: str) -> list[float]:
     parts = _numbers(name, text)
     if len(parts) != 2:
-        raise UsageError(
-            Diagnostic(
-                "C257",
-                f"`{text}` is no range from which a sample of `{name}` can be taken",
-                hint=f"write `{name}=0.5:0.9`",
-            )
+        raise usage_error(
+            "C257",
+            f"`{text}` is no range from which a sample of `{name}` can be taken",
+            hint=f"write `{name}=0.5:0.9`",
         )
     return parts
 
@@ -228,6 +220,4 @@ def _numbers(name: str, text: str) -> list[float]:
     try:
         return [float(t) for t in text.split(":")]
     except ValueError:
-        raise UsageError(
-            Diagnostic("C257", f"the values `{text}` of `{name}` are no numbers")
-        ) from None
+        raise usage_error("C257", f"the values `{text}` of `{name}` are no numbers") from None

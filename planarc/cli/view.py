@@ -11,7 +11,7 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries, make_request
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -69,16 +69,12 @@ def view(
     from planarc.view.table.files import read_table
 
     if class_name is not None and model is None:
-        raise UsageError(
-            Diagnostic("C291", "`--class` needs a file", hint="name it with `--model FILE`")
-        )
+        raise usage_error("C291", "`--class` needs a file", hint="name it with `--model FILE`")
     path = page_destination(result.stem, output)
     table = read_table(result)
     if not len(table.time):
-        raise UsageError(
-            Diagnostic(
-                "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
-            )
+        raise usage_error(
+            "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
         )
     _refuse_unknown(curves, table)
     guessed = None if model is not None else _guess(table, result, library)

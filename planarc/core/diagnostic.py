@@ -91,6 +91,11 @@ def error(
     return PlanarcError(Diagnostic(code, message, span, hint=hint, related=tuple(related)))
 
 
+def usage_error(code: str, message: str, *, hint: str | None = None) -> UsageError:
+    """A `UsageError` with one diagnostic, ready to raise."""
+    return UsageError(Diagnostic(code, message, hint=hint))
+
+
 def _again(kind: type[PlanarcError], diagnostics: tuple[Diagnostic, ...]) -> PlanarcError:
     """The error without its own attributes, which pickle sets."""
     found = kind.__new__(kind)

@@ -29,7 +29,7 @@ from werkzeug.exceptions import HTTPException
 from werkzeug.serving import BaseWSGIServer, WSGIRequestHandler, make_server
 from werkzeug.wrappers import Request, Response
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.live.session import Order, Overtaken, Session
 from planarc.live.watch import Watch
 
@@ -63,12 +63,10 @@ class LiveServer:
             self._server = _listen(port, self._application)
         except OSError as problem:
             reason = getattr(problem, "strerror", None) or "it is in use"
-            raise UsageError(
-                Diagnostic(
-                    "C280",
-                    f"cannot listen on port {port}: {str(reason).lower()}",
-                    hint="choose another one with `--port`, or leave it out",
-                )
+            raise usage_error(
+                "C280",
+                f"cannot listen on port {port}: {str(reason).lower()}",
+                hint="choose another one with `--port`, or leave it out",
             ) from None
         self.port = self._server.port
         self._watch = Watch(request, self._edited)

@@ -23,7 +23,7 @@ from msgspec import field, to_builtins
 from planarc.api.model import Model
 from planarc.api.result import Result, RunStopped
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.mistake import mistake
 from planarc.core.options import Backend
 from planarc.core.prose import be, both
@@ -223,7 +223,7 @@ class Session:
         allowed = {c.component: {o.name for o in c.options} for c in self._choices}
         for component, name in choices.items():
             if name not in allowed.get(component, ()):
-                raise UsageError(Diagnostic("C281", f"`{component}` cannot be a `{name}`"))
+                raise usage_error("C281", f"`{component}` cannot be a `{name}`")
         begin = perf_counter()
         texts: dict[str, str] = {}
         if of is not None:

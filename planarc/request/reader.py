@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from planarc.core.cache import key
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.nearest import did_you_mean
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
@@ -59,20 +59,18 @@ def _bytes_of(path: Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         hint = did_you_mean(path.name, _siblings(path))
-        raise UsageError(Diagnostic("C101", f"there is no file `{path}`", hint=hint)) from None
+        raise usage_error("C101", f"there is no file `{path}`", hint=hint) from None
     except IsADirectoryError:
-        raise UsageError(
-            Diagnostic(
-                "C102",
-                f"`{path}` is a folder, not a file",
-                hint=f"name a file in it, or a class with `--library {path}`",
-            )
+        raise usage_error(
+            "C102",
+            f"`{path}` is a folder, not a file",
+            hint=f"name a file in it, or a class with `--library {path}`",
         ) from None
     except ValueError as problem:  # a NUL in the name
-        raise UsageError(Diagnostic("C108", f"cannot read {str(path)!r}: {problem}")) from None
+        raise usage_error("C108", f"cannot read {str(path)!r}: {problem}") from None
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: {reason}")) from None
+        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
 
 
 def _refuse_endless(path: Path) -> None:
@@ -82,7 +80,7 @@ def _refuse_endless(path: Path) -> None:
     """
     mode = path.stat().st_mode
     if S_ISCHR(mode) or S_ISBLK(mode) or (S_ISFIFO(mode) and not path.is_relative_to("/dev")):
-        raise UsageError(Diagnostic("C108", f"cannot read `{path}`: it is no ordinary file"))
+        raise usage_error("C108", f"cannot read `{path}`: it is no ordinary file")
 
 
 def _siblings(path: Path) -> list[str]:

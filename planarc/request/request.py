@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.nearest import did_you_mean, meant
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import ticked
@@ -148,4 +148,4 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
 
 
 def _usage(code: str, message: str, hint: str | None) -> UsageError:
-    return UsageError(Diagnostic(code, message, hint=hint))
+    return usage_error(code, message, hint=hint)

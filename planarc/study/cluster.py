@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.study.bundle import Outcome, Payload, Task, run_bundle
 
 
@@ -21,12 +21,10 @@ def on_cluster(
     try:
         completed: Any = import_module("distributed").as_completed
     except ImportError:
-        raise UsageError(
-            Diagnostic(
-                "C221",
-                "this needs `distributed`, which is not installed",
-                hint="install it with `pip install 'dask[distributed]'`",
-            )
+        raise usage_error(
+            "C221",
+            "this needs `distributed`, which is not installed",
+            hint="install it with `pip install 'dask[distributed]'`",
         ) from None
     shared = client.scatter(payload, broadcast=True, hash=False)
     waiting = list(bundles)

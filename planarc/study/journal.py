@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TextIO
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.study.bundle import Outcome
 
 
@@ -24,9 +24,7 @@ class Journal:
             self._file: TextIO = path.open("a+", encoding="utf-8")
         except OSError as problem:
             reason = (problem.strerror or str(problem)).lower()
-            raise UsageError(
-                Diagnostic("C233", f"cannot write the journal `{path}`: {reason}")
-            ) from None
+            raise usage_error("C233", f"cannot write the journal `{path}`: {reason}") from None
         try:
             self._lock()
             self._read(key)
@@ -42,8 +40,8 @@ class Journal:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise UsageError(
-                Diagnostic("C234", f"another study is writing the journal `{self._path}`")
+            raise usage_error(
+                "C234", f"another study is writing the journal `{self._path}`"
             ) from None
 
     def _read(self, key: str) -> None:
@@ -55,12 +53,10 @@ class Journal:
             return
         head = _parsed(whole[0]) if whole else None
         if not isinstance(head, dict) or head.get("planarc study") != key:
-            raise UsageError(
-                Diagnostic(
-                    "C235",
-                    f"the journal `{self._path}` belongs to another study",
-                    hint="give another file, or the same model, points, metric and options",
-                )
+            raise usage_error(
+                "C235",
+                f"the journal `{self._path}` belongs to another study",
+                hint="give another file, or the same model, points, metric and options",
             )
         for line in whole[1:]:
             item = _parsed(line)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
@@ -98,16 +98,14 @@ def read_metric(metric: Metric | None, program: Program) -> Metrics:
     try:
         return Metrics(tuple((m, _read(m, program)) for m in metric))
     except TypeError:
-        raise UsageError(
-            Diagnostic("C231", f"a metric is a text or a function, not {type(metric).__name__}")
+        raise usage_error(
+            "C231", f"a metric is a text or a function, not {type(metric).__name__}"
         ) from None
 
 
 def _read(text: Any, program: Program) -> Reduction:
     if not isinstance(text, str):
-        raise UsageError(
-            Diagnostic("C231", f"a metric is a text or a function, not {type(text).__name__}")
-        )
+        raise usage_error("C231", f"a metric is a text or a function, not {type(text).__name__}")
     columns = {c.name for c in program.columns}
     name = text.strip()
     if name in columns:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import UsageError, usage_error
 
 if TYPE_CHECKING:
     from planarc.api.values import Value
@@ -82,4 +82,4 @@ def _count(count: int) -> int:
 
 
 def _wrong(code: str, message: str) -> UsageError:
-    return UsageError(Diagnostic(code, message))
+    return usage_error(code, message)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from msgspec.structs import replace
 
 from planarc.api.values import Value, count, finite, parameter_values, start_values
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName
 from planarc.study.bundle import Outcome, Payload, Task
@@ -113,24 +113,20 @@ def _asked(model: Model, client: Any, limit: Any) -> float:
     from planarc.api.model import Model
 
     if not isinstance(model, Model):
-        raise UsageError(
-            Diagnostic(
-                "C227",
-                f"a study needs a model, not {type(model).__name__}",
-                hint="load it: planarc.load(...)",
-            )
+        raise usage_error(
+            "C227",
+            f"a study needs a model, not {type(model).__name__}",
+            hint="load it: planarc.load(...)",
         )
     if client is not None and not (hasattr(client, "submit") and hasattr(client, "scatter")):
-        raise UsageError(
-            Diagnostic(
-                "C228",
-                f"`client` is a client of Dask, not {type(client).__name__}",
-                hint="write client=distributed.Client(...)",
-            )
+        raise usage_error(
+            "C228",
+            f"`client` is a client of Dask, not {type(client).__name__}",
+            hint="write client=distributed.Client(...)",
         )
     seconds = finite("limit", limit)
     if seconds <= 0:
-        raise UsageError(Diagnostic("C229", f"the limit is above 0 s, not {seconds:g} s"))
+        raise usage_error("C229", f"the limit is above 0 s, not {seconds:g} s")
     return seconds
 
 
@@ -142,15 +138,13 @@ def _points(points: Any) -> list[dict[str, Any]]:
     try:
         table = [dict(p) for p in points]
     except (TypeError, ValueError):
-        raise UsageError(
-            Diagnostic(
-                "C230",
-                f"the points of a study are values by name, not {type(points).__name__}",
-                hint='write them as {"rod.L": [0.5, 0.6]}',
-            )
+        raise usage_error(
+            "C230",
+            f"the points of a study are values by name, not {type(points).__name__}",
+            hint='write them as {"rod.L": [0.5, 0.6]}',
         ) from None
     if not table:
-        raise UsageError(Diagnostic("C239", "the study has no points"))
+        raise usage_error("C239", "the study has no points")
     return table
 
 

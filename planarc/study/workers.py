@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.study.bundle import Outcome, Payload, Task, run_bundle
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
@@ -43,9 +43,7 @@ def outcomes_of(
     left = [t for t in tasks if t.wrong is None and t.index not in done]
     count = cores() if workers is None else workers
     if not isinstance(count, int) or count < 1:
-        raise UsageError(
-            Diagnostic("C232", f"the number of workers is an integer above 0, not {count}")
-        )
+        raise usage_error("C232", f"the number of workers is an integer above 0, not {count}")
     if client is not None:
         from planarc.study.cluster import on_cluster
 
@@ -106,12 +104,10 @@ def _hand_over(payload: Payload, folder: Path) -> str:
     try:
         Path(place).write_bytes(pickle.dumps(payload))
     except (pickle.PicklingError, AttributeError, TypeError) as problem:
-        raise UsageError(
-            Diagnostic(
-                "C236",
-                f"the metric cannot be sent to other processes: {problem}",
-                hint="make it a function of a module, or use workers=1",
-            )
+        raise usage_error(
+            "C236",
+            f"the metric cannot be sent to other processes: {problem}",
+            hint="make it a function of a module, or use workers=1",
         ) from None
     return place
 

@@ -20,7 +20,7 @@ from planarc.catalog.handbook.code import colored
 from planarc.catalog.handbook.icon import icon_svg
 from planarc.catalog.handbook.pages import ClassPage, Link, Row
 from planarc.catalog.handbook.prose import clean
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 _HERE = Path(__file__).parent
 _LARGE, _SMALL = 150, 36  # pixels
@@ -33,7 +33,7 @@ def write_handbook(path: Path, title: str, pages: Sequence[ClassPage]) -> None:
         path.write_text(render_handbook(title, pages), encoding="utf-8", newline="\n")
     except OSError as reason:
         message = f"cannot write the handbook `{path}`: {reason.strerror or reason}"
-        raise UsageError(Diagnostic("V103", message)) from None
+        raise usage_error("V103", message) from None
 
 
 def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
