@@ -88,7 +88,7 @@ def _is_example(entry: Entry) -> bool:
 def run_examples(
     examples: Sequence[Example], progress: Callable[[int, int, str], None] | None = None
 ) -> Iterator[Shown]:
-    """Each as its experiment says."""
+    """Run each example as its experiment says."""
     for i, example in enumerate(examples):
         if progress is not None:
             progress(i, len(examples), example.name)

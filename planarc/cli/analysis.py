@@ -25,7 +25,7 @@ def open_model(
     backend: Backend | None = None,
     redundant: Redundant = Redundant.REFUSE,
 ) -> Model:
-    """The compiled model; its warnings are told."""
+    """Compile the model and print its warnings."""
     from planarc.api.model import Model
 
     request = make_request(target, class_name, libraries, redundant)
@@ -39,7 +39,7 @@ def with_settings(
 ) -> tuple[Model, dict[str, float], dict[str, Given]]:
     """The model to run, values of its parameters, and start values.
 
-    Structural parameters make another model, of which a note tells.
+    A structural parameter makes another model; a note says so.
     """
     import warnings
 
@@ -55,7 +55,7 @@ def with_settings(
 
 
 def split_pair(option: str, item: str, example: str) -> tuple[str, str]:
-    """NAME=TEXT."""
+    """The name and the text of `NAME=TEXT`."""
     name, sign, text = (part.strip() for part in item.partition("="))
     if not (name and sign and text):
         raise usage_error("C250", f"`{option} {item}` is no NAME=VALUE", hint=f"write `{example}`")
@@ -67,7 +67,7 @@ def say_json(value: Mapping[str, Any]) -> None:
 
 
 def say_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Columns below their names; the first is left-aligned, numbers are not."""
+    """Print columns below their names: the first left-aligned, numbers right-aligned."""
     lines = [list(head), *(list(row) for row in rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
     for line in lines:

@@ -24,8 +24,8 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.mistake import mistake
 from planarc.core.nearest import meant, nearest
 
-#: Of each command, in the order of the help: its file here, and the function in it. They are
-#: imported when they are asked for: together they would take half of a check's time.
+#: The file and the function of each command, in the order of the help. A command is imported
+#: when it is asked for: all of them together would take half of a check's time.
 COMMANDS: Mapping[str, tuple[str, str]] = {
     "new": ("new", "new"),
     "simulate": ("simulate", "simulate"),
@@ -71,7 +71,7 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 
 def _wanted(arguments: Sequence[str]) -> Iterable[str]:
-    """The command that is asked for; all of them where help or completion may name any."""
+    """The command that is asked for, or all of them where help or completion may name any."""
     first = arguments[0] if arguments else "--help"
     return (first,) if first in COMMANDS and "_PLANARC_COMPLETE" not in os.environ else COMMANDS
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def apply_settings(
     settings: Sequence[Setting], request: Request, compiled: Compiled, options: RunOptions
 ) -> tuple[Compiled, RunOptions, tuple[Diagnostic, ...]]:
-    """Structural parameters make another model, of which a note tells."""
+    """Apply all settings; a structural parameter makes another model, and a note says so."""
     program = compiled.program
     parameters = {p.name: p for p in program.parameter_slots}
     given, begun = sort_settings(settings, parameters)

@@ -15,7 +15,7 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions, Solver
 
 NEEDED = ("lark", "msgspec", "numpy", "scipy", "sympy", "typer", "rich", "platformdirs", "werkzeug")
-#: What each is for, and what happens without it.
+#: The use of each package, and what happens without it.
 CHOSEN = {
     "llvmlite": "native code; without it the numpy back end runs",
     "scikit-sundae": "the solver CVODE; without it scipy's LSODA runs",

@@ -18,7 +18,7 @@ from planarc.core.prose import either
 TABLES = (".csv", ".mat")
 PAGES = (".html", ".htm")
 
-#: How the files begin that planarc writes (at the latest within the first few lines).
+#: The beginnings of planarc's own files, within their first few lines.
 _OWN = {
     ".csv": re.compile(r'\A"time(?: \[s\])?"[,\r]'),
     ".html": re.compile(r'<meta name="generator" content="planarc\b'),

@@ -85,7 +85,7 @@ def _hidden(path: Path) -> bool:
 
 
 def _format_file(path: Path, check: bool) -> bool:
-    """Whether it changes; it is written unless `check`."""
+    """Format a file, unless `check`; true when that changes it."""
     try:
         data = path.read_bytes()
         text = data.decode("utf-8")

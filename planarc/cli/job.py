@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Job(Data):
-    """What the command line asks for."""
+    """The request of one run: model, options, files."""
 
     request: Request
     options: RunOptions

@@ -23,7 +23,7 @@ def named_output(output: Path | None, example: str) -> Path:
 
 
 def refuse_run(mode: int | None, stop: float | None, settings: list[str] | None) -> None:
-    """What belongs to a run has no meaning for one that is over."""
+    """Refuse options of a run where its result is shown."""
     for given, name in ((mode, "--mode"), (stop, "--stop"), (settings, "--set")):
         if given is not None:
             raise usage_error(

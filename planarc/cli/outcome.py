@@ -13,7 +13,7 @@ from planarc.core.render import in_order, to_json
 
 
 class Outcome(Data):
-    """None stands for what is not known, because the command stopped before."""
+    """The findings of a command; None where it stopped before it knew."""
 
     ok: bool
     model: str | None = None

@@ -79,7 +79,7 @@ def _table(
 
 
 def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
-    """A .csv mostly tells no units; then those of the model, where it is found."""
+    """The table with units: its own, or those of the model where that is found."""
     from msgspec.structs import replace
 
     from planarc.api.restore import compile_guess, find_request

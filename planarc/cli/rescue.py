@@ -1,5 +1,5 @@
-"""Writing what was computed; where its file cannot be written, into the system's folder for
-temporary files, so that a full disk costs no long run."""
+"""Results saved in spite of a full disk: what cannot be written where it was asked for goes to
+the system's folder for temporary files."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def _refuse_both(path: Path | None, refused: bool, name: str) -> None:
 
 
 def _refuse_files(output: Path | None, report: Path | None) -> None:
-    """`--assembly` writes none."""
+    """Refuse to name files beside `--assembly`, which writes none."""
     for name, path in (("output", output), ("report", report)):
         if path is not None:
             raise usage_error(

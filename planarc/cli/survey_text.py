@@ -50,7 +50,7 @@ def _row(count: Count, width: int) -> str:
 
 
 def _rounded_down(percent: float) -> float:
-    """So that 100.0 means all of them."""
+    """The percentage rounded down: 100.0 means all."""
     return int(percent * 10) / 10
 
 

@@ -50,12 +50,12 @@ class Located(Data):
 
 
 def _told(kind: type[Located]) -> tuple[str, ...]:
-    """The fields that count."""
+    """The names of the fields that count."""
     return tuple(name for name in kind.__struct_fields__ if not name.endswith("span"))
 
 
 @cache
 def _content(kind: type[Located]) -> Callable[[Located], Any]:
-    """What gives the fields that count, as one value."""
+    """A function that gives the fields that count, as one value."""
     names = _told(kind)
     return attrgetter(*names) if names else lambda _: ()

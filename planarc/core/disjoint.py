@@ -16,7 +16,7 @@ class DisjointSets(Generic[Key]):
         return key in self._parent
 
     def add(self, key: Key) -> bool:
-        """True when the key is new."""
+        """Add a key; true when it is new."""
         if key in self._parent:
             return False
         self._parent[key] = key
@@ -32,7 +32,7 @@ class DisjointSets(Generic[Key]):
         return root
 
     def join(self, a: Key, b: Key) -> bool:
-        """True when they were in two sets; the member that stands for `a` stays that."""
+        """Join the sets of two keys; true when they were two. The member for `a` stays that."""
         self.add(a)
         self.add(b)
         first, second = self.find(a), self.find(b)

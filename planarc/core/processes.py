@@ -32,7 +32,7 @@ Result = TypeVar("Result")
 
 #: Bytes that one process may take.
 MEMORY = 4 * 1024**3
-#: Elsewhere fork is not there, or not safe.
+#: True where processes are forked; elsewhere that cannot be done, or not safely.
 _FORKS = sys.platform.startswith("linux")
 _PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 
@@ -77,7 +77,7 @@ class Crew(Generic[Job, Result]):
             self._start = multiprocessing.get_context("fork").Process
 
     def add(self, jobs: Iterable[Job]) -> None:
-        """More jobs; they come before those that wait already."""
+        """Add jobs before those that wait already."""
         self._jobs.extendleft(reversed(list(jobs)))
 
     @property
@@ -160,7 +160,7 @@ def _serve(
     parent: int,
     inherited: Iterable[Connection],
 ) -> None:
-    """In a process of the crew. `inherited`: ends of pipes that belong to the first process."""
+    """Do jobs in a process of the crew. `inherited`: ends of pipes of the first process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
     _end_with(parent)
     for other in inherited:

@@ -1,4 +1,4 @@
-"""Finds the files that belong to planarc but are no Python: the grammar and the library.
+"""The files of planarc that are no Python: the grammar and the library.
 
 In a wheel they lie in `planarc/_data/`; in an editable install beside the package.
 """
@@ -21,7 +21,7 @@ def grammar_file() -> Path:
 
 
 def table_file() -> Path:
-    """What lark makes of the grammar."""
+    """The table that lark makes of the grammar."""
     return resource("grammar") / "modelica.json"
 
 

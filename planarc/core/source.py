@@ -71,11 +71,11 @@ class Span(NamedTuple):
         return self.source.text[self.start : self.end]
 
     def to(self, other: Span) -> Span:
-        """From the start of this span to the end of another one."""
+        """The span from the start of this one to the end of another."""
         return Span(self.source, self.start, max(self.end, other.end))
 
 
-#: Where something stands that no file holds (a generated equation, a default).
+#: The place of what no file holds (a generated equation, a default).
 NOWHERE = Span(Source("<planarc>", ""), 0, 0)
 
 

@@ -152,7 +152,7 @@ def unit_text(dimension: Dimension) -> str:
 
 
 def _named(dimension: Dimension) -> list[tuple[str, Fraction]]:
-    """Mass first, as units are usually written."""
+    """Names and exponents, mass first, as units are usually written."""
     order = ("kg", "m", "s", "A", "K", "mol", "cd")
     exponents = dict(zip(_BASE, dimension, strict=True))
     return [(name, exponents[name]) for name in order]

@@ -77,7 +77,7 @@ def _parse_or_load(start: str, span: Span) -> Any:
 
 @contextmanager
 def _without_collecting() -> Iterator[None]:
-    """A tree has no cycles, and looking for them costs 40 % of the time."""
+    """Stop looking for cycles, which trees do not have: that takes 40 % of the time."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -117,7 +117,7 @@ def _parse(start: str, span: Span) -> Any:
 def _errors_beside(
     language: Language, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
 ) -> list[Diagnostic]:
-    """What is wrong beside the grammar, found by building the mended text."""
+    """The errors beside those of the grammar, found by building the mended text."""
     from planarc.parse.grammar.machine import run
     from planarc.parse.repair.mistakes import WrongEnd
 

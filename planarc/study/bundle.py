@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(Data):
-    """Of one point: its metrics, or why it has none."""
+    """The metrics of one point, or why it has none."""
 
     index: int
     values: dict[str, float] | None
@@ -45,7 +45,7 @@ class Task(Data):
 
 
 class Payload(Data):
-    """What all runs share."""
+    """The model, options and metrics that all runs share."""
 
     model: Model
     options: RunOptions

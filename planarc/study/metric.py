@@ -61,7 +61,8 @@ class Metrics(Data):
         return tuple(name for name, _ in self.parts)
 
     def __call__(self, result: Result) -> dict[str, float]:
-        """Raises whatever a user's function raises, and TypeError for what is no number."""
+        """The numbers of one run. Raises what a user's function raises, and TypeError for
+        what is no number."""
         found: dict[str, float] = {}
         for name, part in self.parts:
             value = part(result)

@@ -109,7 +109,7 @@ def sweep(
 
 
 def _asked(model: Model, client: Any, limit: Any) -> float:
-    """The limit in seconds. What is of a wrong kind is told before anything runs."""
+    """The limit in seconds. Raises UsageError for arguments of a wrong kind."""
     from planarc.api.model import Model
 
     if not isinstance(model, Model):
@@ -149,7 +149,7 @@ def _points(points: Any) -> list[dict[str, Any]]:
 
 
 def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:
-    """Points as numbers. Names are checked for all, before anything runs."""
+    """Points as numbers. Raises UsageError for a wrong name, before anything runs."""
     program = model.program
     parameters = {p.name: p for p in program.parameter_slots}
     plain = {n for n, p in parameters.items() if p.settable and not p.structural}

@@ -42,14 +42,14 @@ class Study(Data):
         return len(self.rows)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        """Row by row, by column name."""
+        """The rows, each by the names of its columns."""
         nan = float("nan")
         for point, values in self.rows:
             found = {n: point.get(n) for n in self.parameters}
             yield found | {n: nan if values is None else values.get(n, nan) for n in self.metrics}
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """A column; NaN where a point failed."""
+        """The column of a name, NaN where a point failed."""
         import numpy as np
 
         if name not in self.columns:

@@ -113,7 +113,7 @@ def _hand_over(payload: Payload, folder: Path) -> str:
 
 
 def _work(job: _Job) -> list[Outcome]:
-    """In a process of the crew."""
+    """Run a bundle in a process of the crew."""
     payload = _SHARED.get(job.place) or _read(job.place)
     return run_bundle(payload, job.bundle, PATIENCE)
 

@@ -29,7 +29,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError
 
 
 def format_text(text: str) -> str:
-    """Raises PlanarcError X002 rather than changing more than blank space."""
+    """The formatted text. Raises PlanarcError X002 rather than changing more than blank space."""
     mark = "\ufeff" if text.startswith("\ufeff") else ""
     body = text.removeprefix(mark)
     windows = "\r\n" in body and body.count("\r\n") == body.count("\n")

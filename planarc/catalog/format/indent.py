@@ -104,7 +104,7 @@ class _Walk:
         return self._first_indent(i) + (STEP if self._goes_deeper(i) else 0)
 
     def _goes_deeper(self, i: int) -> bool:
-        """Branches of an if-expression, and what continues its condition."""
+        """Whether piece i is a branch of an if-expression, or continues its condition."""
         if i and (self.begun or self.brackets) and self.pieces[i - 1].text in {"then", "else"}:
             return True
         waiting = self.brackets[-1].choices if self.brackets else self.choices
@@ -124,7 +124,7 @@ class _Walk:
         return STEP * max(0, level - 1 if dedented else level)
 
     def _closers(self, i: int) -> int:
-        """How many brackets are closed by the pieces from i on, one after the other."""
+        """The number of brackets that the pieces from i on close, one after the other."""
         closed = 0
         while closed < len(self.brackets) and i + closed < len(self.pieces):
             if self.pieces[i + closed].text not in CLOSING:

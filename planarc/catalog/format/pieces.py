@@ -41,7 +41,7 @@ class Piece(Data):
 
     @property
     def lines_before(self) -> int:
-        """How many lines end before it, after the piece in front of it."""
+        """The number of line ends between this piece and the one in front of it."""
         return self.blank.count("\n")
 
 

@@ -1,4 +1,4 @@
-"""Everything that a handbook says about the classes of a library.
+"""The contents of a handbook, gathered from the classes of a library.
 
 In:   Library, names of classes
 Out:  ClassPage   for each of them and all classes in them, parents before children

@@ -71,7 +71,7 @@ def _examples(pages: Sequence[ClassPage]) -> dict[str, list[str]]:
 
 
 def _tree(root: ClassPage, known: Mapping[str, ClassPage]) -> str:
-    """Nested lists; what has children can be opened. Iterative: packages may lie deep."""
+    """The classes as nested lists that can be opened. Iterative: packages may lie deep."""
     out: list[str] = []
     stack: list[ClassPage | str] = [root]
     while stack:

@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Related
 from planarc.core.source import Span
 from planarc.ir import syntax
 from planarc.parse.build.equations import Equations
 from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
-from planarc.parse.grammar.lexer import Token
 from planarc.parse.build.parts import Description, Part, cover, nodes
+from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.mistakes import WrongEnd
 
 _ELEMENT_ORDER = (("redeclare",), ("final",), ("inner",), ("outer",), ("replaceable",))
@@ -21,7 +21,7 @@ _NO_PREFIXES = syntax.Prefixes()
 
 
 class Specifier(NamedTuple):
-    """What follows the kind of a class."""
+    """The part of a class that follows its kind and its name."""
 
     name: Token
     body: syntax.ClassBody

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.grammar.lexer import Token
 from planarc.parse.build.parts import Builder, Part, cover, nodes
+from planarc.parse.grammar.lexer import Token
 
 
 class Equations(Builder):

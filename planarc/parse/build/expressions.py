@@ -11,12 +11,12 @@ import re
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.grammar.lexer import Token
 from planarc.parse.build.parts import Builder, Description, Part, cover, nodes
+from planarc.parse.grammar.lexer import Token
 
 #: Digits of an integer, far beyond what any machine integer holds.
 _MAX_DIGITS = 300
-#: Operators of one expression one after the other: so deep is its tree.
+#: Operators in a row in one expression, which is the depth of its tree.
 MAX_OPERATORS = 1000
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 #: 2.4.4

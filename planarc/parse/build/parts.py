@@ -12,7 +12,7 @@ from planarc.parse.grammar.lexer import Token
 
 
 class Part(NamedTuple):
-    """Something that is no node of the tree: subscripts, arguments, a dotted name."""
+    """A piece that is no node of the tree: subscripts, arguments, a dotted name."""
 
     value: Any
     span: Span
@@ -24,7 +24,7 @@ class Description(NamedTuple):
 
 
 def cover(children: Iterable[Any]) -> Span:
-    """From the first to the last of the children that stand somewhere."""
+    """The span from the first to the last of the children that stand somewhere."""
     spans: list[Span] = [child.span for child in children if hasattr(child, "span")]
     return spans[0].to(spans[-1])
 
@@ -52,7 +52,7 @@ class Builder:
         self.errors.append(Diagnostic(code, message, span, hint=hint))
 
     def check_order(self, words: Iterable[Token], order: tuple[tuple[str, ...], ...]) -> None:
-        """Prefixes stand in one order, and one of each kind."""
+        """Report prefixes out of order, and two of one kind."""
         last: Token | None = None
         reached = -1
         for word in words:

@@ -31,7 +31,7 @@ class Language(Data):
 
 @cache
 def load_language() -> Language:
-    """Once in a process."""
+    """The language, made ready once in a process."""
     build, table = Build(), _load_table()
     terminals = compile_terminals(table.terminals)
     return Language(table, reductions(table, build), build, terminals, Lock())

@@ -58,7 +58,7 @@ class Token(NamedTuple):
 
 
 class Terminals(Data):
-    """What the grammar says of words: one expression, and the type of each fixed text."""
+    """The words of the grammar: one expression, and the type of each fixed text."""
 
     pattern: re.Pattern[str]
     fixed: dict[str, str]  # text -> type: keywords and punctuation
@@ -66,7 +66,7 @@ class Terminals(Data):
 
 
 def compile_terminals(defined: Iterable[tuple[str, str, bool]]) -> Terminals:
-    """From (name, pattern, whether that is a fixed text), as the grammar defines them."""
+    """The terminals of (name, pattern, whether that is a fixed text), as the grammar defines."""
     fixed = {"annotation": "ANNOTATION"}
     free: dict[str, str] = {}
     for name, pattern, is_text in defined:
@@ -189,7 +189,8 @@ def _annotation_body(source: Source, word: Span, stop: int, errors: list[Diagnos
 
 
 def _string_left_open(tokens: list[Token]) -> int | None:
-    """Where a last quote has no partner: the string over several lines that took another's.
+    """The index of the string over several lines that took another's quote, if the last one
+    has no partner.
 
     A string that ends where the next one begins is followed by words of that one.
     """

@@ -23,15 +23,15 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.parse.grammar.lexer import Token
 
-#: States of the automaton inside each other. It bounds how deep a tree is nested,
-#: other than by operators in a row.
+#: States of the machine inside each other: a bound on the depth of a tree, other than by
+#: operators in a row.
 MAX_NESTING = 400
 
 Reduction: TypeAlias = "Callable[[list[Any]], Any]"
 
 
 class Rule(Data):
-    """What becomes of the `size` symbols of a rule when it is reduced.
+    """The way in which the `size` symbols of a rule become one.
 
     Its children are those at the places in `kept`, each as (place, whether it is a list whose
     items stand for it, how many absent optional ones are told before it as None).
@@ -60,13 +60,13 @@ class Kept(Data):
 
 
 def digest(text: str) -> str:
-    """Tells grammars apart."""
+    """A text that tells grammars apart."""
     return blake2b(text.encode("utf-8"), digest_size=16).hexdigest()
 
 
 def reductions(table: Table, build: object) -> tuple[Reduction, ...]:
-    """For each rule the method of `build` with its name. A rule without one gives its
-    children as a list, to be put into that of an outer rule."""
+    """The method of `build` for each rule, by its name. A rule without one gives its children
+    as a list, which becomes part of that of an outer rule."""
     return tuple(_reduction(rule, getattr(build, rule.alias, _as_list)) for rule in table.rules)
 
 
@@ -176,7 +176,7 @@ class Automaton:
         return tuple(sorted(kind for kind in kinds if self._reduce(stack, kind) is not None))
 
     def advance(self, stack: Stack, kinds: Iterable[str]) -> int:
-        """How many of these tokens can follow."""
+        """The number of these tokens that can follow."""
         count = 0
         for kind in kinds:
             following = self.shift(stack, kind, 0)

@@ -1,4 +1,4 @@
-"""What was expected, in words, from what the automaton would accept.
+"""The expected words of an error, from what the machine would accept.
 
 The last resort of `hints`: nothing more special is known of the error.
 """

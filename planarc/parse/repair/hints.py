@@ -20,7 +20,7 @@ from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
 _BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}
 
-#: What a rule is called when it has ended.
+#: The names of rules that have ended, in words.
 _ENDED = {
     "equality": "the equation",
     "call_equation": "the equation",
@@ -50,7 +50,7 @@ _ENDED = {
 
 
 def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
-    """One diagnostic; the first explanation that knows the case gives it."""
+    """The diagnostic of the first explanation that knows the case."""
     for explanation in _EXPLANATIONS:
         diagnostic = explanation(trouble, repair)
         if diagnostic is not None:
@@ -74,7 +74,7 @@ def _operators_in_a_row(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 
 
 def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Relations and powers have no associativity (3.2)."""
+    """Explain relations and powers in a row: they have no associativity (3.2)."""
     token = trouble.token
     if token.type == "POWER" and "POWER" in trouble.open_symbols:
         hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
@@ -94,7 +94,7 @@ def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """`.5` is a point and an integer: one of the two does not fit."""
+    """Explain `.5`: a point and an integer, of which one does not fit."""
     for at in (trouble.at, trouble.at - 1):
         point, *digits = trouble.tokens[at : at + 2] if at >= 0 else (trouble.token,)
         if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
@@ -164,7 +164,7 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """`end for` for `end if`, or no `end if` at all."""
+    """Explain `end for` for `end if`, or no `end if` at all."""
     token, previous = trouble.token, trouble.previous
     if not repair:
         return None
@@ -250,7 +250,7 @@ def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """One token, or an expression, left out."""
+    """Explain a token, or an expression, that was left out."""
     if not repair or repair.dropped or not repair.inserted:
         return None
     kind, token, previous = repair.inserted[0], trouble.token, trouble.previous
@@ -277,7 +277,7 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """One word for another."""
+    """Explain one word for another."""
     if not repair or repair.dropped != 1 or repair.inserted not in (("THEN",), ("LOOP",)):
         return None
     token, word = trouble.token, repair.inserted[0].lower()

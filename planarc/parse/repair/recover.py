@@ -98,7 +98,8 @@ def _compare_names(
     errors: list[Diagnostic],
     mended: _Mended,
 ) -> Stack:
-    """`end B` has to name the innermost class; if it names an outer one, an `end` is missing."""
+    """Report an `end B` that does not name the innermost class; if it names an outer one, an
+    `end` is missing."""
     opened = [
         tokens[item.first]
         for before, item in pairwise(stack)
@@ -138,7 +139,7 @@ def _is_echo(error: Diagnostic, errors: list[Diagnostic]) -> bool:
 def _without_echo(
     errors: list[Diagnostic], lexical: list[Diagnostic], tokens: list[Token]
 ) -> list[Diagnostic]:
-    """Without those that only follow from an unreadable character or an open string."""
+    """The errors without those that only follow from an unreadable character or an open string."""
     lines = {e.span.line for e in lexical if e.span}
     cut_short = any(e.span and e.span.end >= tokens[-2].span.end for e in lexical if tokens[1:])
     kept = []

@@ -37,15 +37,15 @@ _PRODUCTS = frozenset(
     | {("RPAR", "LPAR")}
 )
 
-#: The words that begin what this one goes on with.
+#: The words that begin a block, by those that go on with it.
 _BEGINS = {"THEN": ("IF", "ELSEIF", "WHEN"), "LOOP": ("WHILE", "FOR"), "IN": ("FOR",)}
 
-#: What is put in, most likely first.
+#: The tokens that may be put in, most likely first.
 _INSERTED: tuple[tuple[str, ...], ...] = (
     *(("SEMICOLON",), ("COMMA",), ("RPAR",), ("RSQB",), ("RBRACE",), ("THEN",), ("LOOP",)),
     *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
 )
-#: What is put in the place of a token.
+#: The tokens that may take the place of another.
 _REPLACED = {
     "ASSIGN": ("EQUAL",),
     "EQUAL": ("ASSIGN", "RELATION", "IN"),
@@ -67,14 +67,14 @@ class Place(NamedTuple):
 
 
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
-    """None where nothing helps: the rest of the text is not read."""
+    """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
     tries = (_misspelt_elseif, _stray_end, _first_word, _other_section, _small_change, _skip)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
 def _small_change(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
-    """One token put in, left out or replaced, so that most of the following ones fit."""
+    """A token put in, left out or replaced, so that most of the following ones fit."""
     automaton, at = trouble.automaton, trouble.at
     best: Repair | None = None
     best_score = 0
@@ -96,7 +96,7 @@ def _small_change(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | 
 
 
 def _candidates(trouble: Trouble) -> Iterator[tuple[tuple[str, ...], int]]:
-    """What to put in, and how many tokens to leave out."""
+    """The tokens to put in, with the number of those to leave out."""
     token, previous = trouble.token, trouble.previous
     if previous and (previous.type, token.type) in _PRODUCTS:
         yield ("TIMES",), 0
@@ -132,7 +132,7 @@ def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: Place) -> Repair
 
 
 def _stray_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
-    """`end if` where no block is open."""
+    """Leave out an `end if` where no block is open."""
     at = trouble.at
     if begin.at != at - 1 or kinds[begin.at] != "END" or kinds[at] not in BLOCKS:
         return None
@@ -142,7 +142,7 @@ def _stray_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | Non
 
 
 def _first_word(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
-    """`a > 1 then` without its `if`; `if;` without its `end`."""
+    """Put in the `if` of `a > 1 then`, or the `end` of `if;`."""
     at, automaton = trouble.at, trouble.automaton
     if kinds[at] == "SEMICOLON" and kinds[at - 1] in BLOCKS and begin.at == at - 1:
         tried = [("END",)]
@@ -161,7 +161,7 @@ def _first_word(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | No
 
 
 def _other_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
-    """An equation among the declarations, or a declaration among the equations."""
+    """Open another section for an equation among declarations, or the other way round."""
     automaton = trouble.automaton
     read = trouble.at - begin.at
     following = kinds[begin.at : begin.at + read + _ENOUGH]

@@ -1,4 +1,4 @@
-"""A token that does not fit, what would mend it, and what is seen from there.
+"""A token that does not fit, its repair, and what is seen from there.
 
 `repairs` looks for what mends a trouble, `hints` says it in words.
 """
@@ -101,7 +101,7 @@ class Trouble(NamedTuple):
 
 
 class Repair(NamedTuple):
-    """What mends a trouble, and the place where reading goes on."""
+    """The mend of a trouble, and the place where reading goes on."""
 
     inserted: tuple[str, ...]
     dropped: int

@@ -1,4 +1,4 @@
-"""What no token begins with: said in words, and where reading goes on."""
+"""Characters with which no token begins, in words, and where reading goes on."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def never_closed(what: str, span: Span) -> Diagnostic:
 
 
 def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
-    """Report what no token starts with; the place where reading goes on."""
+    """Report characters with which no token begins; gives the place where reading goes on."""
     text = source.text
     character = text[at]
     if character == '"':
