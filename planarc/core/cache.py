@@ -30,6 +30,7 @@ MAX_BYTES = 256 * 1024 * 1024
 #: The kinds of entries, and their names, until they are whole and then. Nothing else in the
 #: folder is planarc's.
 KINDS = ("checks", "driver", "grammar", "models", "native", "slopes", "syntax")
+_FORMER = "bytecode"  # a kind that there was before there was a mark
 _NAME = re.compile(r"\.new-[0-9a-f]{16}|[0-9a-f]{40}")
 #: The mark also tells programs that save files to leave the folder out
 #: (Cache Directory Tagging Specification 0.6).
@@ -181,11 +182,15 @@ def _reason_against(root: Path) -> str:
         return "is no folder"
     if not _is_ours(root, stat.S_ISDIR):
         return "belongs to another user, or others may write into it"
-    if not (root / _MARK).exists():
-        if not _looks_like_ours(root):
-            return "holds files that planarc did not write"
-        _write(root / _MARK, _MARKED)
-    return "" if _read_own(root / _MARK) == _MARKED else "is marked by another program"
+    mark = _read_own(root / _MARK)
+    if mark == _MARKED:
+        return ""
+    if mark is not None and mark.startswith(_MARKED.splitlines()[0]):
+        return "is marked by another program"
+    if not _looks_like_ours(root):
+        return "holds files that planarc did not write"
+    _write(root / _MARK, _MARKED)
+    return ""
 
 
 def _looks_like_ours(root: Path) -> bool:
@@ -193,7 +198,7 @@ def _looks_like_ours(root: Path) -> bool:
     inside = [path for path in root.iterdir() if not _NAME.fullmatch(path.name)]
     return all(
         path.name == _SECRET
-        or (path.name in KINDS and all(_NAME.fullmatch(p.name) for p in path.iterdir()))
+        or (path.name in (*KINDS, _FORMER) and all(_NAME.fullmatch(p.name) for p in path.iterdir()))
         for path in inside
         if path.name != _MARK
     )

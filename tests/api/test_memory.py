@@ -44,7 +44,7 @@ def backend(request: pytest.FixtureRequest) -> Backend:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "cache"
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(path))
-    return path
+    return path / "planarc"
 
 
 def end(compiled: Compiled, name: str = "x") -> float:

@@ -31,7 +31,7 @@ end M;
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "cache"
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(folder))
-    return folder
+    return folder / "planarc"
 
 
 def entries(folder: Path) -> list[Path]:

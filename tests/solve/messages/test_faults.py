@@ -273,21 +273,21 @@ def test_a_process_killed_while_it_stores_leaves_no_half_entry(tmp_path: Path) -
         "from planarc.core import cache\n"
         "while True:\n"
         "    for b in range(256):\n"
-        "        cache.store('kind', 'k', bytes([b]) * 3_000_000)\n"
+        "        cache.store('models', 'k', bytes([b]) * 3_000_000)\n"
     )
     reader = (
         "from planarc.core import cache\n"
-        "data = cache.load('kind', 'k')\n"
+        "data = cache.load('models', 'k')\n"
         "known = data is None or data == b'new'\n"
         "assert known or (len(data) == 3_000_000 and len(set(data)) == 1)\n"
-        "cache.store('kind', 'k', b'new')\n"
-        "assert cache.load('kind', 'k') == b'new'\n"
+        "cache.store('models', 'k', b'new')\n"
+        "assert cache.load('models', 'k') == b'new'\n"
     )
     environment = {**os.environ, "PLANARC_CACHE_DIR": str(cache)}
     for wait in (0.0, 0.004, 0.011):
         process = subprocess.Popen([sys.executable, "-c", writer], env=environment)
         limit = time.monotonic() + 300
-        while not (cache / "kind").exists() and time.monotonic() < limit:
+        while not (cache / "planarc" / "models").exists() and time.monotonic() < limit:
             time.sleep(0.005)
         time.sleep(wait)
         process.send_signal(signal.SIGKILL)
