@@ -25,7 +25,7 @@ from planarc.api.variables import Names, Parameter, Variable
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
-from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
 from planarc.core.unknown import unknown_name
 from planarc.request.request import Request
@@ -459,13 +459,10 @@ def _choice(kind: Any, name: str, value: Any) -> Any:
 
 
 def _backend(value: str | Backend | None) -> Backend:
-    from importlib.util import find_spec
-
-    if value is not None:
-        chosen: Backend = _choice(Backend, "back end", value)
-        if chosen is Backend.NUMPY or find_spec("llvmlite") is not None:
-            return chosen
+    best = fastest_backend()
+    chosen: Backend = best if value is None else _choice(Backend, "back end", value)
+    if chosen is Backend.NATIVE and best is not chosen:
         raise UsageError(
             Diagnostic("C207", "the native back end needs `llvmlite`, which is not installed")
         )
-    return Backend.NATIVE if find_spec("llvmlite") is not None else Backend.NUMPY
+    return chosen

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
-from planarc.core.options import Backend
+from planarc.core.options import fastest_backend
 from planarc.core.prose import ticked
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
@@ -89,12 +89,9 @@ def restore(table: Table, name: str, compiled: Compiled | None) -> Restored:
 
 def compile_request(request: Request) -> Compiled:
     """With native code where it can be had."""
-    from importlib.util import find_spec
-
     from planarc.compiler import compile_model
 
-    native = find_spec("llvmlite") is not None
-    return compile_model(request, Backend.NATIVE if native else Backend.NUMPY)
+    return compile_model(request, fastest_backend())
 
 
 def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import Backend, Redundant
+from planarc.core.options import Backend, Redundant, fastest_backend
 
 if TYPE_CHECKING:
     from planarc.request.request import Request
@@ -127,12 +127,9 @@ def read_pattern(text: str | None) -> re.Pattern[str] | None:
 
 def choose_backend(asked: Backend | None) -> Backend:
     """The back end that was asked for, or the fastest one that is installed."""
-    from importlib.util import find_spec
-
-    if asked is Backend.NUMPY or find_spec("llvmlite") is not None:
-        return asked or Backend.NATIVE
-    if asked is None:
-        return Backend.NUMPY
+    best = fastest_backend()
+    if asked is not Backend.NATIVE or best is asked:
+        return asked or best
     raise usage_error(
         "C113",
         "the native back end needs `llvmlite`, which is not installed",

@@ -1,4 +1,4 @@
-"""What solving a block needs beside its own formulas: Jacobian, residuals at zero, elimination.
+"""The needs of solving a block beside its own formulas: Jacobian, residuals at zero, elimination.
 
 In:   the steps that are computed while running, in their order
 Out:  each block as `Derived`
@@ -56,7 +56,7 @@ class Derived(Data):
 
     @property
     def steps(self) -> Steps:
-        """What the Jacobian computes first, under names of its own."""
+        """The values that the Jacobian computes first, under names of its own."""
         if self.tangent is not None:
             return self.tangent.slopes
         return self.unrolled.steps if self.unrolled is not None else ()

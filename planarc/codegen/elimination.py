@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 
 Steps = tuple[tuple[Expr, Expr], ...]
 
-#: A block whose elimination takes more products per equation fills up: no gain.
+#: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40
-#: A pivot is at least this part of the other coefficients of its unknown; tried in turn.
+#: Least sizes of a pivot, relative to the other coefficients of its unknown, tried in turn.
 THRESHOLDS = (0.1, 0.01, 0.001, 1e-5)
-#: And larger than this, where the largest coefficients are near 1.
+#: Least size of a pivot where the largest coefficients are near 1.
 SMALLEST = 1e-9
 
 
@@ -156,7 +156,7 @@ class _Work(Struct):
         return len(waiting) < before
 
     def _keep_finite(self) -> bool:
-        """Only the samples at which all coefficients are finite."""
+        """Keep the samples at which all coefficients are finite."""
         finite = np.ones(len(SPREAD), bool)
         for row in self.numbers:
             for values in row.values():

@@ -31,14 +31,14 @@ Factor: TypeAlias = tuple[Expr, int]  # base and exponent
 Monomial: TypeAlias = frozenset[Factor]
 Sum: TypeAlias = dict[Monomial, float]
 
-#: Longer sums are left alone, so that the time stays linear in the model.
+#: Length above which sums are left alone, so that the time stays linear in the model.
 LONGEST = 24
-#: At most so many known sums are compared for one part of a sum.
+#: Number of known sums that are compared for one part of a sum.
 MOST = 12
 
 
 def shorten_levels(table: Exprs, levels: Iterable[Level]) -> tuple[Level, ...]:
-    """All formulas of the levels, each by what stands before it."""
+    """Shorten the formulas of all levels, each by what stands before it."""
     factoring = Factoring(table)
     return tuple(
         Level(level.height, tuple(_shortened(s, factoring) for s in level.steps))
@@ -67,7 +67,7 @@ class Factoring:
         self._known: dict[Monomial, list[tuple[Expr, Sum]]] = {}  # by their first products
 
     def learn(self, symbol: Expr, value: Expr) -> None:
-        """From here on the symbol holds the value."""
+        """Note that the symbol holds the value from here on."""
         if value.op is Op.ADD and len(value.args) <= LONGEST:
             terms = _sum(value)
             if len(terms) > 1 and frozenset() not in terms:

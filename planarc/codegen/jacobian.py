@@ -25,7 +25,7 @@ from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.expr import Expr, Exprs, Op, symbols
 
-#: Above so many entries (tangents of inner assignments and residuals) a block is not unrolled.
+#: Entries (tangents of inner assignments and residuals) up to which a block is unrolled.
 LARGEST_UNROLLED = 400
 
 
@@ -78,7 +78,7 @@ def local_slopes(
 
 
 def count_entries(tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> int:
-    """How many non-zero tangents there are in all."""
+    """The number of non-zero tangents."""
     reach: dict[Expr, frozenset[int]] = {s: frozenset((i,)) for i, s in enumerate(tears)}
     total = 0
     for f in formulas:
@@ -134,7 +134,7 @@ def _held(
 
 
 def tangent(table: Exprs, tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> Tangent:
-    """One column as code."""
+    """A column as code."""
     seeds = tuple(table.symbol(f"$seed[{i}]({s})") for i, s in enumerate(tears))
     tangents = dict(zip(tears, seeds, strict=True))
     slopes: dict[Expr, Expr] = {}  # by value, so that equal ones are computed once

@@ -1,4 +1,4 @@
-"""Which blocks change their shape at events.
+"""Blocks that change their shape at events.
 
 In:   the steps that are computed while running, in their order; the Dae for its discrete variables
 Out:  `Modes`, which tells of a block whether its matrix depends on discrete values

@@ -79,7 +79,7 @@ def equation_info(equation: Equation, relations: tuple[str, ...] = ()) -> Equati
 
 
 def _initial_infos(sorted: SortedDae, relations: tuple[str, ...]) -> tuple[EquationInfo, ...]:
-    """In the order of `Program.initial_residuals`."""
+    """The equations of `Program.initial_residuals`, in their order."""
     return tuple(
         equation_info(sorted.equations[r.equation].equation, relations)
         for r in sorted.initial_residuals

@@ -1,4 +1,4 @@
-"""Which steps the right-hand side runs, which only results need, which never change.
+"""Steps that the right-hand side runs, that only results need, that never change.
 
 In:   the levels of the sorted model; what the derivatives and the zero functions need
 Out:  `Reach`: constant steps, the steps of `levels`, those of `rest`
@@ -26,8 +26,8 @@ from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op, postorder, symbols
 from planarc.ir.sorted import Assignment, Block, Level, Step
 
-#: Linear blocks of the top level with fewer tears are solved from their matrix as it is:
-#: it is hardly sparse.
+#: Number of tears below which a linear block of the top level is solved from its matrix as it
+#: is: that is hardly sparse.
 FEWEST = 8
 
 

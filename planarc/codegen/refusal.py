@@ -1,4 +1,4 @@
-"""What both back ends refuse."""
+"""Errors for what both back ends refuse."""
 
 from __future__ import annotations
 

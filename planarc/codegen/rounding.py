@@ -1,4 +1,4 @@
-"""How large rounding errors in the residuals of a linear block may be.
+"""The size of rounding errors in the residuals of a linear block.
 
 In:   the block
 Out:  formulas for the sum of the sizes of all terms that make each residual, inner
@@ -27,7 +27,7 @@ Steps = tuple[tuple[Expr, Expr], ...]  # (symbol, value), in order
 
 
 def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
-    """What the rounding errors of the residuals grow with: sums of the sizes of all terms.
+    """Measures of the rounding errors of the residuals: sums of the sizes of all terms.
 
     Steps give each inner unknown's, then come those of the residuals.
     """
@@ -43,7 +43,7 @@ def size_terms(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
 
 
 def _size(table: Exprs, root: Expr, known: Mapping[Expr, Expr]) -> Expr:
-    """What does not depend on the unknowns counts as one term."""
+    """The sum of the sizes of the terms; what does not depend on the unknowns is one."""
     found: dict[Expr, Expr] = {}  # of what depends on the unknowns
     for e in postorder((root,)):
         if e in known:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     Values = NDArray[np.float64]
 
-#: How far each position is moved from the start, in the unit of the coordinate.
+#: Distance of each position from the start, in the unit of the coordinate.
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
 _STEPS = 15  # of Newton's method
 _CLOSED = 1e-9  # a step that closes a loop well enough

@@ -148,7 +148,7 @@ class _Writer:
     def _home_aliases(
         self, names: set[str]
     ) -> tuple[dict[str, Expr], list[tuple[Expr, Expr]], list[tuple[Expr, Expr]]]:
-        """Where each alias is read; formulas get one home each, fixed or moving."""
+        """The place at which each alias is read; formulas get one home each, fixed or moving."""
         homes: dict[str, Expr] = {}
         by_formula: dict[Expr, Expr] = {}
         fixed: list[tuple[Expr, Expr]] = []
@@ -206,7 +206,7 @@ class _Writer:
     def _levels(
         self, levels: list[list[Derived | Assignment]]
     ) -> tuple[tuple[Statement, ...], ...]:
-        """All levels make one section: a value of the first is known in the last."""
+        """The section that all levels make: a value of the first is known in the last."""
         lister = self._lister(f for steps in levels for s in steps for f in _formulas(s))
         found = []
         for steps in levels:

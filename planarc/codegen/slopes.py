@@ -72,7 +72,7 @@ class Slopes(Data):
     coefficients: tuple[Expr, ...]  # row by row
     rows: tuple[Row, ...]
     runs: tuple[Run, ...]
-    #: For each candidate the nodes of itself and of its derivative (-1: it does not move).
+    #: Nodes of each candidate itself and of its derivative (-1: it does not move).
     candidates: tuple[tuple[int, int], ...]
 
     def tape(self) -> list[int]:

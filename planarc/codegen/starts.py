@@ -15,7 +15,7 @@ from planarc.ir.sorted import Block, SortedDae
 
 
 def start_values(sorted: SortedDae, aliases: Aliases) -> list[tuple[Expr, Expr]]:
-    """Of candidates, held variables, unknowns of blocks in the top level, discrete values."""
+    """Starts of candidates, held variables, unknowns of blocks at the top, and discrete values."""
     table = sorted.dae.table
     zero = table.zero
     found: dict[str, Expr] = {}

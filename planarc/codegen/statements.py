@@ -23,7 +23,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.ir.program import Let
 
-#: Formulas are broken where they nest deeper or run longer: compilers are recursive.
+#: Depth and length at which formulas are broken: compilers are recursive.
 DEEPEST = 30
 LONGEST = 40
 
@@ -103,7 +103,7 @@ class Lister:
         out.append(Let(target, written, equation))
 
     def name(self, out: list[Let], symbol: Expr, value: Expr) -> None:
-        """As `let`, but a value that is known or trivial only gets the symbol as a name."""
+        """Assign as `let` does; a value that is known or trivial only gets the symbol as a name."""
         if is_trivial(self._known.get(value, value)):
             self._remember(symbol, self.value(out, value))
         else:

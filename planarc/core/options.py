@@ -15,6 +15,13 @@ class Backend(StrEnum):
     NUMPY = "numpy"
 
 
+def fastest_backend() -> Backend:
+    """The fastest one that is installed."""
+    from importlib.util import find_spec
+
+    return Backend.NATIVE if find_spec("llvmlite") is not None else Backend.NUMPY
+
+
 class Solver(StrEnum):
     AUTO = "auto"
     CVODE_BDF = "cvode-bdf"

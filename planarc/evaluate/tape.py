@@ -82,7 +82,7 @@ def _applied(e: Expr) -> Callable[..., Any]:
 
 
 def _safe(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The same, but nan where it has no value or gets none."""
+    """The function, with nan where it has no value or gets none."""
 
     def call(*args: Any) -> Any:
         for a in args:

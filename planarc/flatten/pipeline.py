@@ -252,11 +252,7 @@ def _model(
     experiment: flat.Experiment,
 ) -> flat.FlatModel:
     definition = root.cls.definition
-    parts = tuple(
-        flat.Part(i.prefix, i.cls.name, i.element.definition.span if i.element else i.cls.span)
-        for i in found.instances
-        if i.prefix
-    )
+    parts = tuple(_part(i) for i in found.instances if i.prefix)
     model = flat.FlatModel(
         root.cls.name,
         tuple(variables),
@@ -275,3 +271,12 @@ def _model(
         figures=figures_of(root, root.session),
     )
     return with_functions(model, root.session)
+
+
+def _part(instance: Instance) -> flat.Part:
+    """What stands in the model as `outer` was made up for want of an inner one."""
+    name, kind, element = instance.name, instance.cls.name, instance.element
+    if element is None:
+        return flat.Part(name, kind, instance.cls.span)
+    prefixes = element.definition.prefixes
+    return flat.Part(name, kind, element.definition.span, prefixes.inner or prefixes.outer)

@@ -221,7 +221,7 @@ class Visual(Data):
 
 
 class Declared(Data):
-    """What a component says of itself; see flat.Declared. A vector is a tuple."""
+    """A statement of a component about itself; see flat.Declared. A vector is a tuple."""
 
     component: str
     kind: str

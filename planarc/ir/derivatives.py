@@ -24,8 +24,8 @@ from enum import Enum, IntEnum
 
 
 class Scope(Enum):
-    """Which derivatives: of the states' derivatives and the blocks' residuals by states and
-    tears, or of all values, by parameters and inputs too."""
+    """The derivatives that are asked for: those of the states' derivatives and the blocks'
+    residuals by states and tears, or of all values, by parameters and inputs too."""
 
     RATES = "rates"
     ALL = "all"
@@ -58,7 +58,7 @@ class Group(IntEnum):
     BLOCK = 6
 
 
-#: So many columns are summed in registers at a time.
+#: Number of columns that are summed in registers at a time.
 CHUNK = 8
 
 
@@ -105,7 +105,7 @@ class Tape:
         return self._numbers[begin : begin + count]
 
     def blocks(self) -> Iterator[tuple[int, Sequence[int], Sequence[int]]]:
-        """Of each group that solves: its block, its tears and its residuals."""
+        """For each group that solves, its block, its tears and its residuals."""
         numbers = self._numbers
         for i in range(numbers[Head.GROUPS]):
             at = numbers[Head.TABLE] + i * len(Group)

@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Op(IntEnum):
-    """What a node is; in brackets its `data`."""
+    """The operation of a node; in brackets its `data`."""
 
     CONST = 0  # [float or bool]
     SYMBOL = 1  # [(name, order)] a variable or parameter; order counts its der()
@@ -49,8 +49,8 @@ class Op(IntEnum):
     PAST = 19  # [(delay, order)] a delayed signal at the instant args[0]; order of derivative
 
 
-#: Longer sums and products stay whole inside others: taking a chain of them apart again
-#: and again would cost the square of its length.
+#: Length from which sums and products stay whole inside others: taking a chain of them
+#: apart again and again would cost the square of its length.
 _MERGED = 256
 
 
@@ -82,7 +82,7 @@ class Expr:
 
     @property
     def order(self) -> int:
-        """How many times a SYMBOL is differentiated."""
+        """The number of times that a SYMBOL is differentiated."""
         return self.data[1]  # type: ignore[no-any-return]
 
     @property

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 
 from planarc.core.data import Data
 
-#: In the order of evaluation, operands first: a number, a variable, an operator or a function.
+#: A step of an evaluation, operands first: a number, a variable, an operator or a function.
 Step: TypeAlias = "float | tuple[Literal['variable', 'apply'], str]"
 
 

@@ -183,7 +183,9 @@ class PartialCall(Node):
 
 
 class Comprehension(Node):
-    """Only inside functions, where sizes are unknown; `reduce` is `array sum product min max`."""
+    """An iteration inside a function, where sizes are unknown.
+
+    `reduce` is `array sum product min max`."""
 
     body: Expression
     iterators: tuple[tuple[str, Expression], ...]
@@ -301,7 +303,7 @@ class Reinit(EquationNode):
 Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit
 
 
-#: What is assigned: a variable, or several ones at once, as items of a record or an array.
+#: The target of an assignment: a variable, or several ones, as items of a record or an array.
 Target: TypeAlias = "Reference | Record | Array"
 
 
@@ -400,8 +402,9 @@ class Visual(Located):
 
 
 class Declared(Located):
-    """What a component says of itself in `annotation(__planarc(energy(kinetic = ...)))`: a value
-    in a `unit`, evaluated from the result; see `flatten.sections.declared` for kinds and names."""
+    """A statement of a component about itself in `annotation(__planarc(energy(kinetic = ...)))`:
+    a value in a `unit`, evaluated from the result; kinds and names are those of
+    `flatten.sections.declared`."""
 
     component: str
     kind: str
@@ -423,6 +426,7 @@ class Part(Located):
     name: str
     class_name: str
     span: Span = NOWHERE
+    inner: bool = False  # others refer to it, as they do to the world
 
 
 class LeftOut(Diagnostic):

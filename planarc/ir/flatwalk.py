@@ -126,7 +126,7 @@ def expressions_of_function(function: flat.Function) -> Iterator[flat.Expression
 
 
 def expressions_of_model(model: flat.FlatModel) -> Iterator[flat.Expression]:
-    """All expressions of a model but those of its functions."""
+    """The expressions of a model, without those of its functions."""
     for variable in model.variables:
         yield from expressions_of_variable(variable)
     yield from expressions_in(model.initial_equations)

@@ -47,7 +47,7 @@ class Number(IntEnum):
 
 
 class Mode(IntEnum):
-    """What a run through `levels` is for. In all but SOLVE the candidates are given, and
+    """The purpose of a run through `levels`. In all but SOLVE the candidates are given, and
     blocks below the top only tell their residuals and Jacobians."""
 
     SOLVE = 0
@@ -85,27 +85,27 @@ class Placement(Data):
     area: int
 
     def residuals(self, block: int) -> int:
-        """Where the residuals of a block begin in `area`."""
+        """The place in `area` at which the residuals of a block begin."""
         return self.records[block][Record.AREA] + ARRAYS
 
     def jacobian(self, block: int) -> int:
-        """Where its matrix begins (row by row, a column for each tear)."""
+        """The place at which its matrix begins (row by row, a column for each tear)."""
         return self.residuals(block) + self.records[block][Record.RESIDUALS]
 
     def seeds(self, block: int) -> int:
-        """Where the seeds of its tangent begin."""
+        """The place at which the seeds of its tangent begin."""
         m = self.records[block][Record.RESIDUALS]
         return self.jacobian(block) + m * self.records[block][Record.TEARS]
 
 
-#: Behind residuals and matrix: seeds of the tangent (one a tear), steps and sizes of rows (one
-#: a residual), values before the step and at the start (one a tear).
+#: Numbers of arrays behind residuals and matrix: seeds of the tangent (one a tear), steps and
+#: sizes of rows (one a residual), values before the step and at the start (one a tear).
 ROW_ARRAYS: Final = 2
 TEAR_ARRAYS: Final = 3
 
 
 def place(program: Program) -> Placement:
-    """The same for a given program, whoever asks."""
+    """The placement of a program: the same for whoever asks."""
     blocks = program.blocks
     matrices = ((len(b.residuals), len(b.tears)) for b in blocks)
     largest = max((m * max(m + 1, n) for m, n in matrices), default=0)

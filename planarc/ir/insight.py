@@ -1,4 +1,4 @@
-"""What is known of a mechanism beyond its variables: given by `insight`, shown by `view`.
+"""Knowledge of a mechanism beyond its variables: given by `insight`, shown by `view`.
 
 All is plain data over the rows of one result.
 """
@@ -38,7 +38,7 @@ class Mark(Data):
 
 
 class Layer(Data):
-    """What may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
+    """Something that may be laid over the moving mechanism; `kind`: paths, vectors or centres."""
 
     id: str
     title: str

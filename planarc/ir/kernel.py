@@ -68,7 +68,7 @@ class ResidualForm(Protocol):
     """The equations with the unknowns of all blocks given, and nothing solved."""
 
     def unknowns(self) -> Unknowns:
-        """What is given besides the states, for the present choice of these."""
+        """The unknowns besides the states, for the present choice of these."""
 
     def residual_form(
         self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
@@ -132,7 +132,7 @@ class Machine(Protocol):
 
 
 class Capabilities(Data):
-    """What a kernel can besides evaluating; None where it cannot."""
+    """The abilities of a kernel besides evaluating; None where it lacks one."""
 
     formulas: Formulas | None = None
     residual_form: ResidualForm | None = None
@@ -156,15 +156,15 @@ class Kernel(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it can besides."""
+        """Its further abilities."""
 
     @property
     def failed_block(self) -> int:
-        """After a positive return: the block, or -1."""
+        """The failed block after a positive return, or -1."""
 
     @property
     def failed_equation(self) -> int:
-        """After a negative return: the index in Program.equations, or -1."""
+        """The index in Program.equations after a negative return, or -1."""
 
     @property
     def open_block(self) -> int:
@@ -189,7 +189,7 @@ class Kernel(Protocol):
         """Fill every slot: `levels`, then `rest`."""
 
     def residuals(self, t: float, u: Sequence[float], r: MutableSequence[float]) -> int:
-        """With all candidates given as `u` (none solved for): the residuals of all blocks
+        """Evaluate with all candidates given as `u` (none solved for): the residuals of all blocks
         below the top, then of the initial equations. Fills every slot on the way."""
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:

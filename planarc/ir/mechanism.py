@@ -14,7 +14,7 @@ GROUND = 0
 
 
 class Link(Data):
-    """What moves as one piece. `frames` are full names of connectors.
+    """A part of the mechanism that moves as one piece. `frames` are full names of connectors.
 
     `free` is what it could do alone: 3, or 2 for a point whose angle nothing asks for; 0 is
     the ground.
@@ -55,7 +55,7 @@ class Mechanism(Data):
 
     @property
     def mobility(self) -> int:
-        """By count, after Gruebler: what all links could do, less all conditions."""
+        """The mobility by count, after Gruebler: motions of all links, less all conditions."""
         free = sum(link.free for link in self.links)
         return free - sum(joint.conditions for joint in self.joints)
 

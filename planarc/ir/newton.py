@@ -1,4 +1,4 @@
-"""How a block is solved: the rule that both back ends follow, number for number.
+"""The solution of a block: the rule that both back ends follow, number for number.
 
 Unknowns x: of a block below the top those of its tears that are no states, of a
 block in the top level all tears. They start
@@ -34,18 +34,18 @@ HALVINGS: Final = 10
 STEPS_BELOW: Final = 12
 STEPS_TOP: Final = 60
 FAR: Final = 0.5
-#: Relative to max(1, |x_a|).
+#: Distance from the accepted value, relative to max(1, |x_a|).
 BENT: Final = 10.0
-#: A pivot that small, relative to the largest entry of its row, makes a matrix singular.
+#: Size of a pivot, relative to the largest entry of its row, that makes a matrix singular.
 SINGULAR: Final = 1e-14
-#: One that small leaves its unknown open, where a modal block is singular.
+#: Size of one that leaves its unknown open, where a modal block is singular.
 DEPENDENT: Final = 1e-12
-#: The equations of a singular block agree when what is left of each is below this part of
-#: its row times the largest unknown.
+#: Rest of an equation, relative to its row times the largest unknown, below which the equations
+#: of a singular block agree.
 AGREES: Final = 1e-9
-#: A direct solution counts when each residual is below this part of the sum of its terms.
+#: Residual, relative to the sum of its terms, below which a direct solution counts.
 FITS: Final = 1e-11
-#: How far an unknown is moved for a difference, relative to max(1, |x|).
+#: Step of an unknown for a difference, relative to max(1, |x|).
 DIFFERENCE: Final = 1.5e-8
-#: A column of a constraint Jacobian that small beside the largest is none: rounding.
+#: Size of a column of a constraint Jacobian, beside the largest, that is rounding alone.
 NEGLIGIBLE: Final = 1e-9

@@ -46,7 +46,7 @@ Statement: TypeAlias = Let | Solve
 
 
 class Tangent(Data):
-    """One column of a Jacobian as statements: `entries[i]` is that of residual i."""
+    """A column of a Jacobian as statements: `entries[i]` is that of residual i."""
 
     seeds: tuple[Expr, ...]  # a temporary for each tear
     body: tuple[Let, ...]
@@ -206,12 +206,12 @@ class DelayCode(Data):
     span: Span
 
 
-#: Characters of a part of an equation that a message shows.
+#: Number of characters of a part of an equation that a message shows.
 _LONGEST_PART = 1000
 
 
 class EquationInfo(Data):
-    """What messages say of an equation."""
+    """The words of messages about an equation."""
 
     written: str | tuple[Expr, Expr]  # as text, or the two sides
     span: Span
@@ -236,7 +236,7 @@ class Condition(Data):
 
 
 class Sharing(Data):
-    """What redundant joints leave open, and how it is shared: see `solve.start.sharing`."""
+    """The forces that redundant joints leave open, and their shares: see `solve.start.sharing`."""
 
     open: int  # cut forces and torques that the equations leave open
     conditions: tuple[Condition, ...]

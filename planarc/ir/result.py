@@ -29,14 +29,14 @@ class EventRecord(Data):
 
 
 class StateChoice(Data):
-    """From `time` on these were the states (user's names)."""
+    """The states (user's names) from `time` on."""
 
     time: float
     states: tuple[str, ...]
 
 
 class Held(Data):
-    """How a start value was used: held exactly, or a guess that moved by `moved`."""
+    """The use of a start value: held exactly, or a guess that moved by `moved`."""
 
     name: str
     start: float

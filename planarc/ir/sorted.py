@@ -115,7 +115,7 @@ class Candidate(Data):
 
 
 class Fixed(Data):
-    """What was said of the start of a variable that is no candidate.
+    """The attributes given to the start of a variable that is no candidate.
 
     Held where `fixed`; a `written` start is held where it is independent of others, as
     those of candidates are, and a guess elsewhere. Joint coordinates (StateSelect.prefer)

@@ -21,7 +21,7 @@ from typing import Any
 
 from planarc.ir.expr import Expr, Exprs, Op
 
-#: Nodes of these operations have data.
+#: Operations whose nodes have data.
 _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
 
 
@@ -42,7 +42,7 @@ def dumps(value: object, table: Exprs) -> bytes:
 
 
 def loads(data: bytes) -> Any:
-    """What `dumps` wrote, with a table of its own. Only for data that planarc wrote."""
+    """Read what `dumps` wrote, with a table of its own. Only for data that planarc wrote."""
     (numbers, operations, told, counts, arguments), body = pickle.loads(data)
     table = Exprs()
     nodes: dict[int, Expr] = {}

@@ -46,7 +46,7 @@ class Colon(Node):
 
 
 class RefPart(Node):
-    """One identifier of a reference, quotes kept (`'my name'`), with its subscripts."""
+    """An identifier of a reference, quotes kept (`'my name'`), with its subscripts."""
 
     name: str
     subscripts: tuple[Expression, ...] = ()
@@ -279,7 +279,7 @@ class Prefixes(Data):
 
 
 class Component(Node):
-    """One declared name; `Real x, y[2];` gives two of these."""
+    """A declared name; `Real x, y[2];` gives two of these."""
 
     name: str
     type: Ref
@@ -400,7 +400,7 @@ class ClassDef(Node):
 
 
 class StoredDefinition(Node):
-    """One file; `within` is None when the file does not say, () for `within;`."""
+    """A file; `within` is None when the file does not say, () for `within;`."""
 
     classes: tuple[ClassDef, ...]
     within: tuple[str, ...] | None = None

@@ -78,7 +78,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     for p in program.parameter_slots:
         if p.final or not (p.settable or p.structural) or not _is_public(p.name, known):
             continue
-        if "color" in p.name.lower() or (p.structural and sizes[whole_name(p.name)] > _MOST):
+        if _is_channel(p) or (p.structural and sizes[whole_name(p.name)] > _MOST):
             continue
         component = p.name.partition(".")[0] if "." in p.name else ""
         label = p.name.partition(".")[2] or p.name
@@ -92,11 +92,17 @@ def groups_of(model: Model) -> tuple[Group, ...]:
         component = field.name.partition(".")[0] if "." in field.name else ""
         own.setdefault(component, []).append(field)
     classes = {p.name: p.class_name.rpartition(".")[2] for p in program.parts}
-    order = sorted(own, key=lambda c: (c != "", c == "world"))
+    shared = {p.name for p in program.parts if p.inner}
+    order = sorted(own, key=lambda c: (c != "", c in shared))
     found = [Group(c, classes.get(c, ""), tuple(own[c])) for c in order]
     if rest:
         found.append(Group(REST, "the picture at most", tuple(rest)))
     return _scaled(tuple(found))
+
+
+def _is_channel(p: ParameterSlot) -> bool:
+    """Whether it is red, green or blue of a colour."""
+    return p.kind is Kind.INTEGER and (p.minimum, p.maximum) == (0.0, 255.0)
 
 
 def _is_public(name: str, known: dict[str, Column]) -> bool:

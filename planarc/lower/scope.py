@@ -14,7 +14,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.calculus import Differentiator, time_derivative
-from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 from planarc.lower.values import Value
 
 #: Beginning of the names of variables that delays need.
@@ -107,15 +107,13 @@ class Model(Struct, dict=True):
 
         What is no expression of parameters comes back with its variables.
         """
-        memo: dict[Expr, Expr] = {}
-        for n in postorder((e,)):
-            known = self.parameter_values.get(n.name) if n.op is Op.SYMBOL else None
-            if known is not None:
-                self.frozen.add(n.name)
-                memo[n] = self.number(known)
-            else:
-                memo[n] = self.table.rebuild(n, tuple(memo[a] for a in n.args))
-        return memo[e]
+        known: dict[Expr, Expr] = {}
+        for symbol in symbols(e):
+            value = self.parameter_values.get(symbol.name)
+            if value is not None:
+                self.frozen.add(symbol.name)
+                known[symbol] = self.number(value)
+        return Substitution(self.table, known)(e)
 
     def is_steady(self, e: Expr) -> bool:
         """True when the value cannot change between events."""

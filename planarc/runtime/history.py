@@ -49,7 +49,7 @@ class History:
 
     @property
     def size(self) -> int:
-        """How many pieces are kept."""
+        """The number of pieces that are kept."""
         return len(self._begins)
 
     def start(self, t: float, values: Sequence[float]) -> None:

@@ -74,7 +74,7 @@ def eliminate_aliases(dae: Dae, signs: Signs) -> Elimination:
 
 
 class Forest:
-    """What each name stands for: sign * (root differentiated `shift` times), or a value."""
+    """The meaning of each name: sign * (root differentiated `shift` times), or a value."""
 
     def __init__(self, table: Exprs) -> None:
         self._table = table
@@ -210,7 +210,7 @@ class _Search:
         self._spend(i, symbol.name)
 
     def _is_constant(self, value: Expr) -> bool:
-        """Only parameters: it stays the same while running, events included."""
+        """Whether it holds only parameters: it stays the same while running, events included."""
         return not any(
             e.op in (Op.TIME, Op.PRE, Op.EVENT)
             or (e.op is Op.SYMBOL and e.name not in self.parameters)
@@ -282,7 +282,7 @@ class _Search:
 def orders_needed(
     elimination: Elimination, contents: Contents, other: Sequence[Expr]
 ) -> dict[str, int]:
-    """How often a kept variable must at least be differentiated, for aliases and `other`."""
+    """The least order of differentiation of each kept variable, for aliases and `other`."""
     least = dict.fromkeys(elimination.kept, 0)
     targets = [a.target for a in elimination.aliases]
     for expression in (*targets, *other):

@@ -1,4 +1,4 @@
-"""What the user said of each symbol that remains: start, fixed, StateSelect, name.
+"""The attributes of each symbol that remains: start, fixed, StateSelect, name.
 
 In:   Dae, Elimination
 Out:  one `Attributes` for each kept symbol that some variable of the model stands for
@@ -76,7 +76,7 @@ def merge_attributes(
 def hold_states(
     dae: Dae, attributes: dict[Expr, Attributes], symbols: Iterable[Expr]
 ) -> dict[Expr, Attributes]:
-    """The same, with StateSelect.always for `symbols`."""
+    """The attributes, with StateSelect.always for `symbols`."""
     held = dict(attributes)
     for symbol in symbols:
         known = held.get(symbol) or plain_attributes(dae, symbol)
@@ -85,7 +85,7 @@ def hold_states(
 
 
 def plain_attributes(dae: Dae, symbol: Expr) -> Attributes:
-    """Of a symbol that no variable of the model stands for."""
+    """The attributes of a symbol that no variable of the model stands for."""
     span = next(v.span for v in dae.variables if v.name == symbol.name)
     shown = symbol_text(symbol.name, symbol.order)
     return Attributes(shown, StateSelect.DEFAULT, None, False, False, None, span)

@@ -73,7 +73,7 @@ def _solutions(
     right: Expr,
     held: Collection[Expr],
 ) -> dict[Expr, Expr]:
-    """What an equation can be solved for, with the values; left = right comes first."""
+    """The variables that an equation can give, with the values; left = right comes first."""
     options = {}
     for a, b in ((left, right), (right, left)):
         if a.is_symbol and contents(a) and a not in contents(b) and a not in held:

@@ -24,7 +24,7 @@ def columns_of(rows: Rows, count: int) -> list[list[int]]:
 
 
 def reachable(start: Iterable[int], successors: Sequence[Iterable[int]]) -> list[bool]:
-    """Which nodes can be reached from `start`, itself included."""
+    """The nodes that can be reached from `start`, itself included."""
     seen = [False] * len(successors)
     stack = list(start)
     while stack:

@@ -1,4 +1,4 @@
-"""What holds at the start besides the candidates' own start values.
+"""The conditions at the start besides the candidates' own start values.
 
 In:   Attributes, steps, initial equations
 Out:  start values of variables that are no candidates, guesses of torn unknowns of the

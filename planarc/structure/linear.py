@@ -1,4 +1,4 @@
-"""How an equation depends on unknowns: coefficients, degrees, the solved form.
+"""The dependence of an equation on unknowns: coefficients, degrees, the solved form.
 
 An equation may be solved for an unknown by the tree's own rule when it is affine in
 it and the coefficient never vanishes: `0 = a + c*x` gives `x = -a/c`.
@@ -17,7 +17,7 @@ from planarc.ir.expr import Expr, Exprs, Op, Substitution, fold
 
 _EMPTY: frozenset[Expr] = frozenset()
 _number = attrgetter("id")
-_NESTING = 40  # deeper if-expressions count as not affine
+_NESTING = 40  # depth from which if-expressions count as not affine
 
 
 class Contents:
@@ -42,7 +42,7 @@ class Contents:
         return inside
 
     def ordered(self, root: Expr) -> list[Expr]:
-        """The same by order of creation."""
+        """The unknown symbols below a node, by order of creation."""
         return sorted(self(root), key=_number)
 
 

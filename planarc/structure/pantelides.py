@@ -38,7 +38,7 @@ from planarc.core.data import Data
 from planarc.structure.graph import reachable
 from planarc.structure.matching import Matching, match_equations
 
-#: For each equation (unknown, highest order of it there).
+#: Unknowns of each equation, with the highest order of each there.
 Signature: TypeAlias = Sequence[Sequence[tuple[int, int]]]
 
 

@@ -1,4 +1,4 @@
-"""Where a message about a variable should point: into the user's model."""
+"""The place to which a message about a variable points: into the user's model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from planarc.ir.dae import Dae
 
 
 def owner_span(dae: Dae, name: str) -> Span | None:
-    """Where the component of the model that holds a variable is declared, or the variable."""
+    """The declaration of the component that holds a variable, or of the variable."""
     for length in range(1, name.count(".") + 1):
         prefix = ".".join(name.split(".")[:length])
         for part in dae.parts:

@@ -1,4 +1,4 @@
-"""What to say of a system that has no solution by its structure.
+"""Messages about a system that has no solution by its structure.
 
 In:   the live equations, the kept variables and their matching
 Out:  diagnostics S301 (an equation without unknowns), S302 (too many equations in a
@@ -26,7 +26,7 @@ from planarc.structure.places import owner_span
 
 _SHOWN = 8  # names listed in one message
 _LISTED = 3  # equations that no user wrote: they come last, and few say enough
-#: Said of joints by their names, of which one is too many.
+#: Words for joints, by their names, of which one is too many.
 TWICE = "hold the same motion twice"
 
 
@@ -116,7 +116,7 @@ def _under(
 
 
 def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
-    """What in a planar mechanism leaves such an unknown open."""
+    """The cause in a planar mechanism that leaves such an unknown open."""
     classes = {p.name: p.class_name for p in dae.parts}
     owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
     masses = [o for o in owners if classes.get(o, "").endswith(".PointMass")]

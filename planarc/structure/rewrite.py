@@ -37,7 +37,7 @@ def rewrite_rest(dae: Dae, substitute: Substitution) -> Dae:
 
 
 def expressions_of_rest(dae: Dae) -> Iterator[Expr]:
-    """What is evaluated besides the continuous equations."""
+    """The values that are computed besides the continuous equations."""
     for relation in dae.relations:
         yield relation.zero
     for assertion in dae.assertions:
@@ -52,7 +52,7 @@ def expressions_of_rest(dae: Dae) -> Iterator[Expr]:
 
 
 def reset_symbols(dae: Dae) -> tuple[Expr, ...]:
-    """What some `reinit` sets: these must stay states."""
+    """The variables that some `reinit` sets: these must stay states."""
     found = (
         action.symbol
         for when in dae.whens

@@ -174,7 +174,7 @@ class _Weights:
         return symbol in self._counts
 
     def terms(self, symbol: Expr) -> list[Expr]:
-        """Of the slope of the sum of squares."""
+        """The terms of the slope of the sum of squares."""
         if symbol not in self._counts:
             return []
         t, (count, bias) = self._table, self._counts[symbol]

@@ -1,4 +1,4 @@
-"""What is known of an expression's sign, whatever its variables are.
+"""The sign of an expression, whatever its variables are.
 
 The sign decides whether an equation may be solved by a division: only a factor that
 can never vanish may be divided by. A parameter can be set to any value within its

@@ -1,4 +1,4 @@
-"""From a torn system to steps: assignments and blocks in order of evaluation.
+"""Steps of a torn system: assignments and blocks in order of evaluation.
 
 In:   System, Torn
 Out:  steps   assignments from known values, blocks, assignments from what blocks gave
@@ -27,7 +27,7 @@ from planarc.structure.tearing import Torn
 
 
 class Plan(Data):
-    """The same as numbers: positions in `Torn.assignments`, unknowns, equations."""
+    """A step as numbers: positions in `Torn.assignments`, unknowns, equations."""
 
     before: tuple[int, ...]
     blocks: tuple[tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]], ...]

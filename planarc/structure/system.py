@@ -1,4 +1,4 @@
-"""One level of the reduced system: equations and unknowns that belong together.
+"""A level of the reduced system: equations and unknowns that belong together.
 
 At height h below the top stand the equations that are differentiated at least h times,
 h derivatives short of their last, and the unknowns likewise. Lower orders of the
@@ -64,7 +64,7 @@ class Systems:
 
     @property
     def heights(self) -> range:
-        """From the lowest level up to the top."""
+        """The systems from the lowest level up to the top."""
         return range(max(self._offsets.highest, default=0), -1, -1)
 
     def at(self, height: int) -> System:

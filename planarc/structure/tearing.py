@@ -120,7 +120,7 @@ class _Search:
                 heappush(self.heap, (self.rank[v], -self.score[v], v))
 
     def _uncount(self, e: int, v: int) -> None:
-        """Of the pair that `e` had, v has become known."""
+        """Note that v of the pair that `e` had has become known."""
         if next(solvable for u, solvable in self.rows[e] if u == v):
             other = self._unknown(e)[0][0]
             self.score[other] -= 1

@@ -60,7 +60,7 @@ def make_scene(result: Result) -> Scene:
     values = RowValues(lambda e: _leaf(result, e), _undrawable)
     items: list[Item] = []
     notes: list[str] = []
-    worlds = {part.name for part in result.program.parts if _is_world(result, part.name)}
+    worlds = {part.name for part in result.program.parts if part.inner}
     with np.errstate(all="ignore"):
         for visual in result.program.visuals:
             try:
@@ -87,10 +87,6 @@ def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Sce
     with np.errstate(all="ignore"):
         box = _bounds(list(items))
     return replace(scene, items=items, box=box)
-
-
-def _is_world(result: Result, part: str) -> bool:
-    return f"{part}.g_0[1]" in result or f"{part}.nominalLength" in result
 
 
 def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:

@@ -303,7 +303,7 @@ class Code:
 
     @contextmanager
     def when(self, condition: Value, *, leaves: bool = False) -> Iterator[None]:
-        """What stands inside is done when the condition holds; `leaves`: it returns."""
+        """Do what stands inside when the condition holds; `leaves`: it returns."""
         then, behind = self.label(), self.label()
         self.branch(condition, then, behind)
         self.begin(then)

@@ -12,7 +12,7 @@ from typing import Final
 
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
 from planarc.codegen.refusal import NotDifferentiable
-from planarc.ir.expr import Expr, Op
+from planarc.ir.expr import Expr, Op, postorder
 from planarc.runtime import elementary, external
 
 _TRUNC: Final = "llvm.trunc.f64"
@@ -29,7 +29,7 @@ def declarations() -> str:
     )
 
 
-#: Whole powers up to this one are products.
+#: Largest whole power that is written as a product.
 LARGEST_PRODUCT = 16
 
 
@@ -52,26 +52,18 @@ def bit(c: Code, value: Value) -> Value:
 def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
     """Emit the expression; `leaf` gives symbols, time, events and left limits."""
     done: dict[Expr, Value] = {}
-    stack = [root]
-    while stack:
-        e = stack[-1]
-        if e in done:
-            stack.pop()
-        elif waiting := [a for a in reversed(e.args) if a not in done]:
-            stack += waiting
+    for e in postorder((root,)):
+        op = e.op
+        if not e.args:
+            done[e] = _constant(c, e.data) if op is _CONST else leaf(e)
+        elif op is _ADD:
+            done[e] = c.sum([real(c, done[a]) for a in e.args])
+        elif op is _MUL:
+            done[e] = c.product([real(c, done[a].kept()) for a in e.args])
+        elif op is _NEG:
+            done[e] = Negative(real(c, done[e.args[0]]))
         else:
-            stack.pop()
-            op = e.op
-            if not e.args:
-                done[e] = _constant(c, e.data) if op is _CONST else leaf(e)
-            elif op is _ADD:
-                done[e] = c.sum([real(c, done[a]) for a in e.args])
-            elif op is _MUL:
-                done[e] = c.product([real(c, done[a].kept()) for a in e.args])
-            elif op is _NEG:
-                done[e] = Negative(real(c, done[e.args[0]]))
-            else:
-                done[e] = _node(c, e, [done[a].kept() for a in e.args])
+            done[e] = _node(c, e, [done[a].kept() for a in e.args])
     return done[root].kept()
 
 

@@ -1,4 +1,4 @@
-"""How far the present states are from a place where they can be none, in LLVM.
+"""The distance of the present states from a place where they can be none, in LLVM.
 
     pc_look(frame, blocks, count, scales) -> the largest sensitivity, or infinity
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
     from planarc.ir.program import Program
 
-#: Above so many lines of LLVM a program is compiled in the quickest way.
+#: Lines of LLVM above which a program is compiled in the quickest way.
 LARGEST_OPTIMISED = 3000
 _PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
@@ -61,7 +61,7 @@ def _runtime() -> bytes:
 
 @cache
 def _passing() -> bytes:
-    """What passes derivatives on, likewise."""
+    """The functions that pass derivatives on, likewise."""
     from planarc.codegen.native.passing import passing_text
 
     return _kept(("passing",), lambda: _compiled(passing_text(), 1, _PASSES))

@@ -30,7 +30,7 @@ from planarc.ir.newton import (
     STEPS_TOP,
 )
 
-#: Up to so many unknowns are eliminated in registers.
+#: Largest number of unknowns that are eliminated in registers.
 SMALL = 5
 #: Flags that `pc_step`, `pc_linear` and `pc_solve` give.
 DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
@@ -73,7 +73,7 @@ class Block:
         self.matrix = area.at(record.load(INT, Record.SHARED))
 
     def x(self, tear: Value) -> Value:
-        """Where the value of a tear is."""
+        """The slot of the value of a tear."""
         return self.w.at(self.slots.load(INT, tear))
 
 
@@ -315,7 +315,7 @@ def _solve() -> str:
 
 
 def _solve_small(c: Code, m: int, a: Value, r: Value, x: Value, sizes: Value) -> None:
-    """The same for a known number of unknowns, in registers and without branches: in half the
+    """Elimination for a known number of unknowns, in registers and without branches: in half the
     time."""
     rows = [[*(a.load(REAL, i * m + k) for k in range(m)), r.load(REAL, i)] for i in range(m)]
     size = [reduce(c.largest, map(c.absolute, row[:m])) for row in rows]

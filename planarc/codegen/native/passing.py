@@ -28,8 +28,8 @@ declare i32 @pc_rhs(ptr, double, ptr, ptr)
 """
 #: The step of a difference, relative to the state or its scale: the root of the rounding.
 STEP = 1.5e-8
-#: So many columns are passed on along all rows before the next ones, so that they stay in
-#: the processor's memory.
+#: Number of columns that are passed on along all rows before the next ones, so that they
+#: stay in the processor's memory.
 PANEL = 32
 _WIDE = "<4 x double>"
 
@@ -92,7 +92,7 @@ class _Union:
 
 
 def _ranges() -> str:
-    """Where motions may differ from zero: it depends on what is told to move alone."""
+    """The rows in which motions may differ from zero, by what is told to move alone."""
     c = Code("pc_ranges", "void", [(POINTER, "passing")])
     (passing,) = c.arguments
     tape = _Tape(passing)

@@ -91,7 +91,7 @@ def _records(placement: Placement) -> str:
 
 
 class _Section:
-    """One function."""
+    """A function of the module."""
 
     def __init__(
         self, program: Program, placement: Placement, name: str, results: bool = False
@@ -151,7 +151,7 @@ class _Section:
         return self._slots[e]
 
     def _leaf(self, e: Expr) -> Value:
-        """From the register that this function set, else from the workspace."""
+        """A value from the register that this function set, else from the workspace."""
         if e.op is Op.TIME:
             return self._time
         found = self._values.get(e)

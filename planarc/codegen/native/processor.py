@@ -12,7 +12,7 @@ from typing import Any
 
 @cache
 def key() -> str:
-    """What object code depends on besides the model: processor, system, version of LLVM."""
+    """The dependences of object code besides the model: processor, system, version of LLVM."""
     import llvmlite
     import llvmlite.binding as llvm
 
@@ -23,7 +23,7 @@ def key() -> str:
 
 @cache
 def target_machine(level: int) -> Any:
-    """What makes code for this processor, at one of LLVM's levels of optimisation."""
+    """The machine that makes code for this processor, at one of LLVM's levels of optimisation."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()

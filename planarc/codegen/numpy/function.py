@@ -1,4 +1,4 @@
-"""One function of the NumPy text: values out of the workspace, statements, values back.
+"""A function of the NumPy text: values out of the workspace, statements, values back.
 
 A block stands where it is solved:
 
@@ -22,7 +22,7 @@ Parts = Sequence[tuple[str, tuple[Statement, ...]]]  # with titles
 
 
 def all_lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]:
-    """All assignments, those of blocks included."""
+    """The assignments, those of blocks included."""
     for s in statements:
         if isinstance(s, Let):
             yield s
@@ -60,7 +60,7 @@ class Line(str):
 
 
 class FunctionText:
-    """One function of the text."""
+    """A function of the text."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class FunctionText:
         return [*head, *body, *tail] or ["    pass"]
 
     def lines_of(self, values: Sequence[Expr]) -> list[str]:
-        """As `lines`, for values that are formulas; nothing goes back to the workspace."""
+        """The lines for values that are formulas; nothing goes back to the workspace."""
         ((_, statements),) = self._parts
         body = [self._let(s, "    ") for s in statements if isinstance(s, Let)]
         parts = [self._formula(e) for e in values]
@@ -123,7 +123,7 @@ class FunctionText:
         return [f"    {self._leaf(e)} = w[{slot}]" for slot, e in sorted(read.items())]
 
     def _stores(self) -> list[str]:
-        """What the function computed goes back, runs of slots at once."""
+        """Write back what the function computed, runs of slots at once."""
         stored = sorted((self._slots[text(e)], e) for e in self._defined if text(e) in self._slots)
         lines = []
         run: list[tuple[int, Expr]] = []

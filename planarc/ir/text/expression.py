@@ -48,7 +48,7 @@ def expression_text(expression: syntax.Expression) -> str:
 
 
 def simple_text(expression: syntax.Expression) -> str:
-    """Where the grammar has no `if` expression: the left side of an equation."""
+    """Print where the grammar has no `if` expression: the left side of an equation."""
     return _text(expression, _RANGE)
 
 

@@ -248,7 +248,7 @@ _PREFIX = {
 
 
 def print_variable(variable: flat.Variable) -> str:
-    """One declaration, without `;`."""
+    """A declaration, without `;`."""
     prefix = _PREFIX[variable.variability]
     if variable.variability is flat.Variability.DISCRETE and variable.type.base is not (
         flat.Base.REAL

@@ -210,7 +210,7 @@ def _modification(modification: syntax.Modification | None) -> str:
 
 
 def argument_text(argument: syntax.Argument) -> str:
-    """One argument of a modification or an annotation."""
+    """An argument of a modification or an annotation."""
     match argument:
         case syntax.ElementModification():
             words = ["each"] * argument.each + ["final"] * argument.final

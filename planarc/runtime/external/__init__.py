@@ -83,7 +83,7 @@ def is_known(name: str) -> bool:
 
 @lru_cache(maxsize=256)
 def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
-    """All results of a function of numbers. The results of one call are asked for one by
+    """The results of a function of numbers. Those of one call are asked for one by
     one, so the last calls are remembered.
 
     Raises ValueError where the function has no value.
@@ -94,7 +94,7 @@ def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def number(name: str, output: int, arguments: Sequence[float]) -> float:
-    """One result of a function of numbers, nan where it has no value."""
+    """A result of a function of numbers, nan where it has no value."""
     try:
         return call_numbers(name, tuple(map(float, arguments)))[output]
     except (ValueError, OverflowError):

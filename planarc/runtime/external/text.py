@@ -83,7 +83,7 @@ def _scan(pattern: re.Pattern[str], text: str, start: int) -> re.Match[str] | No
 
 
 def full_path_name(name: str) -> tuple[str]:
-    """With the working directory in front of a relative path."""
+    """The path, a relative one behind the working directory."""
     return (Path(name).absolute().as_posix(),)
 
 

@@ -42,13 +42,12 @@ Reference: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31(3), 2005, 363-396.
 from __future__ import annotations
 
 import ctypes as C
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from planarc.ir.kernel import Kernel
-from planarc.ir.newton import DIFFERENCE
-from planarc.runtime.differences import one_sided
 from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.callbacks import Callbacks
 from planarc.solve.solvers.driver import Arguments, Driver, Where, open_driver
 from planarc.solve.solvers.integrator import (
     Cause,
@@ -59,28 +58,28 @@ from planarc.solve.solvers.integrator import (
     march_steps,
 )
 from planarc.solve.solvers.scipy import FEWEST_DERIVED
-from planarc.solve.solvers.sundials import Unavailable, open_sundials
+from planarc.solve.solvers.session import ONE_STEP, Session
+from planarc.solve.solvers.sundials import open_sundials
 from planarc.solve.solvers.watch import Watch
 
 _ADAMS, _BDF = 1, 2
-_ONE_STEP = 2
 _STOP_REACHED, _ROOT_FOUND, _WARNING = 1, 2, 99
 
 #: No step is longer than this part of the run, so that no short pulse is stepped over.
 LONGEST_STEP = 1 / 50
 
-#: Larger systems are solved by GMRES.
+#: States up to which the corrector eliminates; beyond, GMRES.
 LARGEST_DENSE = 200
-#: So many right-hand sides a run spends on differences before formulas are compiled: about
-#: where these would have paid for it.
+#: Right-hand sides spent on differences before formulas are compiled: about where these would
+#: have paid for it.
 MOST_DIFFERENCES = 50_000
-#: With fewer states differences of machine code are quicker.
+#: States from which compiled formulas are quicker than differences of machine code.
 FEWEST_COMPILED = 16
 #: Vectors that GMRES keeps before it gives up; the number CVODE recommends.
 KRYLOV_VECTORS = 5
-#: More evaluations a step than this mean that GMRES does not converge well.
+#: Evaluations a step beyond which GMRES does not converge well.
 MOST_PRODUCTS = 14
-#: So many steps are taken before that is judged, and before differences are.
+#: Steps from one judgement of GMRES to the next, and from one of differences.
 JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
 #: Return flags of CVODE; every other failure is one of the setup.
@@ -98,39 +97,28 @@ _CAUSES = {
     -12: Cause.BLOCK,
 }
 
-_RHS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.c_void_p, C.c_void_p)
-_JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 7)
-_ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c_void_p)
-
 
 class Cvode:
-    """One run's integrator. Owns its context, vectors and callbacks until `close`."""
+    """One run's integrator. Owns its session and callbacks until `close`."""
 
     ends_evaluated = True
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings, adams: bool) -> None:
         self._lib = lib = open_sundials()
+        self._session = Session(lib, "CVode")
         self._kernel, self._size, self._settings = kernel, states, settings
         self._adams = adams
-        offered = kernel.capabilities
-        self._formulas, self._machine = offered.formulas, offered.machine
-        self._addresses = None
+        self._vectors, numbers = self._session.vectors(3, states)
+        self._y, self._dense, self._absolute = numbers
+        self._callbacks = Callbacks(self._session, kernel, states, self._absolute)
+        self._machine, self._addresses = kernel.capabilities.machine, None
         if self._machine is not None:
             self._addresses = self._machine.addresses(lib.address("N_VGetArrayPointer"))
-        self._context = C.c_void_p()
-        lib.SUNContext_Create(0, C.byref(self._context))
-        lib.SUNContext_ClearErrHandlers(self._context)
-        self._vectors = [lib.N_VNew_Serial(states, self._context) for _ in range(3)]
-        self._y, self._dense, self._absolute = (self._numbers(v) for v in self._vectors)
-        self._raised: BaseException | None = None
-        self._flag = 0  # of the last evaluation
-        self._rhs, self._roots, user = self._functions()
-        self._memory = C.c_void_p()
-        self._matrix = self._linear = None
+        self._rhs, self._roots = self._functions()
         self.krylov = states > LARGEST_DENSE
         self.formulas = self._derives = False
+        self._jacobian: Any = None
         self._for_differences = 0
-        self._user = user
         self._time = C.c_double()
         self._total = Counts()
         self._driver = self._native_driver()
@@ -140,114 +128,11 @@ class Cvode:
         if self._addresses is not None:
             self.name += " (native)"
 
-    def _numbers(self, vector: int) -> C.Array[C.c_double]:
-        address = self._lib.N_VGetArrayPointer(vector)
-        return (C.c_double * self._size).from_address(address)
-
-    # The right-hand side
-
-    def _functions(self) -> tuple[object, object, int | None]:
-        """Right-hand side, zero functions, and what CVODE hands to both."""
-        addresses = self._addresses
-        if addresses is not None:
-            roots = addresses.cv_roots or None
-            return C.c_void_p(addresses.cv_rhs), C.c_void_p(roots), addresses.context
-        rhs, roots_function = self._callbacks()
-        return rhs, roots_function, None
-
-    def _callbacks(self) -> tuple[object, object]:
-        kernel, pointer, size = self._kernel, self._lib.N_VGetArrayPointer, self._size
-        seen: dict[int, C.Array[C.c_double]] = {}
-
-        def numbers(vector: int) -> C.Array[C.c_double]:
-            address = pointer(vector)
-            if address not in seen:
-                seen[address] = (C.c_double * size).from_address(address)
-            return seen[address]
-
-        def rhs(t: float, y: int, ydot: int, _: object) -> int:
-            flag = self._flag = kernel.rhs(t, numbers(y), numbers(ydot))  # type: ignore[arg-type]
-            return abs(flag)  # positive: CVODE tries a shorter step, up to what has no value
-
-        def roots(t: float, y: int, g: object, _: object) -> int:
-            return kernel.roots(t, numbers(y), g)  # type: ignore[arg-type]
-
-        return _RHS(self._guarded(rhs)), _ROOTS(self._guarded(roots))
-
-    def _jacobian_function(self) -> Any:
-        """The Jacobian from the kernel's formulas. Those of a native one are compiled only
-        where they pay (`MOST_DIFFERENCES`)."""
-        kernel, size, data = self._kernel, self._size, self._lib.SUNDenseMatrix_Data
-        if self._user is not None:
-            return self._native_jacobian() if self._derives else None
-        formulas = self._formulas
-        if formulas is None or size < FEWEST_DERIVED:
-            return None
-
-        def jacobian(t: float, y: int, f: int, matrix: int, *_: object) -> int:
-            import numpy as np
-
-            pointer = self._lib.N_VGetArrayPointer(y)
-            states = list((C.c_double * size).from_address(pointer))
-            found = formulas.state_jacobian(t, states)
-            if found is None:  # a function without derivative, a singular mode
-                found = _differences(kernel, t, states, list(self._absolute))
-            if found is None:
-                return 1
-            columns = (C.c_double * (size * size)).from_address(data(matrix))
-            np.ctypeslib.as_array(columns).reshape(size, size)[:] = np.transpose(found)
-            return 0
-
-        return _JACOBIAN(self._guarded(jacobian))
-
-    def _native_jacobian(self) -> Any:
-        scales = [1e3 * a for a in self._absolute]
-        assert self._machine is not None
-        address = self._machine.cv_jacobian(scales, self._lib.address("SUNDenseMatrix_Data"))
-        return C.c_void_p(address) if address else None
-
-    def _judge(self, steps: int) -> int:
-        """Whether to go on as before, and after how many steps at most to judge again: at
-        numbers of steps, so that a run does not depend on the speed of the machine."""
-        compiles = self._user is not None and not self._adams and not self._derives
-        if self.krylov:
-            every, judge = JUDGED_STEPS, self._judge_krylov
-        elif compiles and self._size >= FEWEST_COMPILED:
-            every, judge = JUDGED_OFTEN, self._judge_differences
-        else:
-            return steps
-        done = self._number("NumSteps") % every
-        if done == 0:
-            judge()
-        return min(steps, every - done)
-
-    def _judge_differences(self) -> None:
-        """From here on formulas, where differences have cost as much as compiling these."""
-        if self._differenced() >= MOST_DIFFERENCES:
-            self._derives = True
-            self._set_jacobian()
-
-    def _set_jacobian(self) -> None:
-        self._jacobian = None if self.krylov else self._jacobian_function()
-        self.formulas = self._jacobian is not None
-        if self.formulas:
-            self._lib.CVodeSetJacFn(self._memory, self._jacobian)
-
-    def _differenced(self) -> int:
-        """Right-hand sides taken for differences since the run began."""
-        return self._for_differences + self._number("NumLinRhsEvals")
-
-    def _guarded(self, function: Callable[..., int]) -> Callable[..., int]:
-        """No exception passes through C: it is kept, and raised when CVODE has returned."""
-
-        def call(*arguments: object) -> int:
-            try:
-                return function(*arguments)
-            except BaseException as problem:
-                self._raised = problem
-                return -1
-
-        return call
+    def _functions(self) -> tuple[object, object]:
+        """Right-hand side and zero functions."""
+        if self._addresses is None:
+            return self._callbacks.rhs(), self._callbacks.roots()
+        return C.c_void_p(self._addresses.cv_rhs), C.c_void_p(self._addresses.cv_roots or None)
 
     def _native_driver(self) -> Driver | None:
         if self._addresses is None or self._settings.past is not None:
@@ -272,90 +157,127 @@ class Cvode:
         directions: Sequence[int],
         step: float | None = None,
     ) -> None:
-        lib = self._lib
+        session = self._session
         self._time.value = t
         self._y[:] = list(y)
         self._absolute[:] = list(absolute)
-        if self._memory.value is None:
-            self._create(t)
+        if session.present:
+            self._begin_anew(t)
         else:
-            self._total, self._for_differences = self.counts(), self._differenced()
-            self._check(lib.CVodeReInit(self._memory, t, self._vectors[0]), "CVodeReInit")
-        lib.CVodeSVtolerances(self._memory, self._settings.tolerance, self._vectors[2])
-        lib.CVodeSetInitStep(self._memory, step or 0.0)
+            self._create(t)
+        session.call("SVtolerances", self._settings.tolerance, self._vectors[2])
+        session.call("SetInitStep", step or 0.0)
         if directions:
-            ways = (C.c_int * len(directions))(*directions)
-            lib.CVodeSetRootDirection(self._memory, ways)
+            session.call("SetRootDirection", (C.c_int * len(directions))(*directions))
+
+    def _begin_anew(self, t: float) -> None:
+        """CVODE's own counters start again."""
+        self._total, self._for_differences = self.counts(), self._differenced()
+        self._session.check("ReInit", t, self._vectors[0])
 
     def _create(self, t: float) -> None:
-        lib = self._lib
-        method = _ADAMS if self._adams else _BDF
-        self._memory = C.c_void_p(lib.CVodeCreate(method, self._context))
-        self._check(lib.CVodeInit(self._memory, self._rhs, t, self._vectors[0]), "CVodeInit")
+        session, settings = self._session, self._settings
+        session.create(_ADAMS if self._adams else _BDF)
+        session.check("Init", self._rhs, t, self._vectors[0])
         # Tolerances must stand before anything else is set up.
-        lib.CVodeSVtolerances(self._memory, self._settings.tolerance, self._vectors[2])
-        if self._user is not None:
-            lib.CVodeSetUserData(self._memory, self._user)
+        session.call("SVtolerances", settings.tolerance, self._vectors[2])
+        if self._addresses is not None:
+            session.call("SetUserData", self._addresses.context)
         self._set_linear_solver()
-        if self._settings.span > 0:
-            own = self._settings.span * LONGEST_STEP
-            lib.CVodeSetMaxStep(self._memory, min(own, self._settings.longest_step))
-        lib.CVodeSetMaxNumSteps(self._memory, -1)
-        lib.CVodeSetMaxHnilWarns(self._memory, -1)
-        lib.CVodeSetMaxErrTestFails(self._memory, 12)
-        lib.CVodeSetMaxConvFails(self._memory, 20)
-        if self._settings.relations:
-            lib.CVodeRootInit(self._memory, self._settings.relations, self._roots)
-            lib.CVodeSetNoInactiveRootWarn(self._memory)
+        if settings.span > 0:
+            own = settings.span * LONGEST_STEP
+            session.call("SetMaxStep", min(own, settings.longest_step))
+        session.call("SetMaxNumSteps", -1)
+        session.call("SetMaxHnilWarns", -1)
+        session.call("SetMaxErrTestFails", 12)
+        session.call("SetMaxConvFails", 20)
+        if settings.relations:
+            session.call("RootInit", settings.relations, self._roots)
+            session.call("SetNoInactiveRootWarn")
+
+    # The linear systems of the corrector
 
     def _set_linear_solver(self) -> None:
-        lib, context = self._lib, self._context
         if self.krylov:
-            self._matrix = None
-            self._linear = lib.SUNLinSol_SPGMR(self._vectors[0], 0, KRYLOV_VECTORS, context)
+            self._session.multiply(self._vectors[0], KRYLOV_VECTORS)
         else:
-            self._matrix = lib.SUNDenseMatrix(self._size, self._size, context)
-            self._linear = lib.SUNLinSol_Dense(self._vectors[0], self._matrix, context)
-        flag = lib.CVodeSetLinearSolver(self._memory, self._linear, self._matrix)
-        self._check(flag, "CVodeSetLinearSolver")
+            self._session.eliminate(self._size, self._vectors[0])
         self._set_jacobian()
 
-    def _free_linear_solver(self) -> None:
-        self._lib.SUNLinSolFree(self._linear)
-        if self._matrix is not None:
-            self._lib.SUNMatDestroy(self._matrix)
+    def _set_jacobian(self) -> None:
+        self._jacobian = None if self.krylov else self._jacobian_function()
+        self.formulas = self._jacobian is not None
+        if self.formulas:
+            self._session.call("SetJacFn", self._jacobian)
+
+    def _jacobian_function(self) -> Any:
+        """The Jacobian from the kernel's formulas. Those of a native one are compiled only
+        where they pay (`MOST_DIFFERENCES`)."""
+        formulas = self._kernel.capabilities.formulas
+        if self._machine is not None:
+            return self._native_jacobian() if self._derives else None
+        if formulas is None or self._size < FEWEST_DERIVED:
+            return None
+        return self._callbacks.jacobian(formulas)
+
+    def _native_jacobian(self) -> Any:
+        scales = [1e3 * a for a in self._absolute]
+        assert self._machine is not None
+        address = self._machine.cv_jacobian(scales, self._lib.address("SUNDenseMatrix_Data"))
+        return C.c_void_p(address) if address else None
+
+    def _judge(self, steps: int) -> int:
+        """Whether to go on as before, and after how many steps at most to judge again: at
+        numbers of steps, so that a run does not depend on the speed of the machine."""
+        compiles = self._machine is not None and not self._adams and not self._derives
+        if self.krylov:
+            every, judge = JUDGED_STEPS, self._judge_krylov
+        elif compiles and self._size >= FEWEST_COMPILED:
+            every, judge = JUDGED_OFTEN, self._judge_differences
+        else:
+            return steps
+        done = self._session.number("NumSteps") % every
+        if done == 0:
+            judge()
+        return min(steps, every - done)
+
+    def _judge_differences(self) -> None:
+        """From here on formulas, where differences have cost as much as compiling these."""
+        if self._differenced() >= MOST_DIFFERENCES:
+            self._derives = True
+            self._set_jacobian()
+
+    def _differenced(self) -> int:
+        """Right-hand sides taken for differences since the run began."""
+        return self._for_differences + self._session.number("NumLinRhsEvals")
 
     def _judge_krylov(self) -> None:
         """Eliminate from here on where GMRES takes too many products."""
-        steps = self._number("NumSteps")
+        number = self._session.number
+        steps = number("NumSteps")
         if steps < JUDGED_STEPS:
             return
-        calls = self._number("NumRhsEvals") + self._number("NumLinRhsEvals")
-        failures = self._number("NumLinConvFails")
-        if calls <= MOST_PRODUCTS * steps and 4 * failures <= steps:
+        calls = number("NumRhsEvals") + number("NumLinRhsEvals")
+        if calls <= MOST_PRODUCTS * steps and 4 * number("NumLinConvFails") <= steps:
             return
-        lib, step = self._lib, self.last_step()
+        step = self.last_step()
         self.krylov = False
         self._total = self.counts()
-        self._check(lib.CVodeReInit(self._memory, self.t, self._vectors[0]), "CVodeReInit")
-        self._free_linear_solver()
+        self._session.check("ReInit", self.t, self._vectors[0])
+        self._session.free_linear_solver()
         self._set_linear_solver()
-        lib.CVodeSetInitStep(self._memory, step)
-
-    def _check(self, flag: int, function: str) -> None:
-        if flag < 0:
-            raise Unavailable(f"{function} of SUNDIALS refused with {flag}")
+        self._session.call("SetInitStep", step)
 
     # On the way
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         steps = self._judge(steps)
-        self._lib.CVodeSetStopTime(self._memory, limit)
+        self._session.call("SetStopTime", limit)
         if self._driver is None:
             past = self._settings.past
             return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
         if self._arguments is None:
-            memory = self._memory.value or 0
+            memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
             assert self._addresses is not None
             self._arguments = self._driver.prepare(where, self._addresses, recorder, watch)
@@ -366,13 +288,9 @@ class Cvode:
         return March(Outcome.LOOK) if looks else self._meaning(flag)
 
     def step(self, limit: float) -> March:
-        self._raised = None
-        flag = self._lib.CVode(
-            self._memory, limit, self._vectors[0], C.byref(self._time), _ONE_STEP
-        )
-        if self._raised is not None:
-            problem, self._raised = self._raised, None
-            raise problem
+        memory, time = self._session.memory, C.byref(self._time)
+        flag = self._lib.CVode(memory, limit, self._vectors[0], time, ONE_STEP)
+        self._session.reraise()
         return self._meaning(flag)
 
     def _meaning(self, flag: int) -> March:
@@ -382,69 +300,36 @@ class Cvode:
             return March(Outcome.LIMIT)
         if flag == _ROOT_FOUND:
             found = (C.c_int * self._settings.relations)()
-            self._lib.CVodeGetRootInfo(self._memory, found)
+            self._session.call("GetRootInfo", found)
             return March(Outcome.ROOT, directions=tuple(found))
-        cause = Cause.NOT_FINITE if self._flag < 0 else _CAUSES.get(flag, Cause.STEP)
+        failed = self._callbacks.flag
+        cause = Cause.NOT_FINITE if failed < 0 else _CAUSES.get(flag, Cause.STEP)
         return March(Outcome.FAILED, cause=cause)
 
     def interpolate(self, t: float) -> Sequence[float]:
-        self._lib.CVodeGetDky(self._memory, t, 0, self._vectors[1])
-        return self._dense  # type: ignore[return-value]
+        self._lib.CVodeGetDky(self._session.memory, t, 0, self._vectors[1])
+        return self._dense  # type: ignore[no-any-return]
 
     # What it did
 
     def last_step(self) -> float:
-        step = C.c_double()
-        self._lib.CVodeGetLastStep(self._memory, C.byref(step))
-        return step.value
+        return self._session.last_step()
 
     def errors(self) -> Sequence[float]:
-        if self._memory.value is None:
-            return ()
-        own = [self._lib.N_VNew_Serial(self._size, self._context) for _ in range(2)]
-        self._lib.CVodeGetEstLocalErrors(self._memory, own[0])
-        self._lib.CVodeGetErrWeights(self._memory, own[1])
-        errors, weights = (list(self._numbers(v)) for v in own)
-        for vector in own:
-            self._lib.N_VDestroy(vector)
-        return [e * w for e, w in zip(errors, weights, strict=True)]
+        return self._session.errors(self._size)
 
     def counts(self) -> Counts:
         """Since the run began: CVODE's own counters start again at every restart."""
-        if self._memory.value is None:
+        if not self._session.present:
             return self._total
+        number = self._session.number
         return self._total + Counts(
-            self._number("NumSteps"),
-            self._number("NumRhsEvals") + self._number("NumLinRhsEvals"),
-            self._number("NumJacEvals"),
-            self._number("NumErrTestFails"),
+            number("NumSteps"),
+            number("NumRhsEvals") + number("NumLinRhsEvals"),
+            number("NumJacEvals"),
+            number("NumErrTestFails"),
         )
 
-    def _number(self, name: str) -> int:
-        value = C.c_long()
-        getattr(self._lib, f"CVodeGet{name}")(self._memory, C.byref(value))
-        return value.value
-
     def close(self) -> None:
-        lib = self._lib
-        if self._memory.value is not None:
-            self._total = self.counts()
-            lib.CVodeFree(C.byref(self._memory))
-            self._free_linear_solver()
-            self._memory = C.c_void_p()
-        for vector in self._vectors:
-            lib.N_VDestroy(vector)
-        self._vectors = []
-        if self._context.value is not None:
-            lib.SUNContext_Free(C.byref(self._context))
-
-
-def _differences(kernel: Kernel, t: float, y: list[float], absolute: Sequence[float]) -> Any:
-    """The Jacobian by forward differences, a row for each derivative; None where there is none."""
-
-    def rhs(at: Any) -> list[float] | None:
-        there = [0.0] * len(y)
-        return there if kernel.rhs(t, at.tolist(), there) == 0 else None
-
-    steps = [DIFFERENCE * max(abs(v), 1e3 * a) for v, a in zip(y, absolute, strict=True)]
-    return one_sided(rhs, y, steps)
+        self._total = self.counts()
+        self._session.close()

@@ -19,21 +19,14 @@ import math
 from collections.abc import Callable, Sequence
 
 from planarc.ir.kernel import Kernel
-from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
+from planarc.solve.solvers.integrator import Cause, March, Outcome, Settings
 from planarc.solve.solvers.locate import crossed
-from planarc.solve.solvers.stepping import SteppingIntegrator
+from planarc.solve.solvers.stepping import SteppingIntegrator, Unsolved
 
 #: A rest shorter than this part of a step is added to the step before it.
 _REST = 1e-9
 
 Values = list[float]
-
-
-class _FailedError(Exception):
-    """The kernel's flag, on its way out of a step."""
-
-    def __init__(self, flag: int) -> None:
-        self.flag = flag
 
 
 class FixedStep(SteppingIntegrator):
@@ -53,7 +46,6 @@ class FixedStep(SteppingIntegrator):
         self._origin, self._index = 0.0, 0  # times are multiples of the step, not their sums
         self._slope = [0.0] * states
         self._before = (0.0, self._y, self._slope)
-        self._steps = self._calls = 0
 
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         self._origin, self._index = self._t, 0
@@ -72,9 +64,8 @@ class FixedStep(SteppingIntegrator):
             if not all(map(math.isfinite, y)):
                 return March(Outcome.FAILED, cause=Cause.NOT_FINITE)
             slope = self._rhs(t, y)
-        except _FailedError as problem:
-            cause = Cause.NOT_FINITE if problem.flag < 0 else Cause.BLOCK
-            return March(Outcome.FAILED, cause=cause)
+        except Unsolved as problem:
+            return problem.march()
         self._before = (begin, self._y, self._slope)
         self._slope = slope
         self._steps += 1
@@ -95,14 +86,6 @@ class FixedStep(SteppingIntegrator):
         return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
 
     # The methods
-
-    def _rhs(self, t: float, y: Values) -> Values:
-        slope = [0.0] * self._size
-        self._calls += 1
-        flag = self._kernel.rhs(t, y, slope)
-        if flag != 0:
-            raise _FailedError(flag)
-        return slope
 
     def _moved(self, h: float, slope: Values) -> Values:
         return [y + h * k for y, k in zip(self._y, slope, strict=True)]
@@ -134,6 +117,3 @@ class FixedStep(SteppingIntegrator):
 
     def last_step(self) -> float:
         return self._length
-
-    def counts(self) -> Counts:
-        return Counts(self._steps, self._calls)

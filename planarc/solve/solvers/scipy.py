@@ -22,7 +22,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
 from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
-from planarc.solve.solvers.stepping import SteppingIntegrator
+from planarc.solve.solvers.stepping import SteppingIntegrator, Unsolved
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,13 +32,6 @@ _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
 _RETRIES = 12
 #: With fewer states differences of the right-hand side are cheaper than its derivatives.
 FEWEST_DERIVED = 8
-
-
-class _Failed(Exception):
-    """The kernel's flag, on its way through scipy."""
-
-    def __init__(self, flag: int) -> None:
-        self.flag = flag
 
 
 class ScipyIntegrator(SteppingIntegrator):
@@ -55,7 +48,7 @@ class ScipyIntegrator(SteppingIntegrator):
         self._solver: Any = None
         self._dense: Any = None
         self._limit: float | None = None
-        self._steps = self._calls = self._jacobians = 0
+        self._jacobians = 0
         self._absolute: list[float] = []
         self._first: float | None = None
 
@@ -71,23 +64,17 @@ class ScipyIntegrator(SteppingIntegrator):
     def _present_jacobians(self) -> int:
         return int(self._solver.njev or 0) if self._solver is not None else 0
 
-    def _rhs(self, t: float, y: NDArray[np.float64]) -> list[float]:
-        ydot = [0.0] * self._size
-        self._calls += 1
-        flag = self._kernel.rhs(t, y.tolist(), ydot)
-        if flag != 0:
-            raise _Failed(flag)
-        return ydot
+    def _of_array(self, t: float, y: NDArray[np.float64]) -> list[float]:
+        return self._rhs(t, y.tolist())
 
     def _jacobian(self, t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """From the formulas; by differences at a point where these have no derivative."""
-
         assert self._formulas is not None
         found = self._formulas.state_jacobian(t, y.tolist())
         if found is not None:
             return found  # type: ignore[no-any-return]
         steps = [DIFFERENCE * max(1.0, abs(v)) for v in y]
-        found = one_sided(lambda at: self._rhs(t, at), y, steps)
+        found = one_sided(lambda at: self._of_array(t, at), y, steps)
         assert found is not None
         return found
 
@@ -100,7 +87,7 @@ class ScipyIntegrator(SteppingIntegrator):
         self._jacobians += self._present_jacobians()
         self._limit = limit
         self._solver = getattr(integrate, self._method)(
-            self._rhs,
+            self._of_array,
             self._t,
             np.array(self._y),
             limit,
@@ -119,14 +106,13 @@ class ScipyIntegrator(SteppingIntegrator):
                     self._make(limit)
                 message = self._solver.step()
                 break
-            except _Failed as problem:
+            except Unsolved as problem:
                 last = self._solver.step_size if self._solver is not None else None
                 step = (last or self._settings.span * self.longest) * 0.1 ** (shorter + 1)
                 self._forget(step)
                 shorter += 1
                 if shorter > _RETRIES:
-                    cause = Cause.NOT_FINITE if problem.flag < 0 else Cause.BLOCK
-                    return March(Outcome.FAILED, cause=cause)
+                    return problem.march()
         if self._solver.status == "failed":
             cause = Cause.ERROR_TEST if "step" in str(message) else Cause.CONVERGENCE
             return March(Outcome.FAILED, cause=cause)

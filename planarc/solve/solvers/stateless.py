@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planarc.ir.kernel import Kernel
-from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
+from planarc.solve.solvers.integrator import Cause, March, Outcome, Settings
 from planarc.solve.solvers.stepping import SteppingIntegrator
 
 _SHORTEST = 1e-12
@@ -22,7 +22,7 @@ class Stateless(SteppingIntegrator):
 
     def __init__(self, kernel: Kernel, settings: Settings) -> None:
         super().__init__(kernel, 0, settings)
-        self._step, self._count = 0.0, 0
+        self._step = 0.0
 
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         self._step = self._longest_step
@@ -38,7 +38,7 @@ class Stateless(SteppingIntegrator):
             self._step /= 2
             if self._step < _SHORTEST * max(self._settings.span, abs(begin)):
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
-        self._count += 1
+        self._steps += 1
         return self._rooted(t, [], limit)
 
     def interpolate(self, t: float) -> Sequence[float]:
@@ -46,6 +46,3 @@ class Stateless(SteppingIntegrator):
 
     def last_step(self) -> float:
         return self._step
-
-    def counts(self) -> Counts:
-        return Counts(steps=self._count)

@@ -23,6 +23,18 @@ from planarc.solve.solvers.locate import crossed, locate
 from planarc.solve.solvers.watch import Watch
 
 
+class Unsolved(Exception):
+    """The kernel's flag, on its way out of a step."""
+
+    def __init__(self, flag: int) -> None:
+        self.flag = flag
+
+    def march(self) -> March:
+        """The step that failed."""
+        cause = Cause.NOT_FINITE if self.flag < 0 else Cause.BLOCK
+        return March(Outcome.FAILED, cause=cause)
+
+
 class SteppingIntegrator(ABC):
     """See `Integrator` and `Stepper`. No step is longer than `longest` times the run."""
 
@@ -35,6 +47,7 @@ class SteppingIntegrator(ABC):
         self._t, self._y = 0.0, [0.0] * states
         self._directions: Sequence[int] = ()
         self._g: list[float] = []
+        self._steps = self._calls = 0
 
     @property
     def t(self) -> float:
@@ -83,8 +96,17 @@ class SteppingIntegrator(ABC):
     def errors(self) -> Sequence[float]:
         return ()
 
-    @abstractmethod
-    def counts(self) -> Counts: ...
+    def counts(self) -> Counts:
+        return Counts(self._steps, self._calls)
+
+    def _rhs(self, t: float, y: Sequence[float]) -> list[float]:
+        """The derivatives of the states, or `Unsolved`."""
+        ydot = [0.0] * self._size
+        self._calls += 1
+        flag = self._kernel.rhs(t, y, ydot)
+        if flag != 0:
+            raise Unsolved(flag)
+        return ydot
 
     def _rooted(self, t: float, y: list[float], limit: float) -> March:
         """Goes to `t`, the end of a step, or to the first root in it."""

@@ -1,0 +1,151 @@
+"""SUNDIALS' memory of one integrator: its context, vectors, callbacks and counters.
+
+CVODE and IDA are called alike: `CVodeGetNumSteps` is `IDAGetNumSteps` with another prefix.
+Everything is given back by `close`.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from planarc.solve.solvers.sundials import Sundials, Unavailable
+
+#: Of `CVode` and `IDASolve`: come back after every step.
+ONE_STEP = 2
+
+
+class Session:
+    """`memory` is that of CVODE or IDA, None until `create`."""
+
+    def __init__(self, lib: Sundials, prefix: str) -> None:
+        self.lib, self._prefix = lib, prefix
+        self.context, self.memory = C.c_void_p(), C.c_void_p()
+        lib.SUNContext_Create(0, C.byref(self.context))
+        lib.SUNContext_ClearErrHandlers(self.context)
+        self._vectors: list[int] = []
+        self._linear = self._matrix = None
+        self._raised: BaseException | None = None
+
+    @property
+    def present(self) -> bool:
+        return self.memory.value is not None
+
+    def create(self, *method: int) -> None:
+        self.memory = C.c_void_p(getattr(self.lib, f"{self._prefix}Create")(*method, self.context))
+
+    # Vectors
+
+    def vectors(self, count: int, size: int) -> tuple[list[int], list[Any]]:
+        """Vectors, and their numbers."""
+        made = [self.lib.N_VNew_Serial(size, self.context) for _ in range(count)]
+        self._vectors += made
+        return made, [self.numbers(v, size) for v in made]
+
+    def numbers(self, vector: int, size: int) -> Any:
+        """The numbers of a vector in place."""
+        return (C.c_double * size).from_address(self.lib.N_VGetArrayPointer(vector))
+
+    # Calls
+
+    def call(self, name: str, *arguments: object) -> int:
+        """A function of this integrator, by its name without the prefix."""
+        flag: int = getattr(self.lib, self._prefix + name)(self.memory, *arguments)
+        return flag
+
+    def check(self, name: str, *arguments: object) -> None:
+        """As `call`, for what must not fail. Raises `Unavailable`."""
+        flag = self.call(name, *arguments)
+        if flag < 0:
+            raise Unavailable(f"{self._prefix}{name} of SUNDIALS refused with {flag}")
+
+    def guarded(self, function: Callable[..., int]) -> Callable[..., int]:
+        """No exception passes through C: it is kept, and raised by `reraise`."""
+
+        def call(*arguments: object) -> int:
+            try:
+                return function(*arguments)
+            except BaseException as problem:
+                self._raised = problem
+                return -1
+
+        return call
+
+    def reraise(self) -> None:
+        """Raise what a callback has raised."""
+        if self._raised is not None:
+            problem, self._raised = self._raised, None
+            raise problem
+
+    # The linear solver of the corrector
+
+    def eliminate(self, size: int, vector: int) -> None:
+        """Solve with a dense matrix."""
+        self._matrix = self.lib.SUNDenseMatrix(size, size, self.context)
+        self._linear = self.lib.SUNLinSol_Dense(vector, self._matrix, self.context)
+        self.check("SetLinearSolver", self._linear, self._matrix)
+
+    def multiply(self, vector: int, kept: int) -> None:
+        """Solve by GMRES, with so many vectors kept."""
+        self._linear = self.lib.SUNLinSol_SPGMR(vector, 0, kept, self.context)
+        self.check("SetLinearSolver", self._linear, None)
+
+    def fill(self, matrix: int, found: Any) -> None:
+        """The numbers of a square matrix, which SUNDIALS keeps column by column."""
+        import numpy as np
+
+        size = len(found)
+        data = self.lib.SUNDenseMatrix_Data(matrix)
+        columns = (C.c_double * (size * size)).from_address(data)
+        np.ctypeslib.as_array(columns).reshape(size, size)[:] = np.transpose(found)
+
+    def free_linear_solver(self) -> None:
+        self.lib.SUNLinSolFree(self._linear)
+        if self._matrix is not None:
+            self.lib.SUNMatDestroy(self._matrix)
+        self._linear = self._matrix = None
+
+    # What it did
+
+    def number(self, name: str) -> int:
+        """A counter: `NumSteps` and the like."""
+        value = C.c_long()
+        self.call(f"Get{name}", C.byref(value))
+        return value.value
+
+    def last_step(self) -> float:
+        """The length of the last step, in seconds; 0 before there was one."""
+        step = C.c_double()
+        if self.present:
+            self.call("GetLastStep", C.byref(step))
+        return step.value
+
+    def errors(self, size: int) -> Sequence[float]:
+        """Of each unknown in the last step that was tried, as a part of its tolerance."""
+        if not self.present:
+            return ()
+        own = [self.lib.N_VNew_Serial(size, self.context) for _ in range(2)]
+        self.call("GetEstLocalErrors", own[0])
+        self.call("GetErrWeights", own[1])
+        errors, weights = (list(self.numbers(v, size)) for v in own)
+        for vector in own:
+            self.lib.N_VDestroy(vector)
+        return [e * w for e, w in zip(errors, weights, strict=True)]
+
+    # The end
+
+    def free(self) -> None:
+        """Give back the integrator and its vectors, not the context."""
+        if self.present:
+            getattr(self.lib, f"{self._prefix}Free")(C.byref(self.memory))
+            self.free_linear_solver()
+            self.memory = C.c_void_p()
+        for vector in self._vectors:
+            self.lib.N_VDestroy(vector)
+        self._vectors = []
+
+    def close(self) -> None:
+        self.free()
+        if self.context.value is not None:
+            self.lib.SUNContext_Free(C.byref(self.context))
