@@ -266,7 +266,7 @@ class Run:
             return {}
         t, crossings = self.integrator.t, self.events.crossings
         rises = crossings.rises(t, self.integrator.y)
-        crossing = crossings.real(march.directions, rises)
+        crossing = crossings.real(march.directions, rises, t, self.integrator.y)
         if rises is not None:
             self._chatter.note(t, crossing, rises)
         return crossing

@@ -37,7 +37,8 @@ class Chatter:
         """Relations that cross zero at a root that the integrator found."""
         for i in crossing:
             since = t - self._last_switch.get(i, -math.inf)
-            tiny = self._crossings.amplitude(i, rises[i], since) < self._tolerance
+            height = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
+            tiny = height < self._tolerance
             self._tiny[i] = self._tiny.get(i, 0) + 1 if tiny else 0
             self._last_switch[i] = t
 

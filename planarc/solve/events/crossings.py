@@ -1,22 +1,30 @@
 """The zero functions of relations: stored truths, and what crosses zero where.
 
 Between events the truth of every relation is stored in the workspace. A relation is
-true where its zero function is negative; which of two neighbouring truths holds at zero
-itself is said by the direction of the crossing, never by the sign of a number near zero.
+true where its zero function is negative, and, when it is not strict, where it is zero. A
+number that comes from integration is known to rounding only: near zero its sign says
+nothing, and the direction of the crossing counts. What the equations set at an event is
+exact, however small: there the value counts, and zero is zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import copysign
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 
-#: A zero function below this part of its largest value has no sign.
+#: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14
-#: One that was never above this is zero by its equations; what is seen of it are rounding
-#: errors (the torque limit of an open clutch).
-SILENCE = 1e-12
+#: One below this may be nothing but rounding errors of its equations (the torque limit of an
+#: open clutch): whether it is, is found out by `noise`.
+QUIET = 1e-12
+#: By so much of themselves time and states are moved for that, and what is seen counts so
+#: often: errors of rounding are no larger.
+STIR, SAFETY = 1e-15, 8.0
+#: So small are zero functions that stand at zero and say by their sign on which side.
+EXACT = 1e-200
 
 
 class Crossings:
@@ -28,6 +36,7 @@ class Crossings:
         self.now = [0.0] * len(program.relations)
         self.largest = [0.0] * len(program.relations)
         self._ahead = 1e-7 * (span or 1.0)
+        self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
 
     def truths(self) -> list[bool]:
         return [self.kernel.w[r.slot] != 0 for r in self.program.relations]
@@ -46,6 +55,24 @@ class Crossings:
         """Sizes seen while the start was searched for say nothing of the run."""
         self.largest = [0.0] * len(self.largest)
 
+    def noise(self, t: float, y: Sequence[float]) -> list[float]:
+        """Sizes up to which the zero functions may be errors of rounding: what becomes of
+        these when time and states move by their last digits, each by an amount of its own.
+        The workspace is that at (t, y) afterwards."""
+        now = list(self.now)
+        self.kernel.roots(t, y, now)
+        found, moved = [0.0] * len(self.now), [0.0] * len(self.now)
+        for k in (0.3, 0.7):
+            parts = [(j * 0.618 + k) % 1.0 - 0.5 for j in range(len(y) + 1)]
+            stirred = [
+                a * (1 + STIR * (2 * p + copysign(1, p))) for a, p in zip(y, parts, strict=False)
+            ]
+            if self.kernel.roots(t * (1 + STIR * parts[-1]), stirred, moved) == 0:
+                seen = [abs(a - b) for a, b in zip(now, moved, strict=True)]
+                found = list(map(max, found, seen))
+        self.kernel.roots(t, y, now)
+        return [SAFETY * size for size in found]
+
     def sign(self, i: int) -> bool:
         """The truth that the value of zero function i stands for."""
         return self.now[i] < 0 or (self.now[i] == 0 and not self.program.relations[i].strict)
@@ -56,38 +83,54 @@ class Crossings:
             return {}
         wrong = {}
         for i, relation in enumerate(self.program.relations):
-            if abs(self.now[i]) > 1e3 * NOISE * max(1.0, self.largest[i]):
+            if abs(self.now[i]) > 1e3 * NOISE * self.largest[i]:
                 truth = self.now[i] < 0
                 if truth != (self.kernel.w[relation.slot] != 0):
                     wrong[i] = truth
+        if any(abs(self.now[i]) <= 1e3 * QUIET for i in wrong):
+            noise = self.noise(t, y)
+            wrong = {i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * noise[i]}
         return wrong
 
     def rises(self, t: float, y: Sequence[float]) -> list[float] | None:
         """How far each zero function moves within a short time from here, to first order."""
-        now = [0.0] * len(self.now)
         ydot = [0.0] * len(y)
-        if self.kernel.rhs(t, y, ydot) != 0 or self.kernel.roots(t, y, now) != 0:
+        if self.kernel.rhs(t, y, ydot) != 0 or self.evaluate(t, y) != 0:
             return None
         later = [a + self._ahead * d for a, d in zip(y, ydot, strict=True)]
-        ahead = list(now)
-        if self.kernel.roots(t + self._ahead, later, ahead) != 0:
+        self._later = (t + self._ahead, later)
+        ahead = list(self.now)
+        if self.kernel.roots(*self._later, ahead) != 0:
             return None
-        return [b - a for a, b in zip(now, ahead, strict=True)]
+        return [b - a for a, b in zip(self.now, ahead, strict=True)]
 
-    def real(self, directions: Sequence[int], rises: Sequence[float] | None) -> dict[int, bool]:
+    def real(
+        self,
+        directions: Sequence[int],
+        rises: Sequence[float] | None,
+        t: float,
+        y: Sequence[float],
+    ) -> dict[int, bool]:
         """The crossings among those that an integrator reports, with the truth that follows.
 
         A function that rises where it was seen to fall has not crossed: the integrator saw
         the errors of its own first steps. One that neither rises nor falls (the speed of
-        what is stuck) has none but rounding errors; should it leave zero, `missed` tells.
+        what is stuck) has none but rounding errors, unless it came to be zero exactly (a
+        value at its limit); should it leave zero, `missed` tells.
         """
         found = {i: d < 0 for i, d in enumerate(directions) if d}
         if rises is None:
             return found
+        least = [NOISE * size for size in self.largest]
+        if any(self.largest[i] <= QUIET for i in found):
+            least = list(map(max, least, self.noise(t, y)))
+        stays = [i for i in found if rises[i] == 0 and abs(self.now[i]) <= EXACT]
+        rests = self.noise(*self._later) if stays else ()
         return {
             i: truth
             for i, truth in found.items()
-            if self.largest[i] > SILENCE and directions[i] * rises[i] > 4 * NOISE * self.largest[i]
+            if directions[i] * rises[i] > 4 * least[i]
+            or (i in stays and rests[i] == 0 and self.sign(i) == truth)
         }
 
     def amplitude(self, i: int, rise: float, since: float) -> float:

@@ -108,21 +108,25 @@ class Events:
     ) -> Processed:
         """`crossing`: relation -> truth from here on. `states`: slot -> index in y."""
         w, program, done = self.kernel.w, self.program, Processed(list(y))
+        flag = self.crossings.evaluate(t, done.y)
+        before = list(self.crossings.now)
         fired = [program.samplers[i][0] for i in samples]
         for slot in fired:
             w[slot] = 1.0
         for i, truth in crossing.items():
             w[program.relations[i].slot] = float(truth)
-        flag = self.crossings.evaluate(t, done.y)
-        settling = Settling(self.crossings, self._whens, t, done, crossing)
+        if fired or crossing:
+            flag = self.crossings.evaluate(t, done.y)
+        settling = Settling(self.crossings, self._whens, t, done, crossing, before)
         if flag != 0:
             settling.failed()
             return done
         trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
+        moved = False
         for _ in range(MOST_ITERATIONS):
-            before = self._snapshot()
-            trail.append(before)
-            if not settling.settle():
+            earlier = self._snapshot()
+            trail.append(earlier)
+            if not settling.settle(moved):
                 return done
             moved = self._whens.act(t, self._whens.edges(), done, states)
             self._keep_pre()
@@ -131,7 +135,7 @@ class Events:
             fired_now, fired = bool(fired), []
             if done.ended is not None:
                 break
-            if moved or fired_now or self._snapshot() != before:
+            if moved or fired_now or self._snapshot() != earlier:
                 continue
             if not settling.look_ahead():
                 break

@@ -3,11 +3,14 @@
 In:   Crossings, Whens, the states, and the relations that cross zero here
 Out:  stored truths and discrete values that agree with the equations
 
-Relations that cross zero here are held at the truth of their crossing's direction; all
-others follow the sign of their zero function. Relations inside of an algebraic loop
-(friction that sticks or slides) can chase each other. When a state of the iteration
-comes back, first only those that want to become false do so; when one comes back again,
-all choices of the restless ones are tried, the nearest to the present one first.
+Relations that cross zero here are held at the truth of their crossing's direction until
+what they compare is changed at this instant; all others follow the sign of their zero
+function, unless this is a number from integration that is zero to rounding.
+
+Relations inside of an algebraic loop (friction that sticks or slides) can chase each
+other. When a state of the iteration comes back, first only those that want to become false
+do so; when one comes back again, all choices of the restless ones are tried, the nearest
+to the present one first.
 
 Reference: Modelica 3.6, appendix B; for friction: M. Otter, H. Elmqvist, S. E. Mattsson,
            Hybrid modeling in Modelica based on the synchronous data flow principle, CACSD 1999.
@@ -21,7 +24,7 @@ from typing import TypeAlias
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
-from planarc.solve.events.crossings import NOISE, SILENCE, Crossings
+from planarc.solve.events.crossings import EXACT, NOISE, QUIET, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
 
@@ -34,6 +37,9 @@ MOST_SEARCHED = 10
 #: Instants of crossings are found so exactly that a function is this part of its largest
 #: value there, at most.
 NEAR = 1e-9
+
+#: What reaches zero within this part of the time that `rises` looks ahead is at zero.
+SOON = 1e-7
 
 #: The truths of the relations, and the discrete values, at one iteration.
 Snapshot: TypeAlias = tuple[float, ...]
@@ -48,7 +54,7 @@ class Settling:
     """The iteration at one instant. Problems are told in `done`.
 
     `held` are the relations that keep their truth as long as their zero function is not
-    above `bound`.
+    above `bound`, and the values of these functions. `before` are the values from integration.
     """
 
     def __init__(
@@ -58,17 +64,22 @@ class Settling:
         t: float,
         done: Processed,
         crossing: Mapping[int, bool],
+        before: Sequence[float],
     ) -> None:
         self.program, self.kernel = crossings.program, crossings.kernel
         self.crossings, self.whens = crossings, whens
         self.t, self.done = t, done
-        self.held = dict(crossing)
         now, largest = crossings.now, crossings.largest
-        self.bound = {i: 2 * abs(now[i]) + NOISE * max(1.0, largest[i]) for i in crossing}
+        self.held = {i: now[i] for i in crossing}
+        self.bound = {i: 2 * abs(now[i]) + NOISE * largest[i] for i in crossing}
+        self._before, self._known_noise = before, [0.0][:0]
         self._turned: Counter[int] = Counter()
 
-    def settle(self) -> bool:
-        """Iterates with fixed pre-values until nothing changes; false where that fails."""
+    def settle(self, moved: bool) -> bool:
+        """Iterates with fixed pre-values until nothing changes; false where that fails.
+
+        `moved`: states were set anew, and with these what held relations compare.
+        """
         seen: set[Snapshot] = set()
         careful = False
         restless: set[int] = set()
@@ -78,6 +89,9 @@ class Settling:
             trail.append(before)
             if not self._evaluate():
                 return False
+            if moved:
+                moved = False
+                self._release()
             restless |= self._take_signs(careful)
             now = snapshot(self.program, self.kernel)
             if now == before:
@@ -106,6 +120,7 @@ class Settling:
     def _evaluate(self) -> bool:
         """The equations and the zero functions with the stored truths as they are."""
         t, y = self.t, self.done.y
+        self._known_noise = []
         if self.kernel.outputs(t, y) != 0 or self.kernel.discrete() < 0:
             return self.failed()
         problem = self.whens.assign(t, self.whens.edges())
@@ -147,8 +162,7 @@ class Settling:
         for i, relation in enumerate(self.program.relations):
             size = abs(self.crossings.now[i])
             if size <= near * max(1.0, self.crossings.largest[i]) and not relation.time_only:
-                self.held[i] = self.kernel.w[relation.slot] != 0
-                self.bound[i] = 2 * size
+                self.held[i], self.bound[i] = self.crossings.now[i], 2 * size
 
     def _take_signs(self, careful: bool) -> set[int]:
         """Truth from the zero functions, but not for those that are at zero here; gives those
@@ -156,30 +170,49 @@ class Settling:
         w, crossings = self.kernel.w, self.crossings
         wanted: dict[int, bool] = {}
         for i, relation in enumerate(self.program.relations):
-            size = abs(crossings.now[i])
+            truth = crossings.sign(i)
             if i in self.held:
-                if size > self.bound[i]:
-                    del self.held[i]
-                else:
+                if abs(crossings.now[i]) <= self.bound[i]:
                     continue
-            if size > max(NOISE * crossings.largest[i], SILENCE) or relation.time_only:
-                truth = crossings.sign(i)
-                if truth != (w[relation.slot] != 0):
-                    wanted[i] = truth
+                del self.held[i]
+            if truth != (w[relation.slot] != 0) and (relation.time_only or self._is_clear(i)):
+                wanted[i] = truth
         if careful and not all(wanted.values()):
             wanted = {i: truth for i, truth in wanted.items() if not truth}
         for i, truth in wanted.items():
             w[self.program.relations[i].slot] = float(truth)
         return set(wanted)
 
+    def _is_clear(self, i: int) -> bool:
+        """Whether the value of a zero function is more than an error of rounding. One that
+        was changed at this instant is known better than one that was integrated."""
+        now, largest = self.crossings.now[i], self.crossings.largest[i]
+        if abs(now) <= EXACT or abs(now) > max(QUIET, NOISE * largest):
+            return True
+        noise = self._noise()[i]
+        least = noise if abs(now - self._before[i]) > noise else max(noise, NOISE * largest)
+        return abs(now) > least
+
+    def _noise(self) -> list[float]:
+        if not self._known_noise:
+            self._known_noise = self.crossings.noise(self.t, self.done.y)
+        return self._known_noise
+
+    def _release(self) -> None:
+        """Hold no relation any more of which a side was set anew."""
+        now = self.crossings.now
+        for i, value in list(self.held.items()):
+            if now[i] != value and abs(now[i] - value) > self._noise()[i]:
+                del self.held[i]
+
     def look_ahead(self) -> bool:
         """Relations at zero take their truth right after this instant; true if one changed."""
         w, relations, crossings = self.kernel.w, self.program.relations, self.crossings
-        rest = [NOISE * max(1.0, size) for size in crossings.largest]
+        rest = [self.bound.get(i, NOISE * size) for i, size in enumerate(crossings.largest)]
         near = [
             i
             for i, now in enumerate(crossings.now)
-            if self._turned[i] < 2 and abs(now) <= self.bound.get(i, rest[i])
+            if self._turned[i] < 2 and abs(now) <= max(rest[i], NOISE)
         ]
         if not near:
             return False
@@ -188,11 +221,13 @@ class Settling:
             return False
         changed = False
         for i in near:
+            if abs(crossings.now[i]) > max(rest[i], SOON * abs(rises[i])):
+                continue
             if abs(rises[i]) > 1e-4 * NOISE * crossings.largest[i]:
                 truth = rises[i] < 0
                 if truth != (w[relations[i].slot] != 0):
                     w[relations[i].slot] = float(truth)
-                    self.held[i], changed = truth, True
-                    self.bound.setdefault(i, rest[i])
+                    self.held[i], changed = crossings.now[i], True
+                    self.bound[i] = max(rest[i], abs(crossings.now[i]))
                     self._turned[i] += 1
         return changed

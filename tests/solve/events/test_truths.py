@@ -1,0 +1,153 @@
+"""Truths at events are those of the values there, down to zero and at any scale."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planarc
+
+SOLVERS = ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"]
+
+
+@pytest.fixture(params=["numpy", "native"])
+def backend(request: pytest.FixtureRequest) -> str:
+    if request.param == "native":
+        pytest.importorskip("llvmlite")
+    return str(request.param)
+
+
+def run(body: str, backend: str, stop: float, **options: object) -> planarc.Result:
+    model = planarc.load(f"model M\n{body}\nend M;", backend=backend)
+    return model.simulate(stop, intervals=20, **options)  # type: ignore[arg-type]
+
+
+def last_before(result: planarc.Result, name: str, t: float) -> float:
+    return float(result[name][np.flatnonzero(result.time < t)[-1]])
+
+
+RELATIONS = {"u > 0": (1, 0, 0), "u >= 0": (1, 1, 0), "u < 0": (0, 0, 1), "u <= 0": (0, 1, 1)}
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+@pytest.mark.parametrize("down", [True, False])
+def test_zero_is_on_the_side_that_the_relation_says(
+    backend: str, relation: str, down: bool
+) -> None:
+    """A step function through 1, 0 and -1, or back."""
+    sign = 1 if down else -1
+    result = run(
+        f"""
+  Real u = {sign}*(if time < 1 then 1 elseif time < 2 then 0 else -1);
+  Boolean b = {relation};""",
+        backend,
+        3.0,
+    )
+    found = [last_before(result, "b", t) for t in (1.0, 2.0, 3.0)]
+    assert found == list(RELATIONS[relation][::sign])
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+def test_a_sampled_value_that_is_zero(backend: str, relation: str) -> None:
+    result = run(
+        f"""
+  Integer u(start=1, fixed=true);
+  Boolean b = {relation};
+equation
+  when sample(1, 1) then
+    u = pre(u) - 1;
+  end when;""",
+        backend,
+        2.5,
+    )
+    assert [last_before(result, "b", t) for t in (1.0, 2.0, 2.5)] == list(RELATIONS[relation])
+
+
+def test_a_limit_reached_exactly(backend: str) -> None:
+    result = run(
+        """
+  Real u = min(time, 1);
+  Boolean full = u >= 1, more = u > 1;""",
+        backend,
+        2.0,
+    )
+    assert [result[n][-1] for n in ("full", "more")] == [1, 0]
+    assert last_before(result, "full", 1.0) == 0
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_counter_follows_the_time(backend: str, solver: str) -> None:
+    """The relation is true for one instant only, and ready for the next."""
+    result = run(
+        """
+  Integer count(start=0, fixed=true);
+equation
+  when integer(time) > pre(count) then
+    count = pre(count) + 1;
+  end when;""",
+        backend,
+        5.5,
+        solver=solver,
+    )
+    assert [e.time for e in result.events] == pytest.approx([1, 2, 3, 4, 5], abs=1e-9)
+    assert result["count"][-1] == 5
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("scale", [1e-100, 1e-18, 1e-13, 1.0, 1e13])
+def test_events_do_not_depend_on_the_unit(backend: str, solver: str, scale: float) -> None:
+    """x falls from s to -s, and is set to s again: at any size s."""
+    result = run(
+        f"""
+  parameter Real s = {scale};
+  Real x(start=s, fixed=true, nominal=s);
+  Integer below(start=0, fixed=true), ends(start=0, fixed=true);
+equation
+  der(x) = -s;
+  when x < 0 then
+    below = pre(below) + 1;
+  end when;
+  when x <= -s then
+    ends = pre(ends) + 1;
+    reinit(x, s);
+  end when;""",
+        backend,
+        4.5,
+        solver=solver,
+    )
+    assert [e.time for e in result.events] == pytest.approx([1, 2, 3, 4], abs=1e-6)
+    assert [result["below"][-1], result["ends"][-1]] == [2, 2]
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("keeps", [0.5, 0.7, 0.8])
+def test_a_ball_that_bounces_to_its_rest_stays_on_the_floor(
+    backend: str, keeps: float, tolerance: float
+) -> None:
+    """The speed is set anew at the instant at which it is zero: what holds for the new one
+    counts. Impacts pile up at sqrt(2/g)*(1 + e)/(1 - e)."""
+    result = run(
+        f"""
+  Real h(start=1, fixed=true), v(start=0, fixed=true);
+  Boolean flies(start=true, fixed=true), touches;
+  discrete Real next(start=0, fixed=true);
+equation
+  touches = h <= 0;
+  der(h) = v;
+  der(v) = if flies then -9.81 else 0;
+  when {{h <= 0 and v <= 0, touches}} then
+    next = if edge(touches) then -{keeps}*pre(v) else 0;
+    flies = next > 0;
+    reinit(v, next);
+  end when;""",
+        backend,
+        5.0,
+        tolerance=tolerance,
+    )
+    assert result.ended is None
+    end = np.sqrt(2 / 9.81) * (1 + keeps) / (1 - keeps)
+    assert result.events[-1].time == pytest.approx(end, rel=0.05)
+    assert result["flies"][-1] == 0
+    assert abs(result["h"]).min() < 1e-3
+    assert result["h"].min() > -10 * tolerance
+    assert result["v"][-1] == 0
