@@ -13,6 +13,9 @@ errors of rounding at the event do not matter:
 
     even: 2*floor((y + 1/2)/2)          odd: 2*floor((y - 1/2)/2) + 1
 
+At a whole number the wave is not zero but next to nothing, with the sign of the interval
+that begins there: a value that comes to lie on a whole number is rounded to it.
+
 Example: `mod(time, 1)` is a sawtooth with events at 1, 2, 3, ...
 
 So that a run may start at any whole number, `y = x + s`, where `s` (0 or 1) is chosen at
@@ -27,6 +30,9 @@ from planarc.ir.expr import Expr
 from planarc.lower.operators import divide
 from planarc.lower.scope import Scope
 
+#: Far below all rounding errors.
+EDGE = 1e-250
+
 
 def floor(scope: Scope, x: Expr, span: Span) -> Expr:
     """The largest whole number that is not above `x`."""
@@ -37,6 +43,8 @@ def floor(scope: Scope, x: Expr, span: Span) -> Expr:
     phase = _phase(scope, x, span)
     y = t.add(x, phase)
     wave = t.sub(half, t.call("abs", t.sub(t.call("mod", t.add(y, half), two), one)))
+    begins = t.sub(t.const(EDGE), t.mul(t.const(2 * EDGE), t.call("mod", y, two)))
+    wave = t.if_(t.equal(wave, t.zero), begins, wave)
     odd = scope.model.relation(wave, True, span.text or "floor", span)
     upper = t.mul(two, t.call("floor", t.mul(half, t.add(y, half))))
     lower = t.add(t.mul(two, t.call("floor", t.mul(half, t.sub(y, half)))), one)

@@ -67,12 +67,13 @@ def test_a_limit_reached_exactly(backend: str) -> None:
     result = run(
         """
   Real u = min(time, 1);
-  Boolean full = u >= 1, more = u > 1;""",
+  Boolean full = u >= 1, more = u > 1;
+  Integer whole = integer(u);""",
         backend,
         2.0,
     )
-    assert [result[n][-1] for n in ("full", "more")] == [1, 0]
-    assert last_before(result, "full", 1.0) == 0
+    assert [result[n][-1] for n in ("full", "more", "whole")] == [1, 0, 1]
+    assert last_before(result, "full", 1.0) == last_before(result, "whole", 1.0) == 0
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -91,6 +92,41 @@ equation
     )
     assert [e.time for e in result.events] == pytest.approx([1, 2, 3, 4, 5], abs=1e-9)
     assert result["count"][-1] == 5
+
+
+@pytest.mark.parametrize("call", ["integer(floor(x))", "integer(ceil(floor(x)))"])
+@pytest.mark.parametrize("start", [0, -3])
+@pytest.mark.parametrize("speed", [1, -1])
+def test_the_whole_part_of_a_whole_number(backend: str, call: str, start: int, speed: int) -> None:
+    result = run(
+        f"""
+  Real x(start={start}.5, fixed=true);
+  Integer n = {call};
+equation
+  der(x) = {speed};""",
+        backend,
+        4.25,
+    )
+    clear = np.abs(result["x"] - np.round(result["x"])) > 1e-3
+    assert result["n"][clear].tolist() == np.floor(result["x"][clear]).tolist()
+
+
+def test_the_whole_part_of_sampled_values(backend: str) -> None:
+    result = run(
+        """
+  Real u(start=-1.5, fixed=true);
+  Integer low = integer(u), high = integer(ceil(u)), towards = div(integer(2*u), 2);
+equation
+  when sample(0.5, 0.5) then
+    u = pre(u) + 0.5;
+  end when;""",
+        backend,
+        3.2,
+    )
+    u = result["u"]
+    assert result["low"].tolist() == np.floor(u).tolist()
+    assert result["high"].tolist() == np.ceil(u).tolist()
+    assert result["towards"].tolist() == np.trunc(u).tolist()
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
