@@ -36,6 +36,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "flatten": ("flatten", "flatten"),
     "equations": ("equations", "equations"),
     "compile": ("compile", "compile_model"),
+    "explain": ("explain", "explain"),
     "list": ("list", "list_classes"),
     "doc": ("doc", "doc"),
     "fmt": ("fmt", "fmt"),

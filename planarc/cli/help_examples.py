@@ -29,6 +29,7 @@ _EXAMPLES = {
         "planarc compile four_bar.pmo",
         "planarc compile four_bar.pmo --emit llvm > four_bar.ll",
     ),
+    "explain": ("planarc explain F320", "planarc explain R"),
     "list": (
         "planarc list",
         "planarc list PlanarMultiBody.Joints",

@@ -78,7 +78,8 @@ def _columns(b: Tensor) -> list[Tensor]:
 
 def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
     exponent = expr(b)
-    if not exponent.is_const or exponent.data < 0 or not isinstance(a, Tensor):
+    whole = exponent.is_const and exponent.data >= 0 and float(exponent.data).is_integer()
+    if not whole or not isinstance(a, Tensor):
         raise error("L304", "the power of a matrix needs a constant whole exponent", span)
     n = a.shape[0]
     one = Tensor((n, n), tuple(t.one if r == c else t.zero for r in range(n) for c in range(n)))

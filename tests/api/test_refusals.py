@@ -1,0 +1,68 @@
+"""Refusals of the Python interface that depend on the system or on other processes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import planarc
+from planarc.api import variant
+from planarc.api.analysis import drive
+from planarc.catalog.handbook.page import write_handbook
+from planarc.core.diagnostic import UsageError
+from planarc.ir.expr import Exprs
+from planarc.study import workers
+from planarc.study.journal import Journal
+from planarc.view.page.report import write_report
+from planarc.view.scene import make_scene
+
+CART = "model Cart Real x = time; end Cart;"
+
+
+def test_native_code_without_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(UsageError, match="C207"):
+        planarc.load(CART, backend="native")
+
+
+def test_an_element_that_would_follow_its_parameters_no_longer() -> None:
+    computed: Any = SimpleNamespace(name="n[2]", settable=False, structural=False)
+    with pytest.raises(UsageError, match="C205"):
+        variant._refuse_computed([computed], {"n[1]": 3.0})
+
+
+def test_a_coordinate_whose_torque_no_equation_leaves_open() -> None:
+    given: Any = SimpleNamespace(table=Exprs(), equations=(), variables=())
+    with pytest.raises(UsageError, match="C247"):
+        drive._with_motions(given, ["hinge.phi"], {"hinge.phi": "hinge.tau"})
+
+
+def test_a_journal_that_another_study_is_writing(tmp_path: Path) -> None:
+    first = Journal(tmp_path / "journal", "key")
+    with pytest.raises(UsageError, match="C234"):
+        Journal(tmp_path / "journal", "key")
+    assert first.done == {}
+
+
+def test_a_metric_that_no_process_can_be_sent(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sys, "platform", "darwin")
+    payload: Any = lambda result: 0.0  # noqa: E731
+    with pytest.raises(UsageError, match="C236"):
+        workers._hand_over(payload, tmp_path)
+
+
+def test_a_report_of_a_curve_that_is_not_there(tmp_path: Path) -> None:
+    result = planarc.load(CART).simulate().rows
+    with pytest.raises(UsageError, match="V102"):
+        write_report(tmp_path / "cart.html", result, make_scene(result), curves=["y"])
+
+
+def test_a_handbook_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="V103"):
+        write_handbook(tmp_path / "nowhere" / "handbook.html", "Parts", [])

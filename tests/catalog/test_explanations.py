@@ -1,0 +1,85 @@
+"""Every code is explained, and every example of an explanation raises its code.
+
+A code is raised by a test when its example is run here, or when a test or a case outside of
+this folder names it.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from planarc.catalog.explanations import FOLDER, Explanation, explain
+from planarc.cli.app import run
+from planarc.core.codes import STAGES, Code
+from planarc.core.diagnostic import PlanarcError
+
+TESTS = Path(__file__).parents[1]
+EXAMPLES = TESTS.parent / "examples"
+EXPLAINED = [explain(code) for code in Code]
+#: Codes that come with another one: too many equations here are too few elsewhere.
+COMPANIONS = {"S302": {"S303"}, "C243": {"S302", "S303"}}
+SHOWN = [e for e in EXPLAINED if e.example]
+
+
+@cache
+def named_by_tests() -> frozenset[str]:
+    """The codes that tests and cases name."""
+    files = [f for f in TESTS.rglob("*") if f.suffix in (".py", ".case", ".pmo", ".mo")]
+    texts = [f.read_text("utf-8") for f in files if f.parent != Path(__file__).parent]
+    return frozenset(re.findall(r"\b[A-Z]\d{3}\b", "\n".join(texts)))
+
+
+def test_a_file_for_each_stage_with_its_codes_in_order() -> None:
+    assert {f.stem for f in FOLDER.glob("*.md")} == set(STAGES)
+    for file in FOLDER.glob("*.md"):
+        heads = re.findall(r"^## (.*)$", file.read_text("utf-8"), re.MULTILINE)
+        assert heads == [c for c in Code.__members__ if c.startswith(file.stem)]
+
+
+@pytest.mark.parametrize("found", EXPLAINED, ids=lambda e: e.code.name)
+def test_every_code_has_a_cause_and_a_cure(found: Explanation) -> None:
+    assert found.cause and found.cure
+    for text in (*found.cause, found.cure):
+        assert text[0].isupper() or text.startswith(("`", "planarc")), text
+        assert text.endswith((".", "?", ":", "`")), text
+        assert "  " not in text
+
+
+@pytest.mark.parametrize("code", Code, ids=lambda c: c.name)
+def test_every_code_is_raised_by_a_test(code: Code) -> None:
+    assert explain(code).example or code.name in named_by_tests()
+
+
+@pytest.mark.parametrize("found", SHOWN, ids=lambda e: e.code.name)
+def test_an_example_raises_its_code(
+    found: Explanation,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = [line for kind, text in found.example if kind == "sh" for line in text.splitlines()]
+    blocks = dict(found.example)
+    if "modelica" in blocks:
+        names = re.findall(r"\S+\.(?:pmo|mo)\b", " ".join(commands)) or ["example.pmo"]
+        Path(names[0]).write_text(blocks["modelica"], encoding="utf-8")
+        models = re.findall(r"^(?:model|block) (\w+)", blocks["modelica"], re.MULTILINE)
+        commands = commands or [" ".join(["planarc simulate example.pmo", *models[-1:]])]
+    for line in commands:
+        for word in shlex.split(line):
+            if (EXAMPLES / word).is_file() and not Path(word).exists():
+                Path(word).write_bytes((EXAMPLES / word).read_bytes())
+        assert line.startswith("planarc ")
+        run(shlex.split(line)[1:])
+    told = re.findall(r"\w+\[(\w\d{3})\]", capsys.readouterr().err)
+    if "python" in blocks:
+        with pytest.raises(PlanarcError) as caught:
+            exec(blocks["python"], {})
+        told += [d.code for d in caught.value.diagnostics]
+    assert found.code.name in told
+    assert set(told) <= {found.code.name} | COMPANIONS.get(found.code.name, set())
