@@ -335,7 +335,7 @@ class Env(Data):
 
     def typed(self, expression: syntax.Expression) -> flat.Expression:
         """The typed form of an expression: every name resolved, every node with its type."""
-        return self.scope.session.makers.typed(expression, self)
+        return self.scope.instance.session.makers.typed(expression, self)
 
     @property
     def hidden(self) -> frozenset[str]:
