@@ -13,7 +13,6 @@ import pytest
 
 from planarc.catalog import survey
 from planarc.cli.app import run
-from planarc.core.processes import Crew, Lost
 from planarc.request.request import Request
 
 REPOSITORY = Path(__file__).parents[2]
@@ -128,35 +127,6 @@ def test_wrong_requests(capsys: pytest.CaptureFixture[str]) -> None:
 FORKED = pytest.mark.skipif(
     sys.platform != "linux", reason="the processes are no copies of this one"
 )
-
-
-@pytest.fixture
-def misbehave(hang: Callable[[], None]) -> Callable[[str], str]:
-    def work(job: str) -> str:
-        if job == "die":
-            os.kill(os.getpid(), signal.SIGKILL)
-        if job == "hang":
-            hang()
-        return job.upper()
-
-    return work
-
-
-@FORKED
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_crew_survives_its_workers(misbehave: Callable[[str], str], workers: int) -> None:
-    jobs = ["a", "die", "b", "hang", "c", "die", "d"]
-    working: Crew[str, str] = Crew(misbehave, workers, limit=1.0)
-    working.add(jobs)
-    found = sorted((job, result) for job, result in working if not isinstance(result, Lost))
-    assert found == [("a", "A"), ("b", "B"), ("c", "C"), ("d", "D")]
-
-
-@FORKED
-def test_a_crew_says_why_a_job_is_lost(misbehave: Callable[[str], str]) -> None:
-    working: Crew[str, str] = Crew(misbehave, 2, limit=1.0)
-    working.add(["die", "hang"])
-    assert dict(working) == {"die": Lost.DIED, "hang": Lost.TOO_LONG}
 
 
 @FORKED

@@ -1,4 +1,4 @@
-"""A crew of processes: nothing of it outlives the process that hired it."""
+"""A crew of processes: it survives its workers, and none of them outlives the first process."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ import select
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
+
+from planarc.core.processes import Crew, Lost
+
+FORKED = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the processes are no copies of this one"
+)
 
 PROGRAM = """
 import os, signal, sys
@@ -28,7 +35,36 @@ for job, result in crew:
 """
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="how Linux ends processes")
+@pytest.fixture
+def misbehave(hang: Callable[[], None]) -> Callable[[str], str]:
+    def work(job: str) -> str:
+        if job == "die":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if job == "hang":
+            hang()
+        return job.upper()
+
+    return work
+
+
+@FORKED
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_crew_survives_its_workers(misbehave: Callable[[str], str], workers: int) -> None:
+    jobs = ["a", "die", "b", "hang", "c", "die", "d"]
+    working: Crew[str, str] = Crew(misbehave, workers, limit=1.0)
+    working.add(jobs)
+    found = sorted((job, result) for job, result in working if not isinstance(result, Lost))
+    assert found == [("a", "A"), ("b", "B"), ("c", "C"), ("d", "D")]
+
+
+@FORKED
+def test_a_crew_says_why_a_job_is_lost(misbehave: Callable[[str], str]) -> None:
+    working: Crew[str, str] = Crew(misbehave, 2, limit=1.0)
+    working.add(["die", "hang"])
+    assert dict(working) == {"die": Lost.DIED, "hang": Lost.TOO_LONG}
+
+
+@FORKED
 @pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGTERM])
 def test_the_others_end_when_the_first_process_is_killed(kind: signal.Signals) -> None:
     """One of them waits for a job, two never end theirs. All hold the end of a pipe, which is

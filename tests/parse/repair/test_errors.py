@@ -15,7 +15,7 @@ from planarc.core.render import render_all
 from planarc.core.source import Source
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
 
-CASES = sorted((Path(__file__).parent.parent / "golden" / "parse").glob("*.txt"))
+CASES = sorted((Path(__file__).parents[2] / "golden" / "parse").glob("*.txt"))
 REPORTED = "======== reported ========\n"
 
 Errors = Callable[[str], tuple[Diagnostic, ...]]
