@@ -1,4 +1,4 @@
-"""What a mechanism is and does, beyond the values of its variables.
+"""The structure, energy and motion of a mechanism, beyond the values of its variables.
 
     module      takes                        gives
     ---------   --------------------------   ---------------------------------------
@@ -8,5 +8,6 @@
     kinematics  Mechanism, Result            paths, forces, velocities, instant centres
     facts       all of these                 rows for people
 
-`study.study(result)` calls them in a row.
+`study.study(result)` calls them in a row. Of components they know what these declare
+(`annotation(__planarc(...))`) and what their connectors hold, but no class and no variable.
 """

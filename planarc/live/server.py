@@ -228,7 +228,7 @@ class LiveServer:
 
 
 def _listen(port: int, application: Any) -> BaseWSGIServer:
-    """werkzeug's server; it writes no log, and says by itself nothing when a port is taken."""
+    """A server of werkzeug's; it writes no log, and says by itself nothing when a port is taken."""
     import os
     import socket
 

@@ -1,4 +1,4 @@
-"""The model as a live page has it: compiled as often as it must be, run as often as it is moved.
+"""The model of a live page: compiled as often as it must be, run as often as it is moved.
 
 In:   Order    the values, start values and classes that the page asks for
 Out:  a value for `json`: the motion and the curves, or what is wrong; and the fields of the
@@ -34,7 +34,7 @@ from planarc.request.request import Request, open_target
 
 #: The most compiled models that are kept.
 _KEPT = 24
-#: Characters for the curves of an answer: a page that follows a finger must not be large.
+#: The most characters of the curves in an answer: a page that follows a finger is small.
 _ROOM = 700_000
 _QUOTED = re.compile(r"`([^`]+)`")
 
@@ -343,7 +343,7 @@ def _field_name(f: Field) -> str:
 
 
 def _named(d: Diagnostic) -> list[str]:
-    """What a message puts in backticks; a variable may be meant by its start value."""
+    """The names that a message puts in backticks; a start value may stand for its variable."""
     found = [n for text in (d.message, d.hint or "") for n in _QUOTED.findall(text)]
     return [*found, *(f"{n}.start" for n in found)]
 

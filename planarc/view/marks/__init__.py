@@ -1,4 +1,4 @@
-"""What a drawn thing looks like: known here, drawn by pictures and by the page's script.
+"""The look of drawn things: known here, drawn by pictures and by the page's script.
 
 module      takes                  gives
 ---------   --------------------   ----------------------------------------------

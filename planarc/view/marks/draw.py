@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
+
+from msgspec.structs import replace
 
 from planarc.view.item import Item
 from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
@@ -20,6 +23,11 @@ _BANDS = ((-0.25, -0.92, -0.44), (0.3, 0.04, 0.52))
 
 def marks_of(item: Item, pixel: float, dark: bool = False) -> tuple[Mark, ...]:
     """The marks of an item, from the lowest to the highest; none if it has no size yet."""
+    return _marks(replace(item, component="", x=0.0, y=0.0, angle=0.0, height=0.0), pixel, dark)
+
+
+@lru_cache(maxsize=2000)  # most things only move
+def _marks(item: Item, pixel: float, dark: bool) -> tuple[Mark, ...]:
     length, width = float(item.length), float(item.width)
     shape = shape_of(item)
     if ("l" in shape.needs and not length) or ("w" in shape.needs and not width):
@@ -43,6 +51,7 @@ class _Artist:
 
     def __init__(self, sizes: tuple[float, ...], paint: Paint, dark: bool) -> None:
         self._sizes, self._paint, self._dark = sizes, paint, dark
+        self._paints: dict[float, Paint] = {0.0: paint}
 
     def marks(self, form: Form) -> Iterator[Mark]:
         points = tuple((x.of(self._sizes), y.of(self._sizes)) for x, y in form.points)
@@ -76,7 +85,9 @@ class _Artist:
         if tint is None:
             return None
         share = tint[self._dark]
-        return self._paint.towards(255.0 if share > 0 else 0.0, abs(share))
+        if share not in self._paints:
+            self._paints[share] = self._paint.towards(255.0 if share > 0 else 0.0, abs(share))
+        return self._paints[share]
 
     def _style(self, form: Form) -> Style:
         _, _, pixel, *_ = self._sizes

@@ -14,20 +14,23 @@ import math
 
 from planarc.core.data import Data
 
-#: Pixels: the least width of what is only a line.
+#: The least width (pixels) of what is only a line.
 THIN = 1.6
-#: The head of an arrow is so many times as long as its shaft is thick.
+#: The length of an arrow's head over the thickness of its shaft.
 _HEAD = 4.5
 BASIS = "lwpshxi"
 
 
 class Measure(Data):
-    """A sum of multiples of the basis above."""
+    """A sum of multiples of the basis above, by their places in it."""
 
-    parts: tuple[float, ...]
+    terms: tuple[tuple[int, float], ...]
 
     def __add__(self, other: Measure) -> Measure:
-        return Measure(tuple(a + b for a, b in zip(self.parts, other.parts, strict=True)))
+        parts = dict(self.terms)
+        for place, factor in other.terms:
+            parts[place] = parts.get(place, 0.0) + factor
+        return Measure(tuple((p, f) for p, f in sorted(parts.items()) if f))
 
     def __sub__(self, other: Measure) -> Measure:
         return self + -other
@@ -36,17 +39,18 @@ class Measure(Data):
         return -1.0 * self
 
     def __rmul__(self, factor: float) -> Measure:
-        return Measure(tuple(factor * a for a in self.parts))
+        return Measure(tuple((p, factor * f) for p, f in self.terms if factor))
 
     def of(self, sizes: tuple[float, ...]) -> float:
-        """In metres, by the sizes of the basis."""
-        return sum(a * size for a, size in zip(self.parts, sizes, strict=True) if a)
+        """The length in metres, by the sizes of the basis."""
+        total = 0.0
+        for place, factor in self.terms:
+            total += factor * sizes[place]
+        return total
 
 
-L, W, PIXEL, SHAFT, HEAD, EXTRA, METRE = (
-    Measure(tuple(float(n == letter) for n in BASIS)) for letter in BASIS
-)
-ZERO = 0.0 * L
+ZERO = Measure(())
+L, W, PIXEL, SHAFT, HEAD, EXTRA, METRE = (Measure(((p, 1.0),)) for p in range(len(BASIS)))
 
 
 def sizes_of(length: float, width: float, extra: float, pixel: float) -> tuple[float, ...]:

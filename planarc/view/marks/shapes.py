@@ -1,4 +1,4 @@
-"""What each kind of item looks like: its forms, in its own axes, before its size is known.
+"""The look of each kind of item: its forms, in its own axes, before its size is known.
 
 In:   Item
 Out:  Shape   forms from the lowest to the highest; x along the item's length, y to its left
@@ -34,8 +34,7 @@ from planarc.view.marks.measure import (
     W,
 )
 
-#: How far the item's colour is turned to black (below 0) or white (above), and the same on a
-#: dark ground.
+#: The share of black (below 0) or white (above) in the item's colour, on light and dark ground.
 Tint: TypeAlias = tuple[float, float]
 Place: TypeAlias = tuple[Measure, Measure]
 
@@ -45,7 +44,7 @@ _HATCH: Tint = (-0.4, 0.0)
 
 
 class Form(Data):
-    """A mark to be.
+    """A mark whose size is not known yet.
 
     line      straight through `points`, `closed` or not
     bar       between two opposite corners, its ends rounded by `radius` and longer by that
@@ -68,7 +67,7 @@ class Form(Data):
 
 
 class Shape(Data):
-    """`needs` are the sizes, `l` and `w`, without which nothing is drawn."""
+    """Forms of an item; `needs` are the sizes, `l` and `w`, without which none is drawn."""
 
     forms: tuple[Form, ...]
     needs: str = ""
@@ -84,7 +83,10 @@ def bounded_extra(item: Item) -> Track:
     """The `extra` by which a shape is measured, within its bounds."""
     import numpy as np
 
-    low, high, default = _VARY.get((item.kind, item.shape, item.upright), (0.0, 0.0, 0.0))
+    bounds = _VARY.get((item.kind, item.shape, item.upright))
+    if bounds is None:
+        return 0.0
+    low, high, default = bounds
     value = np.where(np.asarray(item.extra) == 0.0, default, item.extra).clip(low, high)
     return float(value) if value.ndim == 0 else value
 
@@ -116,7 +118,7 @@ def _shape(
 
 
 def _first(value: Track) -> float:
-    """Of a number of turns or teeth that changes, the first."""
+    """The number of turns or teeth; the first one of a number that changes."""
     number = float(value) if isinstance(value, (int, float)) else float(value[0])
     return number if math.isfinite(number) else 0.0
 
@@ -232,7 +234,7 @@ _ALONG = (1.0, 0.0)
 
 
 def _arrow(along: tuple[float, float], heads: int) -> Iterator[Form]:
-    """From the origin by L along a unit vector."""
+    """An arrow from the origin by L along a unit vector."""
     u, v = along
 
     def at(forward: Measure, left: Measure = ZERO) -> Place:

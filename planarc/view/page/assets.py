@@ -20,7 +20,7 @@ from string import Template
 _HERE = Path(__file__).parent
 _VENDOR = _HERE.parent / "vendor"
 
-#: In the order in which they build on each other.
+#: The modules of the player, in the order in which they build on each other.
 PLAYER = ("base.js", "series.js", "paint.js", "layers.js", "stage.js", "player.js")
 PLOTS = ("plots.js", "tree.js")
 STYLES = ("base.css", "player.css", "plots.css")
@@ -58,12 +58,12 @@ def head(title: str, scripts: Sequence[str], sheets: Sequence[str]) -> str:
 
 
 def policy(*scripts: str) -> str:
-    """What a content security policy calls these scripts: their hashes."""
+    """The hashes by which a content security policy calls these scripts."""
     return " ".join(f"'sha256-{_digest(s)}'" for s in scripts)
 
 
 def embed_json(value: object) -> str:
-    """JSON that cannot leave its script element, nor end a line in old engines."""
+    """The data as JSON that cannot leave its script element, nor end a line in old engines."""
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")

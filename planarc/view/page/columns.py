@@ -22,7 +22,7 @@ Encoded: TypeAlias = "float | str | None"
 
 
 class Columns:
-    """Gives numbers to columns of some rows of a result; `all` holds them encoded."""
+    """Numbered columns of some rows of a result; `all` holds them encoded."""
 
     def __init__(self, rows: NDArray[np.int64] | slice) -> None:
         self._rows = rows
@@ -60,5 +60,5 @@ def encode(values: NDArray[Any], form: str = "<f4") -> str:
 
 
 def number(value: float) -> float | None:
-    """With seven digits; None where it is not finite."""
+    """The number with seven digits; None where it is not finite."""
     return float(f"{value:.7g}") + 0.0 if math.isfinite(value) else None

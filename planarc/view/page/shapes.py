@@ -19,16 +19,17 @@ def _form(form: Form) -> dict[str, Any]:
     """A form without its defaults, with lengths by the basis that it uses."""
     lengths = {"width": form.width, "radius": form.radius, "hole": form.hole}
     own = [*(m for point in form.points for m in point), *lengths.values()]
-    used = [i for i in range(len(BASIS)) if any(m.parts[i] for m in own)]
+    used = sorted({place for m in own for place, _ in m.terms})
 
     def parts(measure: Measure) -> list[float | None]:
-        return [_short(measure.parts[i], BASIS[i]) for i in used]
+        factors = dict(measure.terms)
+        return [_short(factors.get(i, 0.0), BASIS[i]) for i in used]
 
     data: dict[str, Any] = {
         "kind": form.kind,
         "basis": "".join(BASIS[i] for i in used),
         "points": [[*parts(x), *parts(y)] for x, y in form.points],
-        **{name: parts(length) for name, length in lengths.items() if any(length.parts)},
+        **{name: parts(length) for name, length in lengths.items() if length.terms},
     }
     told = {"fill": form.fill, "line": form.line, "least": form.least, "text": form.text}
     data.update({name: value for name, value in told.items() if value})
