@@ -24,7 +24,7 @@ from planarc.api.values import Value, count, finite, parameter_values, start_val
 from planarc.api.variables import Names, Parameter, Variable
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
 from planarc.core.unknown import unknown_name
@@ -76,11 +76,11 @@ def load(
     if isinstance(source, Path):
         request = Request(source, class_name, folders)
     elif not isinstance(source, str):
-        raise UsageError(
-            Diagnostic("C206", f"a model is a file, a class or a text, not {type(source).__name__}")
+        raise usage_error(
+            "C206", f"a model is a file, a class or a text, not {type(source).__name__}"
         )
     elif not source.strip():
-        raise UsageError(Diagnostic("C206", "a model is a file, a class or a text, not nothing"))
+        raise usage_error("C206", "a model is a file, a class or a text, not nothing")
     elif _TEXT.search(source):
         request = Request(None, class_name, folders, text=source)
     elif source.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(source):
@@ -90,12 +90,10 @@ def load(
     else:
         request = Request(Path(source), class_name, folders)
     if request.file is not None and request.file.suffix.lower() in _RESULTS:
-        raise UsageError(
-            Diagnostic(
-                "C206",
-                f"`{request.file}` is a result, not a model",
-                hint=f"`planarc view {request.file}` shows it; load the model that made it",
-            )
+        raise usage_error(
+            "C206",
+            f"`{request.file}` is a result, not a model",
+            hint=f"`planarc view {request.file}` shows it; load the model that made it",
         )
     choice = _choice(Redundant, "treatment of redundant joints", redundant)
     return Model(replace(request, redundant=choice), _backend(backend))
@@ -220,8 +218,8 @@ class Model:
         where there is no start, RunStopped (with the `result` so far) where the run fails.
         """
         if progress is not None and not callable(progress):
-            raise UsageError(
-                Diagnostic("C202", f"`progress` takes a function of time, not `{progress!r:.40}`")
+            raise usage_error(
+                "C202", f"`progress` takes a function of time, not `{progress!r:.40}`"
             )
         model, settable = self.with_parameters(parameters)
         options = RunOptions(
@@ -462,7 +460,5 @@ def _backend(value: str | Backend | None) -> Backend:
     best = fastest_backend()
     chosen: Backend = best if value is None else _choice(Backend, "back end", value)
     if chosen is Backend.NATIVE and best is not chosen:
-        raise UsageError(
-            Diagnostic("C207", "the native back end needs `llvmlite`, which is not installed")
-        )
+        raise usage_error("C207", "the native back end needs `llvmlite`, which is not installed")
     return chosen

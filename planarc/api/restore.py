@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError
+from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.core.options import fastest_backend
 from planarc.core.prose import ticked
 from planarc.ir.dae import Kind
@@ -141,13 +141,11 @@ def _refuse_stranger(table: Table, name: str, program: Program) -> None:
     own = [c.name for c in program.columns if not c.constant and not c.name.startswith("$")]
     there = sum(n in table for n in own)
     if own and there < _SHARE * len(own):
-        raise UsageError(
-            Diagnostic(
-                "C290",
-                f"`{name}` is no result of `{program.name}`: it holds {there} of the model's"
-                f" {len(own)} variables",
-                hint="give the model that made it with `--model`",
-            )
+        raise usage_error(
+            "C290",
+            f"`{name}` is no result of `{program.name}`: it holds {there} of the model's"
+            f" {len(own)} variables",
+            hint="give the model that made it with `--model`",
         )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from planarc.core.diagnostic import Diagnostic, RunError, UsageError
+from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
 from planarc.core.unknown import unknown_name
 
@@ -170,19 +170,15 @@ class Result:
         try:
             asked = np.asarray(times, dtype=float)
         except (TypeError, ValueError, OverflowError):
-            raise UsageError(
-                Diagnostic("C202", f"times are numbers, not `{times!r:.60}`")
-            ) from None
+            raise usage_error("C202", f"times are numbers, not `{times!r:.60}`") from None
         first, last = float(self.time[0]), float(self.time[-1])
         slack = 1e-9 * (last - first)
         outside = ~((asked >= first - slack) & (asked <= last + slack))
         if outside.any():
-            raise UsageError(
-                Diagnostic(
-                    "C214",
-                    f"the run knows nothing of t = {asked[outside].flat[0]:g} s: it goes from "
-                    f"{first:g} to {last:g} s",
-                )
+            raise usage_error(
+                "C214",
+                f"the run knows nothing of t = {asked[outside].flat[0]:g} s: it goes from "
+                f"{first:g} to {last:g} s",
             )
         return asked
 
@@ -197,8 +193,8 @@ class Result:
             try:
                 pattern = re.compile(variables)
             except re.error as problem:
-                raise UsageError(
-                    Diagnostic("C220", f"`{variables}` is no regular expression: {problem}")
+                raise usage_error(
+                    "C220", f"`{variables}` is no regular expression: {problem}"
                 ) from None
             found = [n for n in columns if pattern.search(n)]
             if not found:

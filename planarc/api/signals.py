@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.ir.kernel import Capabilities
 
 if TYPE_CHECKING:
@@ -53,8 +53,8 @@ def read_motion(name: str, given: Signal, span: float) -> Motion:
         return lambda t: (value, 0.0, 0.0)
     times, values = read_table(name, given)
     if len(times) < 4:
-        raise UsageError(
-            Diagnostic("C210", f"the motion of `{name}` needs at least 4 points, not {len(times)}")
+        raise usage_error(
+            "C210", f"the motion of `{name}` needs at least 4 points, not {len(times)}"
         )
     from scipy.interpolate import CubicSpline
 
@@ -84,18 +84,14 @@ def read_table(name: str, given: Any) -> tuple[Any, Any]:
     if table.ndim == 2 and table.shape[0] != 2 and table.shape[1] == 2:
         table = table.T
     if table.ndim != 2 or table.shape[0] != 2 or table.shape[1] < 2:
-        raise UsageError(
-            Diagnostic(
-                "C210",
-                f"`{name}` takes a number, a function of time or a table (times, values)",
-                hint="give two sequences of equal length, with at least two points",
-            )
+        raise usage_error(
+            "C210",
+            f"`{name}` takes a number, a function of time or a table (times, values)",
+            hint="give two sequences of equal length, with at least two points",
         )
     times, values = table
     if not np.all(np.isfinite(table)) or not np.all(np.diff(times) > 0):
-        raise UsageError(
-            Diagnostic("C210", f"the table of `{name}` must be finite, with times that ascend")
-        )
+        raise usage_error("C210", f"the table of `{name}` must be finite, with times that ascend")
     return times, values
 
 
@@ -105,8 +101,8 @@ def _checked(name: str, function: Callable[[float], Any]) -> Callable[[float], f
             value = function(t)
         except Exception as problem:
             what = f"{type(problem).__name__}: {problem}"
-            raise UsageError(
-                Diagnostic("C211", f"the function for `{name}` fails at t = {t:.6g} s: {what}")
+            raise usage_error(
+                "C211", f"the function for `{name}` fails at t = {t:.6g} s: {what}"
             ) from problem
         return _finite(name, value, t)
 
@@ -119,11 +115,8 @@ def _finite(name: str, value: Any, t: float) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise UsageError(
-            Diagnostic(
-                "C211",
-                f"the value for `{name}` at t = {t:.6g} s is no finite number: {value!r:.40}",
-            )
+        raise usage_error(
+            "C211", f"the value for `{name}` at t = {t:.6g} s is no finite number: {value!r:.40}"
         )
     return number
 

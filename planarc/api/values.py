@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 
@@ -42,7 +42,7 @@ def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
         wanted = "an integer" if parameter.kind is Kind.INTEGER else "a number"
         if parameter.literals:
             wanted = f"one of {', '.join(f'`{n}`' for n in parameter.literals)}"
-        raise UsageError(Diagnostic("C202", f"`{parameter.name}` takes {wanted}, not {word}"))
+        raise usage_error("C202", f"`{parameter.name}` takes {wanted}, not {word}")
 
 
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
@@ -63,12 +63,10 @@ def _refuse_parameters(given: Iterable[str], program: Program) -> None:
     parameters = {p.name for p in program.parameter_slots} - free
     for name in given:
         if name in parameters:
-            raise UsageError(
-                Diagnostic(
-                    "C213",
-                    f"`{name}` is a parameter: it has a value, and no start value",
-                    hint=f'set it: parameters={{"{name}": ...}}, or `--set {name}=...`',
-                )
+            raise usage_error(
+                "C213",
+                f"`{name}` is a parameter: it has a value, and no start value",
+                hint=f'set it: parameters={{"{name}": ...}}, or `--set {name}=...`',
             )
 
 
@@ -83,7 +81,7 @@ def count(name: str, value: Any) -> int | None:
         return None
     number = finite(name, value)
     if number != int(number):
-        raise UsageError(Diagnostic("C202", f"`{name}` takes an integer, not {number:g}"))
+        raise usage_error("C202", f"`{name}` takes an integer, not {number:g}")
     return int(number)
 
 
@@ -92,12 +90,10 @@ def by_name(given: Any) -> Mapping[str, Any]:
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        raise UsageError(
-            Diagnostic(
-                "C202",
-                f"values are given by name, not as {type(given).__name__}",
-                hint='write them as {"rod.L": 0.5}',
-            )
+        raise usage_error(
+            "C202",
+            f"values are given by name, not as {type(given).__name__}",
+            hint='write them as {"rod.L": 0.5}',
         )
     return given
 
@@ -165,7 +161,7 @@ def _is_sequence(value: Any) -> bool:
 def _shape(name: str, wanted: str, value: Any) -> UsageError:
     given = getattr(value, "shape", None)
     what = f"of shape {given}" if given is not None else f"{value!r:.60}"
-    return UsageError(Diagnostic("C203", f"`{name}` takes {wanted}, not a value {what}"))
+    return usage_error("C203", f"`{name}` takes {wanted}, not a value {what}")
 
 
 def _number(name: str, value: Any, literals: Sequence[str]) -> float:
@@ -183,7 +179,7 @@ def _number(name: str, value: Any, literals: Sequence[str]) -> float:
         number = math.nan
         value = str(value)
     if isinstance(value, str | bytes):
-        raise UsageError(Diagnostic("C202", f"`{name}` takes a number, not `{value!s:.60}`"))
+        raise usage_error("C202", f"`{name}` takes a number, not `{value!s:.60}`")
     if not math.isfinite(number):
-        raise UsageError(Diagnostic("C202", f"`{name}` must be a finite number, not {number:g}"))
+        raise usage_error("C202", f"`{name}` must be a finite number, not {number:g}")
     return number

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from msgspec.structs import replace
 
 from planarc.api.values import elements_of
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.request.request import Request, open_target
 
 if TYPE_CHECKING:
@@ -103,13 +103,11 @@ def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, fl
     for element in elements:
         if not (element.name in changed or element.settable or element.structural):
             one = next(n for n in changed if "[" in n and whole_name(n) == whole_name(element.name))
-            raise UsageError(
-                Diagnostic(
-                    "C205",
-                    f"`{one}` is structural and one of an array, of which `{element.name}` is "
-                    "computed from other parameters: it cannot be changed from here",
-                    hint="change it in the model, or give all elements",
-                )
+            raise usage_error(
+                "C205",
+                f"`{one}` is structural and one of an array, of which `{element.name}` is "
+                "computed from other parameters: it cannot be changed from here",
+                hint="change it in the model, or give all elements",
             )
 
 
@@ -153,21 +151,15 @@ def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:
     match parameter.kind.value:
         case "Boolean":
             if value not in (0, 1):
-                raise UsageError(
-                    Diagnostic("C204", f"`{parameter.name}` takes true or false, not {value:g}")
-                )
+                raise usage_error("C204", f"`{parameter.name}` takes true or false, not {value:g}")
             return "true" if value else "false"
         case "Integer":
             if value != int(value):
-                raise UsageError(
-                    Diagnostic("C204", f"`{parameter.name}` takes an integer, not {value:g}")
-                )
+                raise usage_error("C204", f"`{parameter.name}` takes an integer, not {value:g}")
             return str(int(value))
         case "enumeration":
             if not 1 <= value <= len(parameter.literals) or value != int(value):
-                raise UsageError(
-                    Diagnostic("C204", f"`{parameter.name}` has no literal number {value:g}")
-                )
+                raise usage_error("C204", f"`{parameter.name}` has no literal number {value:g}")
             return f".{type_name}.{parameter.literals[int(value) - 1]}"
     return repr(float(value))
 

@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.diagnostic import usage_error
 from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
@@ -78,18 +78,18 @@ def _destination(
 ) -> Path:
     path = Path(default) if named is None else named
     if path.suffix.lower() not in suffixes:
-        raise _refusal(
+        raise usage_error(
             "C121",
             f"`{option} {path}` has no ending that planarc writes",
-            f"use {either(suffixes)}",
+            hint=f"use {either(suffixes)}",
         )
     check_writable(path, option)
     if named is None and path.exists() and not _is_own(path):
         without = f", or use `--no{option[1:]}`" if optional else ""
-        raise _refusal(
+        raise usage_error(
             "C122",
             f"`{path}` exists and was not written by planarc",
-            f"move it away, or name another file with `{option}`{without}",
+            hint=f"move it away, or name another file with `{option}`{without}",
         )
     return path
 
@@ -97,19 +97,19 @@ def _destination(
 def check_writable(path: Path, option: str) -> None:
     """UsageError unless a file can be written at `path`."""
     if path.is_dir():
-        raise _refusal("C123", f"cannot write `{path}`: it is a folder", f"give `{option}` a file")
+        raise usage_error(
+            "C123", f"cannot write `{path}`: it is a folder", hint=f"give `{option}` a file"
+        )
     if not path.parent.is_dir():
-        raise _refusal(
+        raise usage_error(
             "C123",
             f"cannot write `{path}`: there is no folder `{path.parent}`",
-            "create the folder first",
+            hint="create the folder first",
         )
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise _refusal("C123", f"cannot write `{path}`: permission denied", f"change `{option}`")
-
-
-def _refusal(code: str, message: str, hint: str) -> UsageError:
-    return usage_error(code, message, hint=hint)
+        raise usage_error(
+            "C123", f"cannot write `{path}`: permission denied", hint=f"change `{option}`"
+        )
 
 
 def _is_own(path: Path) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 _DISTRIBUTIONS = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}
 
@@ -17,10 +17,8 @@ def need(module: str, extra: str) -> Any:
         return import_module(module)
     except ImportError:
         name = module.partition(".")[0]
-        raise UsageError(
-            Diagnostic(
-                "C221",
-                f"this needs `{_DISTRIBUTIONS.get(name, name)}`, which is not installed",
-                hint=f"install it with `pip install 'planarc[{extra}]'`",
-            )
+        raise usage_error(
+            "C221",
+            f"this needs `{_DISTRIBUTIONS.get(name, name)}`, which is not installed",
+            hint=f"install it with `pip install 'planarc[{extra}]'`",
         ) from None

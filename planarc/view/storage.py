@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.ir.program import Column, Program
 
 
@@ -31,12 +31,10 @@ def with_ending(path: Path, *endings: str) -> Path:
     if ending in endings:
         return path
     if ending[1:2].isalpha():
-        raise UsageError(
-            Diagnostic(
-                "V506",
-                f"`{path.name}` has the ending of another kind of file",
-                hint=f"name it `{path.with_suffix(endings[0]).name}`",
-            )
+        raise usage_error(
+            "V506",
+            f"`{path.name}` has the ending of another kind of file",
+            hint=f"name it `{path.with_suffix(endings[0]).name}`",
         )
     return path.with_name(path.name + endings[0])
 
@@ -95,10 +93,8 @@ def shown(program: Program, only: re.Pattern[str] | None = None) -> tuple[Column
 def refuse_no_match(program: Program, only: re.Pattern[str] | None) -> None:
     """Refuse, with UsageError V505, a regular expression that matches no name."""
     if only is not None and not shown(program, only):
-        raise UsageError(
-            Diagnostic(
-                "V505",
-                f"no variable matches `{only.pattern}`",
-                hint="look at the names in a result, and put a backslash before `[` or `(`",
-            )
+        raise usage_error(
+            "V505",
+            f"no variable matches `{only.pattern}`",
+            hint="look at the names in a result, and put a backslash before `[` or `(`",
         )

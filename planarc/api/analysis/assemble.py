@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from planarc.api.analysis.point import starts_at
 from planarc.api.values import Value, start_values
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError, error
+from planarc.core.diagnostic import error, usage_error
 from planarc.core.options import RunOptions
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def assemble(
     from planarc.solve.start.system import System
 
     if not isinstance(tries, int) or tries < 1:
-        raise UsageError(Diagnostic("C241", f"the number of tries is above 0, not {tries!r:.20}"))
+        raise usage_error("C241", f"the number of tries is above 0, not {tries!r:.20}")
     model, settable = model.with_parameters(parameters)
     program = model.program
     starts = start_values(program, start)

@@ -26,7 +26,7 @@ from msgspec.structs import replace
 from planarc.api.result import Result, RunStopped
 from planarc.api.values import Value, start_values
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.prose import both, ticked
 from planarc.core.unknown import unknown_name
@@ -124,13 +124,11 @@ def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, sto
         first, last = table_span(coordinate, motion) or (begin, stop)
         slack = 1e-9 * (last - first)
         if begin < first - slack or stop > last + slack:
-            raise UsageError(
-                Diagnostic(
-                    "C212",
-                    f"the motion of `{coordinate}` is known from {first:g} s to {last:g} s, and "
-                    f"the run goes from {begin:g} s to {stop:g} s",
-                    hint="give other times, or a longer table",
-                )
+            raise usage_error(
+                "C212",
+                f"the motion of `{coordinate}` is known from {first:g} s to {last:g} s, and "
+                f"the run goes from {begin:g} s to {stop:g} s",
+                hint="give other times, or a longer table",
             )
 
 
@@ -147,12 +145,10 @@ def _effort(program: Program, coordinate: Any) -> str:
         if EFFORTS.get(c.rpartition(".")[2])
         and f"{c.rpartition('.')[0]}.{EFFORTS[c.rpartition('.')[2]]}" in known
     ]  # fmt: skip
-    raise UsageError(
-        Diagnostic(
-            "C242",
-            f"`{coordinate}` is no coordinate of a joint, so nothing can drive it",
-            hint=f"choose among {ticked(choices[:8])}" if choices else None,
-        )
+    raise usage_error(
+        "C242",
+        f"`{coordinate}` is no coordinate of a joint, so nothing can drive it",
+        hint=f"choose among {ticked(choices[:8])}" if choices else None,
     )
 
 
@@ -244,7 +240,7 @@ def _unreadable(
     listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
     first = problem.diagnostics[0]
     reason = first.message.removesuffix(f" in `{NAME}`")
-    return UsageError(Diagnostic("C246", f"{listed}: {reason}", hint=first.hint))
+    return usage_error("C246", f"{listed}: {reason}", hint=first.hint)
 
 
 def _declaration(k: int, text: str | None) -> str:
@@ -276,9 +272,7 @@ def _with_motions(
             continue
         at = _definition(dae, equations, effort)
         if at is None:
-            raise UsageError(
-                Diagnostic("C247", f"nothing more can drive `{coordinate}`: `{effort}` is given")
-            )
+            raise usage_error("C247", f"nothing more can drive `{coordinate}`: `{effort}` is given")
         added = f"{effort}_drive"
         while any(v.name == added for v in variables):
             added += "_"

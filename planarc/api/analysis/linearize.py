@@ -19,7 +19,7 @@ from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.htmltable import html_table
 from planarc.api.values import Value, finite, start_values
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import unknown_name
 
@@ -153,12 +153,10 @@ class Linearization(Data, eq=False):
         modes = self.modes
         if isinstance(number, int) and -len(modes) <= number < len(modes):
             return modes[number]
-        raise UsageError(
-            Diagnostic(
-                "C245",
-                f"there is no mode {number!r}: the linear model has {len(modes)}",
-                hint="give one of `modes`, or its number, beginning at 0",
-            )
+        raise usage_error(
+            "C245",
+            f"there is no mode {number!r}: the linear model has {len(modes)}",
+            hint="give one of `modes`, or its number, beginning at 0",
         )
 
     def motion(self, mode: Mode | int, amplitude: float = 0.2, rows: int = 60) -> Result:
@@ -198,7 +196,7 @@ def linearize(
     )
     time = None if at is None or isinstance(at, str | Mapping) else finite("at", at)
     if time is not None and time < model.program.experiment.start:
-        raise UsageError(Diagnostic("C240", f"t = {time:g} s lies before the start of the run"))
+        raise usage_error("C240", f"t = {time:g} s lies before the start of the run")
     return at_point(open_point(model, options, inputs, time), names)
 
 

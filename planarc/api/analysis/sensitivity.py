@@ -28,7 +28,7 @@ from planarc.api.analysis.partials import Differences, Formulas, NoFormulaError,
 from planarc.api.analysis.point import Point, open_point
 from planarc.api.values import parameter_values
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, error
+from planarc.core.diagnostic import PlanarcError, error, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import unknown_name
 from planarc.solve.states.selector import lost_diagnostic
@@ -96,7 +96,7 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
     """See `Model.sensitivities`."""
     names = (parameters,) if isinstance(parameters, str) else tuple(parameters or ())
     if not names:
-        raise UsageError(Diagnostic("C253", "no parameter is named"))
+        raise usage_error("C253", "no parameter is named")
     values = _present(model, names, options)
     program = model.program
     if program.delays or program.relations or program.whens or program.samplers:
@@ -118,14 +118,10 @@ def _present(model: Model, names: Sequence[str], options: RunOptions) -> dict[st
     found = parameter_values(model.program, dict.fromkeys(names, 0.0))
     if set(found) != set(names):
         name = next(n for n in names if n not in found)
-        raise UsageError(
-            Diagnostic("C244", f"`{name}` is an array: name its elements, as in `{name}[1]`")
-        )
+        raise usage_error("C244", f"`{name}` is an array: name its elements, as in `{name}[1]`")
     for name in names:
         if kinds[name] != "Real":
-            raise UsageError(
-                Diagnostic("C244", f"`{name}` is {kinds[name]}: there is no derivative by it")
-            )
+            raise usage_error("C244", f"`{name}` is {kinds[name]}: there is no derivative by it")
     defaults = {p.name: p.default for p in model.program.parameter_slots}
     present = {n: options.values.get(n, defaults[n] or 0.0) for n in names}
     from planarc.solve.settings import resolve

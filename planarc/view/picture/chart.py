@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.core.unknown import unknown_name
@@ -64,12 +64,8 @@ def write_chart(
     (no matplotlib)."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(
-            Diagnostic(
-                "V706",
-                f"`{path.name}` has no ending of a plot",
-                hint=f"use one of {ticked(SUFFIXES)}",
-            )
+        raise usage_error(
+            "V706", f"`{path.name}` has no ending of a plot", hint=f"use one of {ticked(SUFFIXES)}"
         )
     check_names(table, (*names, x))
     figure = need("matplotlib.figure", EXTRA).Figure(layout="constrained")

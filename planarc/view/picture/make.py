@@ -16,7 +16,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.view.picture.camera import Camera, fit_camera
@@ -74,12 +74,10 @@ def write_picture(
     suffix = check_suffix(path)
     _check_pace(options.when)
     if not _NARROWEST <= options.width <= _WIDEST:
-        raise UsageError(
-            Diagnostic(
-                "V702",
-                f"a picture {options.width} pixels wide cannot be made",
-                hint=f"choose a width from {_NARROWEST} to {_WIDEST}",
-            )
+        raise usage_error(
+            "V702",
+            f"a picture {options.width} pixels wide cannot be made",
+            hint=f"choose a width from {_NARROWEST} to {_WIDEST}",
         )
     scene = with_layers(_scene(result, options.traces), layers, options.layers)
     camera = fit_camera(scene.box, options.width)
@@ -104,24 +102,20 @@ def _check_pace(when: When) -> None:
         (when.rate, "number of frames a second", 1.0, 240.0),
     ):
         if not least <= value <= most:  # also refuses what is no number
-            raise UsageError(
-                Diagnostic(
-                    "V702",
-                    f"the {name} cannot be {value:g}",
-                    hint=f"choose one from {least:g} to {most:g}",
-                )
+            raise usage_error(
+                "V702",
+                f"the {name} cannot be {value:g}",
+                hint=f"choose one from {least:g} to {most:g}",
             )
 
 
 def check_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(
-            Diagnostic(
-                "V701",
-                f"`{path.name}` has no ending of a picture",
-                hint=f"use one of {ticked(SUFFIXES)}",
-            )
+        raise usage_error(
+            "V701",
+            f"`{path.name}` has no ending of a picture",
+            hint=f"use one of {ticked(SUFFIXES)}",
         )
     return suffix
 
@@ -136,16 +130,13 @@ def check_installed(suffix: str) -> None:
 
 def _scene(result: Result, traces: Sequence[str]) -> Scene:
     if not len(result.time):
-        raise UsageError(Diagnostic("V705", "the result has no rows, so there is nothing to draw"))
+        raise usage_error("V705", "the result has no rows, so there is nothing to draw")
     scene = make_scene(result)
     if not scene.items:
-        raise UsageError(
-            Diagnostic(
-                "V705",
-                f"`{result.program.name}` has nothing that can be drawn",
-                hint="pictures show the parts of `PlanarMultiBody`; curves are drawn by "
-                "`planarc plot`",
-            )
+        raise usage_error(
+            "V705",
+            f"`{result.program.name}` has nothing that can be drawn",
+            hint="pictures show the parts of `PlanarMultiBody`; curves are drawn by `planarc plot`",
         )
     paths = trace_items(result, traces)
     return replace(scene, items=(*paths, *scene.items)) if paths else scene

@@ -16,7 +16,7 @@ import math
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.ir.insight import Track
 from planarc.view.item import Item
 from planarc.view.scene import Scene
@@ -68,12 +68,10 @@ def sample_motion(scene: Scene, when: When) -> Motion:
     shown = (end - begin) / speed
     count = max(1, round(shown * when.rate))
     if count > _MOST_FRAMES:
-        raise UsageError(
-            Diagnostic(
-                "V707",
-                f"this makes {count} frames, more than {_MOST_FRAMES}",
-                hint="show it faster with `--speed`, or a part with `--from` and `--to`",
-            )
+        raise usage_error(
+            "V707",
+            f"this makes {count} frames, more than {_MOST_FRAMES}",
+            hint="show it faster with `--speed`, or a part with `--from` and `--to`",
         )
     return resample(scene, np.linspace(begin, end, count + 1) if shown else [begin], shown)
 
@@ -125,15 +123,13 @@ def _span(scene: Scene, when: When) -> tuple[float, float]:
     slack = 1e-9 * max(1.0, abs(first), abs(last))
     for time in (begin, end):
         if not first - slack <= time <= last + slack:
-            raise UsageError(
-                Diagnostic(
-                    "V703",
-                    f"t = {time:g} s is not in the run, which lasts from {first:g} to {last:g} s",
-                    hint="choose a time in it, or simulate for longer with `--stop`",
-                )
+            raise usage_error(
+                "V703",
+                f"t = {time:g} s is not in the run, which lasts from {first:g} to {last:g} s",
+                hint="choose a time in it, or simulate for longer with `--stop`",
             )
     if begin > end:
-        raise UsageError(
-            Diagnostic("V703", f"the picture ends, at {end:g} s, before it begins, at {begin:g} s")
+        raise usage_error(
+            "V703", f"the picture ends, at {end:g} s, before it begins, at {begin:g} s"
         )
     return begin, end

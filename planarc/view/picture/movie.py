@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, BinaryIO
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,10 +72,8 @@ def write_mp4(path: Path, images: Iterable[Image], size: tuple[int, int], rate: 
         new.replace(path)
     except OSError as problem:
         reason = (problem.strerror or str(problem)).strip().splitlines()
-        raise UsageError(
-            Diagnostic(
-                "V704", f"ffmpeg cannot make the film: {reason[-1] if reason else 'it stopped'}"
-            )
+        raise usage_error(
+            "V704", f"ffmpeg cannot make the film: {reason[-1] if reason else 'it stopped'}"
         ) from None
     finally:
         film.close()

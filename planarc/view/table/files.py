@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 from planarc.ir.result import Result
 from planarc.view.table.table import Table
 
@@ -61,12 +61,10 @@ def read_table(path: Path) -> Table:
             return table_mat.read(_mapped(file))
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
-        raise UsageError(Diagnostic("V503", f"cannot read `{path}`: {reason}")) from None
+        raise usage_error("V503", f"cannot read `{path}`: {reason}") from None
     except ValueError as problem:
         hint = _UNFINISHED if _is_cut(path, suffix, str(problem)) else None
-        raise UsageError(
-            Diagnostic("V504", f"`{path}` is no result table: {problem}", hint=hint)
-        ) from None
+        raise usage_error("V504", f"`{path}` is no result table: {problem}", hint=hint) from None
 
 
 _UNFINISHED = "the file ends early: wait until it is written, or write it again"
@@ -92,11 +90,9 @@ def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
 def _suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(
-            Diagnostic(
-                "V502",
-                f"`{path.name}` has no ending that says how to store a table",
-                hint="use `.csv` or `.mat`",
-            )
+        raise usage_error(
+            "V502",
+            f"`{path.name}` has no ending that says how to store a table",
+            hint="use `.csv` or `.mat`",
         )
     return suffix
