@@ -45,6 +45,7 @@ from planarc.core.options import Backend, Redundant, RunOptions
 from planarc.remembered import Remembered, recall, remember
 from planarc.request.request import Request, open_target
 from planarc.stages import (
+    attachment_warnings,
     find_mechanism,
     flatten,
     to_code,
@@ -96,7 +97,8 @@ def find_program(
         from planarc.probe.redundancy import accept_redundancy
 
         return accept_redundancy(dae, mechanism, clock)
-    return replace(to_program(to_sorted(dae, clock), clock), mechanism=mechanism), ()
+    program = replace(to_program(to_sorted(dae, clock), clock), mechanism=mechanism)
+    return program, attachment_warnings(dae, mechanism)
 
 
 def run(

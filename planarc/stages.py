@@ -75,9 +75,11 @@ def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
 
 def find_mechanism(dae: Dae) -> Mechanism | None:
     """The links and joints of a model, for insight; the run needs nothing of it."""
+    from planarc.insight.attachment import locked
     from planarc.insight.topology import find_mechanism as find
 
-    return find(dae)
+    found = find(dae)
+    return None if found is None else replace(found, locked=locked(dae, found))
 
 
 def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
@@ -97,7 +99,27 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         ]
         if left_out:
             raise PlanarcError(left_out) from None
+        floating = _floating(dae)
+        if floating is not None:
+            raise PlanarcError(floating) from None
         raise type(problem)(_held_too_often(dae, problem.diagnostics)) from None
+
+
+def _floating(dae: Dae) -> Diagnostic | None:
+    """Parts that nothing joins to the ground: their equations cannot fit, whatever these say."""
+    from planarc.insight.attachment import attachment_error
+
+    mechanism = find_mechanism(dae)
+    return None if mechanism is None else attachment_error(dae, mechanism)
+
+
+def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnostic, ...]:
+    """What a user may not have meant of a mechanism: parts that float, and that nothing moves."""
+    if mechanism is None:
+        return ()
+    from planarc.insight.attachment import attachment_warnings as find
+
+    return find(dae, mechanism)
 
 
 def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:

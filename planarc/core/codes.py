@@ -286,6 +286,9 @@ class Code(Enum):
     S314 = "a discrete equation too many"
     S315 = "a delayed value that must be differentiated too often"
     S316 = "redundant joints whose forces act on the motion in a nonlinear way"
+    S320 = "a body that nothing is connected to"
+    S321 = "parts that nothing joins to the ground"
+    S322 = "a mechanism in which nothing can move"
     # Writing the code ---------------------------------------------------------------------
     G401 = "an external function that must be differentiated"
     # The run ------------------------------------------------------------------------------

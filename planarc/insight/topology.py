@@ -20,7 +20,8 @@ Promises:  links and joints in the order of the model.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 
 from planarc.core.data import Data
@@ -57,7 +58,16 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
         for frame in {f for r in relations for f in r.frames}:
             if _conditions(relations, (frame,)) >= 3:
                 links.join((_GROUND, frame))
-    return _mechanism(frames, groups, links)
+    return _mechanism(frames, groups, links, _massive(dae, links.alone()))
+
+
+def find_moving(dae: Dae) -> frozenset[str]:
+    """Components with derivatives in their equations: what has mass, or measures speed."""
+    return frozenset(
+        equation.component
+        for equation in dae.equations
+        if any(e.op is Op.SYMBOL and e.data[1] for e in postorder((equation.left, equation.right)))
+    )
 
 
 #: The frame of whatever does not move.
@@ -68,10 +78,16 @@ class _Links:
     """Frames joined to links (disjoint sets); the ground is one of them."""
 
     def __init__(self, frames: Sequence[str], connections: Iterable[Sequence[str]]) -> None:
+        self._frames = frames
         self._sets = DisjointSets((_GROUND, *frames))
         self.root = self._sets.find
         for connected in connections:
             self.join([c for c in connected if c in self._sets])
+
+    def alone(self) -> list[str]:
+        """The frames that are joined to no other."""
+        sizes, ground = Counter(map(self.root, self._frames)), self.root(_GROUND)
+        return [f for f in self._frames if sizes[self.root(f)] == 1 and self.root(f) != ground]
 
     def join(self, frames: Sequence[str]) -> None:
         for other in frames[1:]:
@@ -79,6 +95,23 @@ class _Links:
                 self._sets.join(other, frames[0])
             else:
                 self._sets.join(frames[0], other)
+
+
+def _massive(dae: Dae, alone: Sequence[str]) -> frozenset[str]:
+    """Of frames that nothing is connected to, those of bodies: each is the only one of a component
+    that moves by itself, and whose force is more than nothing."""
+    moving = find_moving(dae) if alone else ()
+    owners = [frame.rpartition(".")[0] for frame in alone]
+    single = [f for f, o in zip(alone, owners, strict=True) if o in moving and owners.count(o) == 1]
+    flows = {f"{frame}.{flow}": frame for frame in single for flow in _FLOWS}
+    found = set()
+    for equation in dae.equations if single else ():
+        if equation.component in moving and not equation.generated:
+            symbols = postorder((equation.left, equation.right))
+            names = {e.data[0] for e in symbols if e.op is Op.SYMBOL}
+            if not names <= flows.keys():
+                found |= {flows[n] for n in names if n in flows}
+    return frozenset(found)
 
 
 def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]:
@@ -131,7 +164,10 @@ def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:
 
 
 def _mechanism(
-    frames: Sequence[str], groups: Mapping[str, list[_Relation]], links: _Links
+    frames: Sequence[str],
+    groups: Mapping[str, list[_Relation]],
+    links: _Links,
+    massive: Collection[str],
 ) -> Mechanism:
     order = {frame: i for i, frame in enumerate(frames)}
     ground = links.root(_GROUND)
@@ -151,6 +187,7 @@ def _mechanism(
         if root == ground
         or root in jointed
         or len({owners.get(f, f) for f in own}) > 1
+        or own[0] in massive
         or _is_angle(groups.get(owners.get(own[0], ""), ()))
     ]
     number = {root: i for i, root in enumerate(roots)}

@@ -39,10 +39,14 @@ class Joint(Data):
 
 
 class Mechanism(Data):
-    """`links[0]` is the ground, present or not. Links that nothing holds are listed, too."""
+    """`links[0]` is the ground, present or not. Links that nothing holds are listed, too.
+
+    `locked` is what to say if it turns out that nothing moves; None where by count something does.
+    """
 
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
+    locked: Diagnostic | None = None
 
     @property
     def bodies(self) -> int:

@@ -20,6 +20,7 @@ from planarc.probe.mobility import mobility_at_start
 from planarc.remembered import Checked, recall_check, remember_check
 from planarc.request.request import Request, open_target
 from planarc.stages import (
+    attachment_warnings,
     find_mechanism,
     flatten,
     to_code,
@@ -47,13 +48,20 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         dae = to_dae(flat, clock)
         model = to_sorted(dae, clock)
         sizes = model.equations_before, model.equations_after, model.state_count
-        checked = Checked(flat.name, *sizes, flat.warnings, find_mechanism(dae))
-        if checked.mechanism is not None and (start or checked.mechanism.loops > 0):
+        mechanism = find_mechanism(dae)
+        warnings = (*flat.warnings, *attachment_warnings(dae, mechanism))
+        checked = Checked(flat.name, *sizes, warnings, mechanism)
+        if mechanism is not None and (start or mechanism.loops > 0):
+            found = None
             try:
-                checked = replace(checked, mobility=_find_mobility(model, checked.mechanism, clock))
+                found = _find_mobility(model, mechanism, clock)
             except PlanarcError:
                 if start:
                     raise
+            # What cannot be assembled cannot move either.
+            if mechanism.locked is not None and (found is None or found.rank <= 0):
+                warnings = (*warnings, mechanism.locked)
+            checked = replace(checked, mobility=found, warnings=warnings)
     remember_check(request, target.reader, checked)
     return checked
 

@@ -13,7 +13,9 @@ A run that cannot go on does not raise: it returns what it has, and says in
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -21,6 +23,7 @@ from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.run import Progress, Run
 from planarc.solve.settings import Request, resolve
+from planarc.solve.start.failure import NotAssembled
 
 
 def simulate(
@@ -43,15 +46,16 @@ def simulate(
     try:
         try:
             run.begin()
-        except PlanarcError:
+        except PlanarcError as problem:
             _blame_parameters(program, kernel, request)
-            raise
+            raise _with_lock(problem, program) from None
         with run.interruption:
             try:
                 run.go(progress)
             except KeyboardInterrupt:
                 run.ended = Interrupted("R440", f"interrupted at t = {run.integrator.t:.6g} s")
-            return run.result()
+            result = run.result()
+            return replace(result, warnings=(*result.warnings, *_nothing_moves(run)))
     finally:
         run.close()
 
@@ -61,3 +65,20 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
     reason = impossible_parameters(program, kernel, request.start)
     if reason is not None:
         raise PlanarcError(reason) from None
+
+
+def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
+    """The problem, and that by count nothing moves, which may be why a loop does not close."""
+    lock = None if program.mechanism is None else program.mechanism.locked
+    if lock is None or not isinstance(problem, NotAssembled):
+        return problem
+    first, *others = problem.diagnostics
+    told = Related(f"{lock.message}; {lock.hint}", lock.span)
+    return NotAssembled((replace(first, related=(*first.related, told)), *others))
+
+
+def _nothing_moves(run: Run) -> tuple[Diagnostic, ...]:
+    """The warning that nothing moves, where a mechanism has no states, and by count no freedom."""
+    mechanism = run.program.mechanism
+    lock = mechanism.locked if mechanism is not None else None
+    return () if lock is None or run.states.selection else (lock,)

@@ -1,0 +1,170 @@
+"""Parts that nothing joins to the ground, and mechanisms that cannot move.
+
+In:   Dae, Mechanism
+Out:  warnings S320 and S321; S321 as the one error where the equations do not fit for that reason;
+      S322, to be said where nothing moves
+
+Frames that a component has, and frames that are connected, hang together; a group in which no
+frame stands still floats. A spring joins its ends as well as a joint does, so a body that hangs by
+springs does not float. Who writes start values for a body that floats means it to fly freely, and
+so does who holds it by `FreeMotion`.
+
+Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at rest, but
+`revA.frame_a` is connected to nothing: crank, coupler and rocker float.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.disjoint import DisjointSets
+from planarc.core.prose import listed, shortened
+from planarc.core.source import NOWHERE, Span
+from planarc.insight.connectors import find_frames
+from planarc.insight.facts import count_text
+from planarc.insight.topology import find_moving
+from planarc.ir.dae import Dae
+from planarc.ir.mechanism import Mechanism
+
+_SHOWN = 6
+
+
+class Group(Data):
+    """Components that hang together and not on the ground. `open` are frames of theirs to which
+    nothing is connected."""
+
+    components: tuple[str, ...]
+    open: tuple[str, ...]
+
+
+def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
+    """What a user may not have meant, though the equations fit."""
+    groups = find_floating(dae, mechanism)
+    return tuple(_floats(dae, group) for group in groups if not _is_flown(dae, group))
+
+
+def attachment_error(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
+    """The reason in the mechanism why equations do not fit, if parts float that have joints."""
+    joints = {joint.name for joint in mechanism.joints}
+    for group in find_floating(dae, mechanism):
+        if joints.intersection(group.components):
+            return _unheld(dae, group, joints, Severity.ERROR)
+    return None
+
+
+def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
+    """The groups that no connection joins to the ground, in the order of the model."""
+    frames = find_frames(v.name for v in dae.variables)
+    sets = DisjointSets(("", *frames))
+    known = frozenset(frames)
+    by_owner: dict[str, list[str]] = {}
+    for frame in frames:
+        by_owner.setdefault(_owner(frame), []).append(frame)
+    connections = [tuple(c for c in names if c in known) for names in dae.connections]
+    held = ("", *mechanism.links[0].frames)
+    for together in (*by_owner.values(), *connections, held, *_by_part(dae, frames)):
+        for other in together[1:]:
+            sets.join(together[0], other)
+    connected = {frame for names in connections if len(names) > 1 for frame in names}
+    groups: dict[str, list[str]] = {}
+    for frame in frames:
+        if sets.find(frame) != sets.find(""):
+            groups.setdefault(sets.find(frame), []).append(frame)
+    moving = find_moving(dae) if groups else frozenset()
+    return tuple(
+        Group(components, tuple(f for f in group if f not in connected))
+        for group in groups.values()
+        if moving.intersection(components := tuple(dict.fromkeys(map(_owner, group))))
+    )
+
+
+def _owner(frame: str) -> str:
+    return frame.rpartition(".")[0]
+
+
+def _by_part(dae: Dae, frames: Sequence[str]) -> list[list[str]]:
+    """Frames inside of one component of the model: they belong together, connected or not."""
+    parts: dict[str, list[str]] = {}
+    for frame in frames:
+        parts.setdefault(frame.partition(".")[0], []).append(frame)
+    return list(parts.values())
+
+
+def _is_flown(dae: Dae, group: Group) -> bool:
+    """Whether start values are written for what flies."""
+    inside = set(group.components)
+    return any(v.start_written and v.component in inside for v in dae.variables)
+
+
+def _floats(dae: Dae, group: Group) -> Diagnostic:
+    if len({c.partition(".")[0] for c in group.components}) > 1:
+        return _unheld(dae, group, set(group.components), Severity.WARNING)
+    name = group.components[0].partition(".")[0]
+    return Diagnostic(
+        "S320",
+        f"nothing is connected to `{name}`: it falls freely beside the mechanism",
+        _place(dae, name),
+        Severity.WARNING,
+        hint="connect it; if it is meant to fly freely, write start values for it",
+    )
+
+
+def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -> Diagnostic:
+    known = set(joints)
+    ends = [f for f in group.open if _owner(f) in known] or list(group.open)
+    names = tuple(dict.fromkeys(c.partition(".")[0] for c in group.components))
+    parts = shortened([f"`{n}`" for n in names], _SHOWN)
+    ends = [f for f in ends if f.count(".") == 1] or ends
+    message = f"nothing joins {parts} to the ground"
+    if ends:
+        shown = shortened([f"`{f}`" for f in ends], _SHOWN)
+        message += f": {shown} {'is' if len(ends) == 1 else 'are'} connected to nothing"
+    first = (ends or list(group.components))[0]
+    hint = f"connect `{first}` to the world or to a part that stands on it"
+    place = _place(dae, first.partition(".")[0])
+    return Diagnostic("S321", message, place, severity, hint=hint)
+
+
+def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
+    """What to say if nothing moves, which by count is so: perhaps a joint is missing where parts
+    are connected without one. Redundant joints may hold a mechanism that moves all the same."""
+    if mechanism.mobility != 0 or not mechanism.joints:
+        return None
+    welds = _welds(dae, mechanism)
+    hint = "a structure is meant, or a joint is missing"
+    if welds:
+        pairs = listed([f"`{a}` and `{b}`" for a, b in welds[:3]])
+        hint += f": {pairs} {'are' if len(welds) == 1 else 'are each'} connected without one"
+    return Diagnostic(
+        "S322",
+        f"nothing can move: {count_text(mechanism)}",
+        _place(dae, welds[0][0].partition(".")[0]) if welds else None,
+        Severity.WARNING,
+        hint=hint,
+    )
+
+
+def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Frames of two rigid parts that are connected directly."""
+    ends: dict[str, int] = {}
+    link_of: dict[str, int] = {}
+    for number, link in enumerate(mechanism.links[1:], 1):
+        for frame in link.frames:
+            link_of[frame] = number
+            ends[_owner(frame)] = ends.get(_owner(frame), 0) + 1
+    joints = {joint.name for joint in mechanism.joints}
+    found = []
+    for names in dae.connections:
+        rigid = [n for n in names if n in link_of and ends[_owner(n)] > 1]
+        tops = {n.partition(".")[0]: n for n in rigid if _owner(n) not in joints}
+        if len(tops) > 1:
+            first, second = list(tops.values())[:2]
+            found.append((first, second))
+    return found
+
+
+def _place(dae: Dae, name: str) -> Span | None:
+    """Where a component of the model is declared."""
+    return next((p.span for p in dae.parts if p.name == name and p.span is not NOWHERE), None)
