@@ -83,7 +83,7 @@ def compile_model(
         program = replace(program, figures=model.figures)
         code = to_code(program, backend, clock)
     warnings = (*model.warnings, *notes)
-    remember(request, backend, target.reader, Remembered(program, code, warnings))
+    remember(request, backend, target, Remembered(program, code, warnings))
     return Compiled(program, backend, code, warnings)
 
 

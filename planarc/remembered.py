@@ -1,7 +1,8 @@
 """Compiled and checked models, remembered on disk from one process to the next.
 
 The entry of a model is found by the request alone (file name, text, class, roots), and counts
-only while every file that it was made from still has the content it had then.
+only while every file that it was made from has the content that it had then, and whatever was
+looked for, found or not, would be found the same.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
 from planarc.core.data import Data
+from planarc.core.looked import same
 from planarc.core.options import Backend
-from planarc.request.reader import Reader
-from planarc.request.request import Request, roots_of
+from planarc.request.request import Request, Target, roots_of
 
 if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic
@@ -51,9 +52,9 @@ def recall_check(request: Request) -> Checked | None:
     return found[0] if found else None
 
 
-def remember_check(request: Request, reader: Reader, checked: Checked) -> None:
+def remember_check(request: Request, target: Target, checked: Checked) -> None:
     """Keep what was told, with the content of the files that it came from."""
-    _remember(_CHECKS, _key(request), reader, (checked,))
+    _remember(_CHECKS, _key(request), target, (checked,))
 
 
 def recall(request: Request, backend: Backend) -> Remembered | None:
@@ -67,12 +68,12 @@ def recall(request: Request, backend: Backend) -> Remembered | None:
         return None
 
 
-def remember(request: Request, backend: Backend, reader: Reader, made: Remembered) -> None:
+def remember(request: Request, backend: Backend, target: Target, made: Remembered) -> None:
     """Keep what was compiled, with the content of the files that it came from."""
     from planarc.ir.store import dumps
 
     entry = (dumps(made.program, made.program.table), made.code, made.warnings)
-    _remember(_MODELS, _key(request, backend.value, *_machine(backend)), reader, entry)
+    _remember(_MODELS, _key(request, backend.value, *_machine(backend)), target, entry)
 
 
 def recall_slopes(program: Program, code: str | bytes, scope: Scope) -> bytes | None:
@@ -101,20 +102,23 @@ def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
     if stored is None:
         return None
     try:
-        files, *entry = pickle.loads(stored)
-        return tuple(entry) if all(_unchanged(Path(p), k) for p, k in files) else None
+        files, findings, *entry = pickle.loads(stored)
+        valid = same(findings) and all(_unchanged(Path(p), k) for p, k in files)
+        return tuple(entry) if valid else None
     except Exception:  # an entry that cannot be read is no entry
         return None
 
 
-def _remember(kind: str, key: str, reader: Reader, entry: tuple[Any, ...]) -> None:
-    files = [(str(p), k) for p, k in sorted(reader.files.items())]
-    cache.store(kind, key, pickle.dumps((files, *entry), pickle.HIGHEST_PROTOCOL))
+def _remember(kind: str, key: str, target: Target, entry: tuple[Any, ...]) -> None:
+    if target.library.looked.open_questions:
+        return
+    files = [(str(p), k) for p, k in sorted(target.reader.files.items())]
+    found = target.library.looked.findings()
+    cache.store(kind, key, pickle.dumps((files, found, *entry), pickle.HIGHEST_PROTOCOL))
 
 
 def _key(request: Request, *more: str) -> str:
     roots = roots_of(request)
-    listed = (f"{r.absolute()} {sorted(p.name for p in r.iterdir())}" for r in roots if r.is_dir())
     file = str(request.file.absolute()) if request.file else ""
     return cache.key(
         str(request.file or ""),
@@ -124,7 +128,7 @@ def _key(request: Request, *more: str) -> str:
         request.units.value,
         request.redundant.value,
         *(str(r) for r in roots),
-        *listed,
+        *(str(r.absolute()) for r in roots),
         *more,
     )
 

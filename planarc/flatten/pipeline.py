@@ -56,6 +56,7 @@ from planarc.flatten.tree.redeclare import make_class
 from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
+from planarc.runtime.external import is_of_files
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled
 
@@ -93,6 +94,8 @@ def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN
             raise Unbalanced(model, imbalance)
     if session.errors:
         raise PlanarcError(_ordered(session.errors))
+    called = (f.external for f in model.functions if f.external)
+    library.looked.open_questions = any(map(is_of_files, called))
     return replace(model, warnings=_ordered(session.warnings))
 
 

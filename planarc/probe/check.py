@@ -62,7 +62,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
             if mechanism.locked is not None and (found is None or found.rank <= 0):
                 warnings = (*warnings, mechanism.locked)
             checked = replace(checked, mobility=found, warnings=warnings)
-    remember_check(request, target.reader, checked)
+    remember_check(request, target, checked)
     return checked
 
 

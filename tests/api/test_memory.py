@@ -92,6 +92,64 @@ def test_a_changed_library_is_compiled_again(tmp_path: Path, backend: Backend) -
         compile_model(request, backend)
 
 
+def test_a_class_that_hides_another_is_seen(tmp_path: Path, backend: Backend) -> None:
+    """Added to a package in which the name was looked for in vain."""
+    inner = tmp_path / "Lib" / "Inner"
+    inner.mkdir(parents=True)
+    (tmp_path / "Lib" / "package.mo").write_text("package Lib\nend Lib;\n", "utf-8")
+    (tmp_path / "Lib" / "Part.mo").write_text(PART.format(rate=1), "utf-8")
+    (inner / "package.mo").write_text("within Lib;\npackage Inner\nend Inner;\n", "utf-8")
+    user = "within Lib.Inner;\nmodel User\n  Part part;\nend User;\n"
+    (inner / "User.mo").write_text(user, "utf-8")
+    request = Request(None, "Lib.Inner.User", (tmp_path,))
+    assert end(compile_model(request, backend), "part.x") == pytest.approx(0.36787944, abs=1e-6)
+    (inner / "notes.txt").write_text("no class", "utf-8")
+    assert compile_model(request, backend).remembered
+    hiding = PART.format(rate=2).replace("within Lib;", "within Lib.Inner;")
+    (inner / "Part.mo").write_text(hiding, "utf-8")
+    changed = compile_model(request, backend)
+    assert not changed.remembered
+    assert end(changed, "part.x") == pytest.approx(0.13533528, abs=1e-6)
+    assert compile_model(request, backend).remembered
+
+
+ASKING = """model Asking
+  function kind
+    input String name;
+    output Integer result;
+    external "C" result = ModelicaInternal_stat(name);
+  end kind;
+  {asked}
+end Asking;
+"""
+#: While classes are flattened, and while equations are made: such a model is not remembered.
+ASKED = {
+    'Real v[kind("data.txt")] = fill(1, size(v, 1)); Real x = sum(v);': True,
+    'parameter Integer k = kind("data.txt"); Real x = k;': False,
+}
+
+
+@pytest.mark.parametrize(("asked", "kept"), ASKED.items())
+def test_files_that_a_model_asks_for_are_looked_for_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, backend: Backend, asked: str, kept: bool
+) -> None:
+    request = Request(text=ASKING.replace("{asked}", asked))
+
+    def kind() -> tuple[bool, float]:
+        compiled = compile_model(request, backend)
+        return compiled.remembered, end(compiled)
+
+    for place in ("here", "there"):
+        (tmp_path / place).mkdir()
+    (tmp_path / "there" / "data.txt").write_text("", "utf-8")
+    monkeypatch.chdir(tmp_path / "here")
+    assert [kind(), kind()] == [(False, 1), (kept, 1)]
+    monkeypatch.chdir(tmp_path / "there")
+    assert [kind(), kind()] == [(False, 2), (kept, 2)]
+    (tmp_path / "there" / "data.txt").unlink()
+    assert kind() == (False, 1)
+
+
 def test_another_version_compiles_again(monkeypatch: pytest.MonkeyPatch, backend: Backend) -> None:
     request = Request(text=DECAY.format(rate=1))
     compile_model(request, backend)

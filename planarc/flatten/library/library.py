@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from planarc.core.diagnostic import error
+from planarc.core.looked import Looked
 from planarc.ir import syntax
 
 EXTENSIONS = (".pmo", ".mo")
@@ -91,7 +92,7 @@ class Entry:
         if self.folder is not None:
             order = self.folder / "package.order"
             listed = order.read_text("utf-8").split("\n") if order.is_file() else []
-            on_disk = sorted(_names_in(self.folder))
+            on_disk = sorted(self.library.names_in(self.folder))
             known = set(on_disk)
             names += [n.strip() for n in listed if n.strip() in known]
             names += on_disk
@@ -124,6 +125,7 @@ class Library:
         self.roots = tuple(roots)
         self.parse_file = parse_file
         self.parse_annotation = parse_annotation
+        self.looked = Looked()
         self._declarations = tuple(declarations)
         self._top: dict[str, Entry | None] = {}
         self._hidden: dict[str, tuple[Entry, ...]] = {}
@@ -258,11 +260,33 @@ class Library:
             self._files[file] = self.parse_file(file)
         return self._files[file]
 
+    def package_file(self, folder: Path) -> Path | None:
+        """The file that makes a folder a package."""
+        for extension in EXTENSIONS:
+            file = folder / f"package{extension}"
+            if file.is_file():
+                return file
+        if folder.is_dir():  # one may be added
+            self.looked.folders.add(folder)
+        return None
+
+    def names_in(self, folder: Path) -> list[str]:
+        """The names of the classes that a folder holds by its files and folders."""
+        self.looked.folders.add(folder)
+        names = []
+        for path in folder.iterdir():
+            if path.suffix in EXTENSIONS and path.stem != "package":
+                names.append(_plain_name(path.stem))
+            elif path.is_dir() and self.package_file(path) is not None:
+                names.append(_plain_name(path.name))
+        return names
+
     def open_path(self, folder: Path, name: str, full_name: str) -> Entry | None:
         """The class `name` as a folder or a file of `folder`."""
+        self.looked.folders.add(folder)
         if not _is_file_name(name):
             return None
-        package = _package_file(folder / name)
+        package = self.package_file(folder / name)
         if package is not None:
             return Entry(self, full_name, None, package, folder / name)
         for extension in EXTENSIONS:
@@ -283,7 +307,7 @@ class Library:
     def _find_in_root(self, root: Path, name: str) -> Entry | None:
         if root.is_file():
             return self._entry_of_file(root, name)
-        package = _package_file(root)
+        package = self.package_file(root)
         if package is not None:
             if _plain_name(root.resolve().name) == name or self._names_of_file(package) == [name]:
                 return Entry(self, name, None, package, root)
@@ -292,7 +316,7 @@ class Library:
         if entry is not None:
             return entry
         for candidate in _versions(root, name):
-            package = _package_file(candidate)
+            package = self.package_file(candidate)
             if package is not None:
                 return Entry(self, name, None, package, candidate)
             if candidate.is_file():
@@ -311,10 +335,10 @@ class Library:
     def _root_names(self, root: Path) -> list[str]:
         if root.is_file():
             return self._names_of_file(root)
-        package = _package_file(root)
+        package = self.package_file(root)
         if package is not None:
             return self._names_of_file(package)
-        return _names_in(root) if root.is_dir() else []
+        return self.names_in(root) if root.is_dir() else []
 
 
 def split_name(name: str) -> list[str]:
@@ -324,14 +348,6 @@ def split_name(name: str) -> list[str]:
 
 def _is_file_name(name: str) -> bool:
     return "/" not in name and "\\" not in name and "\0" not in name and len(name) < 200
-
-
-def _package_file(folder: Path) -> Path | None:
-    for extension in EXTENSIONS:
-        file = folder / f"package{extension}"
-        if file.is_file():
-            return file
-    return None
 
 
 def _plain_name(file_name: str) -> str:
@@ -355,13 +371,3 @@ def _versions(root: Path, name: str) -> list[Path]:
 
 def _escape_glob(name: str) -> str:
     return re.sub(r"([*?\[])", r"[\1]", name)
-
-
-def _names_in(folder: Path) -> list[str]:
-    names = []
-    for path in folder.iterdir():
-        if path.suffix in EXTENSIONS and path.stem != "package":
-            names.append(_plain_name(path.stem))
-        elif path.is_dir() and _package_file(path) is not None:
-            names.append(_plain_name(path.name))
-    return names

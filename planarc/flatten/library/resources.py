@@ -28,6 +28,7 @@ def resource_path(uri: str, library: Library, span: Span) -> str:
     """
     match = _URI.fullmatch(uri)
     if match is None:
+        library.looked.names.add(uri)
         plain = re.sub(r"^file://(localhost)?", "", uri, flags=re.IGNORECASE)
         return Path(unquote(plain) if plain != uri else uri).absolute().as_posix()
     folder = _folder(match["name"], library)
@@ -39,6 +40,7 @@ def resource_path(uri: str, library: Library, span: Span) -> str:
             hint="write `modelica://Library/path`, and give the library with `--library`",
         )
     path = folder / unquote(match["path"])
+    library.looked.names.add(str(path))
     if not path.exists():
         raise _missing(uri, path, span)
     return path.absolute().as_posix()

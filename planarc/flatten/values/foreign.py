@@ -39,6 +39,8 @@ def external_values(
         raise NotConstant(f"`{function.name}` has another value in each run", span)
     try:
         if external.is_of_texts(name):
+            if external.is_of_files(name):
+                session.library.looked.names.add(str(given[0]))
             found = external.call_texts(name, given)
             return {**empty, **dict(zip(function.results, found, strict=False))}
         numbers = tuple(float(x) for x in compute.flat_values(given))

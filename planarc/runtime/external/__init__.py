@@ -73,6 +73,11 @@ def is_of_texts(name: str) -> bool:
     return name in _TEXTS
 
 
+def is_of_files(name: str) -> bool:
+    """True for functions whose result depends on the files that there are, and where."""
+    return name.startswith("ModelicaInternal_")
+
+
 def is_pure(name: str) -> bool:
     return name not in _IMPURE
 

@@ -1,0 +1,61 @@
+"""What a compilation looked for, found or not, and whether it would find the same today.
+
+The files that it read are not enough: a class file added to a folder may hide a class that was
+found further out, and a model may ask for a file that is not there, or by a relative name.
+"""
+
+from __future__ import annotations
+
+import os
+from hashlib import blake2b
+from pathlib import Path
+from stat import S_IFMT
+
+from msgspec import Struct, field
+
+_CLASSES = (".pmo", ".mo")
+#: Folders with their listings; names as they were asked for, with what they meant.
+Findings = tuple[list[tuple[str, str]], list[tuple[str, str, int]]]
+
+
+class Looked(Struct):
+    """Folders that were searched for classes, and files that the model itself asks for.
+
+    With `open_questions` it asks for more while its equations are made.
+    """
+
+    folders: set[Path] = field(default_factory=set)
+    names: set[str] = field(default_factory=set)
+    open_questions: bool = False
+
+    def findings(self) -> Findings:
+        """What there is now, as plain data."""
+        folders = sorted(os.path.abspath(path) for path in self.folders)  # noqa: PTH100
+        return [(f, _listing(f)) for f in folders], [_meaning(n) for n in sorted(self.names)]
+
+
+def same(findings: Findings) -> bool:
+    """True when a look would find the same now."""
+    folders, names = findings
+    return all(_listing(f) == listing for f, listing in folders) and all(
+        _meaning(found[0]) == tuple(found) for found in names
+    )
+
+
+def _listing(folder: str) -> str:
+    """Changes with what may be classes in a folder; empty where it cannot be listed."""
+    try:
+        with os.scandir(folder) as inside:
+            names = sorted(e.name for e in inside if e.name.endswith(_CLASSES) or e.is_dir())
+    except OSError:
+        return ""
+    return blake2b(os.fsencode("\0".join(names)), digest_size=16).hexdigest()
+
+
+def _meaning(name: str) -> tuple[str, str, int]:
+    """A name, the place that it means from here, and what kind of thing is there."""
+    path = Path(name).absolute()
+    try:
+        return name, str(path), S_IFMT(path.stat().st_mode)
+    except (OSError, ValueError):
+        return name, str(path), 0
