@@ -1,9 +1,9 @@
 """The map: from a file to a result, every way that data takes.
 
     stage        takes               gives               in                        kept on disk
-    ----------   -----------------   -----------------   -----------------------   ------------
+    ----------   -----------------   -----------------   -----------------------   ---------------
     open         Request             Target              request/request.py
-    parse        source text         syntax tree         parse/parser.py           syntax
+    parse        source text         syntax tree         parse/parser.py           syntax, grammar
     flatten      Target              FlatModel           flatten/pipeline.py
     lower        FlatModel           Dae                 lower/pipeline.py
     mechanism    Dae                 Mechanism           insight/topology.py
@@ -38,22 +38,13 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from planarc import stages
 from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.options import Backend, Redundant, RunOptions
 from planarc.remembered import Remembered, recall, remember
 from planarc.request.request import Request, open_target
-from planarc.stages import (
-    attachment_warnings,
-    find_mechanism,
-    flatten,
-    to_code,
-    to_dae,
-    to_program,
-    to_sorted,
-    without_collection,
-)
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
@@ -71,17 +62,17 @@ def compile_model(
         known = recall(request, backend)
     if known is not None:
         return Compiled(known.program, backend, known.code, known.warnings, remembered=True)
-    with without_collection():
+    with stages.without_collection():
         target = open_target(request)
-        model = flatten(target, clock)
+        model = stages.flatten(target, clock)
         try:
-            program, notes = find_program(to_dae(model, clock), request.redundant, clock)
+            program, notes = find_program(stages.to_dae(model, clock), request.redundant, clock)
         except PlanarcError as problem:  # a warning may tell what led to it
             told = {(e.code, e.span) for e in problem.diagnostics}
             others = (w for w in model.warnings if (w.code, w.span) not in told)
             raise PlanarcError((*others, *problem.diagnostics)) from None
         program = replace(program, figures=model.figures)
-        code = to_code(program, backend, clock)
+        code = stages.to_code(program, backend, clock)
     warnings = (*model.warnings, *notes)
     remember(request, backend, target, Remembered(program, code, warnings))
     return Compiled(program, backend, code, warnings)
@@ -92,13 +83,13 @@ def find_program(
 ) -> tuple[Program, tuple[Diagnostic, ...]]:
     """The program of a scalar model, and notes about joints that it accepts."""
     clock = clock or Clock()
-    mechanism = find_mechanism(dae)
+    mechanism = stages.find_mechanism(dae)
     if redundant is Redundant.ACCEPT and mechanism is not None:
         from planarc.probe.redundancy import accept_redundancy
 
         return accept_redundancy(dae, mechanism, clock)
-    program = replace(to_program(to_sorted(dae, clock), clock), mechanism=mechanism)
-    return program, attachment_warnings(dae, mechanism)
+    program = replace(stages.to_program(stages.to_sorted(dae, clock), clock), mechanism=mechanism)
+    return program, stages.attachment_warnings(dae, mechanism)
 
 
 def run(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import planarc
-from planarc import compiler
+from planarc import compiler, remembered
 from planarc.cli.app import run
 from planarc.core.options import Backend, RunOptions
 from planarc.live.session import Order, Session
@@ -118,3 +118,11 @@ def test_the_map_names_files_that_are_there() -> None:
     named = re.findall(r"[\w/]+\.py", compiler.__doc__ or "")
     assert len(named) > 10
     assert [name for name in named if not (package / name).is_file()] == []
+
+
+def test_the_map_names_every_kind_of_entry_that_is_kept() -> None:
+    package = Path(compiler.__file__).parent
+    kept = re.compile(r"\b(?:cache|store|disk)\.store\(\s*\"(\w+)\"")
+    kinds = {k for path in package.rglob("*.py") for k in kept.findall(path.read_text())}
+    kinds |= set(remembered.KINDS)
+    assert kinds <= set(re.findall(r"\w+", compiler.__doc__ or ""))

@@ -18,7 +18,7 @@ ROOMS = {
     "P": {"parse"},
     "F": {"flatten"},
     "L": {"lower"},
-    "S": {"structure", "probe"},
+    "S": {"structure", "probe", "insight"},
     "G": {"codegen"},
     "R": {"solve", "probe", "api"},
     "V": {"api", "catalog", "view"},
