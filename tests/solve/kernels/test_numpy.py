@@ -35,7 +35,7 @@ def test_what_one_kernel_is_told_does_not_rule_another_one(monkeypatch: pytest.M
         kernel = kernels[current_thread().name]
         kernel.parameters()
         for k in range(20):
-            both.wait(timeout=60)
+            both.wait(timeout=300)
             flags.append(kernel.outputs(0.01 * k, ()))
 
     monkeypatch.setattr(support, "_lapack", lapack)
