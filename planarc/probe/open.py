@@ -41,7 +41,8 @@ class Opened(Data):
 
 
 def open_program(program: Program, text: str | None = None) -> Opened:
-    """Raises PlanarcError R414 for parameters without value."""
+    """The program with its workspace filled. Raises PlanarcError R414 for parameters without
+    value."""
     from planarc.codegen.numpy.printer import kernel_source
     from planarc.solve.kernels.numpy.kernel import NumpyKernel
     from planarc.solve.opened import open_program as open_workspace

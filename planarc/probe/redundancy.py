@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
     from planarc.solve.start.system import System
 
-#: What is left out is looked for again so often.
+#: Rounds of looking for what is left out.
 _ROUNDS = 3
 
 

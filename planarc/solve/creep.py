@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-#: So many steps that bring the run forward by less than this part of it: at that pace it
-#: would take ten thousand million. A short stiff transient takes some hundred.
+#: Steps, and the part of the run that they must bring it forward: at a slower pace it would take
+#: ten thousand million. A short stiff transient takes some hundred.
 CREEP_STEPS, CREEP_TIME = 10_000, 1e-6
 
 
 class Creep:
-    """Counts steps between places that lie far enough apart."""
+    """A count of steps between places that lie far enough apart."""
 
     def __init__(self, start: float, span: float) -> None:
         self._least = CREEP_TIME * span

@@ -15,7 +15,7 @@ MOST = 8
 
 
 def once(function: Callable[[Program], Found]) -> Callable[[Program], Found]:
-    """Remembers what a function has found of the last few programs. They are told apart by
+    """Remember what a function has found of the last few programs. They are told apart by
     identity, and kept, so that none takes the place of another."""
     known: dict[int, tuple[Program, Found]] = {}
 

@@ -18,7 +18,8 @@ from planarc.solve.settings import Request, resolve
 
 
 def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Request:
-    """Raises UsageError for a wrong request, PlanarcError R414 for parameters without value."""
+    """Fill the workspace. Raises UsageError for a wrong request, PlanarcError R414 for parameters
+    without value."""
     request = resolve(program, options)
     set_workspace(program, kernel, request)
     Events(program, kernel, request.span).begin(request.start)

@@ -23,7 +23,7 @@ Take = Callable[["NDArray[np.float64]"], None]
 
 
 class Recorder:
-    """Takes a row from the kernel's workspace. `next` is the next row asked for in `grid`."""
+    """The rows taken from a kernel's workspace. `next` is the next row asked for in `grid`."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Recorder:
             ) from None
 
     def reserve(self, rows: int) -> None:
-        """Makes room for so many rows more. New arrays count one `edition` up."""
+        """Make room for so many rows more. New arrays count one `edition` up."""
         import numpy as np
 
         need = self.count + rows
@@ -91,7 +91,7 @@ class Recorder:
         self.count = min(count, self.count)
 
     def back(self, count: int, following: int) -> None:
-        """As it was with so many rows, and row `following` of the grid to come."""
+        """Go back to so many rows, with row `following` of the grid to come."""
         self.count, self.next = count, following
 
     def last(self) -> dict[int, float]:
@@ -118,7 +118,7 @@ def constant_slots(program: Program) -> tuple[int, ...]:
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int32]) -> Take:
-    """Copies the slots of the workspace into a row, the fastest way there is."""
+    """A function that copies the slots of the workspace into a row, the fastest way there is."""
     import numpy as np
 
     try:

@@ -17,7 +17,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.recorder import Recorder
 
-#: So often the run goes back to one place for a better choice of states.
+#: Returns to one place for a better choice of states.
 MOST_VISITS = 6
 
 
@@ -55,7 +55,7 @@ class Refuge:
         self.rows[:] = recorder.count, recorder.next
 
     def enter(self, late: float) -> bool:
-        """From the time `late`, where the run has come too far. Leaves the kernel near this
+        """Go back from the time `late`, where the run has come too far. Leaves the kernel near this
         point, accepted; false where coming here again would not help."""
         self._visits = self._visits + 1 if self.t <= self._late else 1
         self._late = max(self._late, late)

@@ -42,7 +42,7 @@ Progress = Callable[[float], None]
 
 #: Longest time without coming back to Python, seconds of real time.
 PATIENCE = 0.1
-#: So much longer than the last one a march may be.
+#: Factor by which a march may be longer than the last one.
 GROWTH = 64
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
@@ -157,7 +157,7 @@ class Run:
     def _stopped(
         self, t: float, y: Sequence[float], cause: Cause | None = None, block: int = -1
     ) -> Diagnostic:
-        """Why the run cannot go on from here, in words."""
+        """The message about a run that cannot go on from here."""
         scene = failure.Scene(
             self.program,
             self.kernel,
@@ -169,7 +169,7 @@ class Run:
         return failure.stopped(scene, t, y, cause, block)
 
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
-        """What the equations leave open in this mode; told once for each block."""
+        """Warn of what the equations leave open in this mode, once for each block."""
         block = self.kernel.open_block
         found = judge_open(self.program, self.kernel, t, y)
         if found is None:
@@ -231,7 +231,7 @@ class Run:
         return max(1, min(int(steps * factor), most))
 
     def _happens(self, march: March) -> bool:
-        """Treats the event at the time reached, if there is one."""
+        """Treat the event at the time reached, if there is one."""
         on_the_way = march.outcome in (Outcome.BUDGET, Outcome.LOOK)
         if on_the_way and not self.events.present:
             return False

@@ -48,7 +48,7 @@ class Request(Data):
 
 
 def resolve(program: Program, options: RunOptions) -> Request:
-    """Raises `UsageError` (R401 to R407)."""
+    """The request with every default filled in. Raises `UsageError` (R401 to R407)."""
     given = program.experiment
     start = given.start if options.start is None else options.start
     stop = given.stop if options.stop is None else options.stop

@@ -33,7 +33,7 @@ def simulate(
     *,
     progress: Progress | None = None,
 ) -> Result:
-    """Runs the program. `progress` is called now and then with the simulated time.
+    """Run the program. `progress` is called now and then with the simulated time.
 
     Raises `UsageError` for a wrong request, `PlanarcError` where no start exists.
     """

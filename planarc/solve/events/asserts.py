@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Rows(Protocol):
-    """What a recorder has taken: `count` rows, and the column of each slot."""
+    """The rows of a recorder: `count` of them, and the column of each slot."""
 
     time: NDArray[np.float64]
     data: NDArray[np.float64]

@@ -17,14 +17,14 @@ from planarc.solve.events.crossings import Crossings
 from planarc.solve.messages.event import chattering
 from planarc.solve.settings import Request
 
-#: So many events within this part of the run are called chattering.
+#: Events, and the part of the run within which so many are called chattering.
 CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
-#: So many switches in a row smaller than the tolerance resolves are called chattering too.
+#: Switches in a row, each smaller than the tolerance resolves, that are chattering too.
 TINY_COUNT = 8
 
 
 class Chatter:
-    """What is remembered of past events to tell chattering from a busy run."""
+    """A memory of past events, to tell chattering from a busy run."""
 
     def __init__(self, program: Program, crossings: Crossings, request: Request) -> None:
         self._program, self._crossings = program, crossings
@@ -50,7 +50,7 @@ class Chatter:
     def judge(
         self, t: float, crossing: Iterable[int], causes: tuple[str, ...]
     ) -> Diagnostic | None:
-        """Why the run ends with this event, or None. Instants known beforehand have no
+        """The reason to end the run with this event, or None. Instants known beforehand have no
         `causes`: however many they are, they do not chatter."""
         if causes:
             self._recent.append((t, causes))

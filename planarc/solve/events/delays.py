@@ -79,12 +79,12 @@ class Delays:
     # The start
 
     def begin(self, t: float) -> None:
-        """Before start values are solved for."""
+        """Begin the past, before start values are solved for."""
         self._history.start(t, self._last)
         self._free()
 
     def settle_start(self, t: float) -> bool:
-        """Before the start every signal has its value at the start: true when that was not
+        """Give every signal before the start its value at the start: true when that was not
         so yet, so that the start must be solved for once more."""
         if not self.present:
             return False
@@ -168,7 +168,7 @@ class Delays:
                     ahead.append((t, generation))
 
     def cross(self, t: float) -> int | None:
-        """From here on the past right behind `t` counts; the generation of the kinks that
+        """Make the past right behind `t` count from here on; the generation of the kinks that
         come back now, if any do."""
         found: int | None = None
         room = 2 * SAME * max(1.0, abs(t))
@@ -183,7 +183,7 @@ class Delays:
         return found
 
     def values(self, t: float) -> list[float]:
-        """What the delays of fixed time give now."""
+        """The present values of the delays of fixed time."""
         return [
             self._history.value(i, 0, t - interval)
             for i, interval in enumerate(self._intervals)
@@ -191,7 +191,7 @@ class Delays:
         ]
 
     def texts(self, chosen: Sequence[int]) -> tuple[str, ...]:
-        """What the user wrote, of some of `values`."""
+        """The user's text of some of `values`."""
         fixed = [d for d in self._codes if d.interval_slot is None]
         return tuple(fixed[i].text for i in chosen)
 
@@ -230,7 +230,7 @@ def _near(a: float, b: float, part: float) -> bool:
 
 
 def _limit(a: float, b: float, c: float) -> float:
-    """Where a sequence goes whose steps shrink, or grow, by one factor."""
+    """The limit of a sequence whose steps shrink, or grow, by one factor."""
     bend = (c - b) - (b - a)
     return c if _near(c, b, 1e-14) or bend == 0 else c - (c - b) ** 2 / bend
 

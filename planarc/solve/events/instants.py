@@ -133,7 +133,7 @@ def _needed(zero: Expr, lets: _Values) -> list[Expr]:
 
 
 def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
-    """Where a function linear in time vanishes, and whether it is below zero afterwards."""
+    """The zero of a function linear in time, and whether it is below zero afterwards."""
     g = [zero(t) for t in (0.0, 1.0, 2.0)]
     if g[0] is None or g[1] is None or g[2] is None:
         return None

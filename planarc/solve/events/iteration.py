@@ -146,7 +146,7 @@ class Events:
         return done
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
-        """What an event is told to come from."""
+        """The causes of an event, as texts."""
         program, read = self.program, self._whens.reader(0.0)
         texts = [program.relations[i].text for i in crossing]
         texts += [

@@ -30,7 +30,7 @@ from planarc.solve.messages import event as event_failure
 
 #: Iterations at one instant before it is called endless.
 MOST_ITERATIONS = 100
-#: What changed within that many last iterations is named then: one round may take several.
+#: Last iterations of which the changes are named then: one round may take several.
 LAST_ITERATIONS = 16
 #: Relations of which all choices are tried when they chase each other.
 MOST_SEARCHED = 10
@@ -76,7 +76,7 @@ class Settling:
         self._turned: Counter[int] = Counter()
 
     def settle(self, moved: bool) -> bool:
-        """Iterates with fixed pre-values until nothing changes; false where that fails.
+        """Iterate with fixed pre-values until nothing changes; false where that fails.
 
         `moved`: states were set anew, and with these what held relations compare.
         """

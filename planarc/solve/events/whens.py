@@ -30,7 +30,7 @@ from planarc.solve.messages.text import Reader, text_of
 
 
 class Processed(Struct):
-    """What an event did: the states to go on from, and how the run ends, if it does."""
+    """The outcome of an event: the states to go on from, and how the run ends, if it does."""
 
     y: list[float]
     ended: Diagnostic | None = None
@@ -65,7 +65,7 @@ class Whens:
         return actions
 
     def assign(self, t: float, edges: list[tuple[Action, ...]]) -> Diagnostic | None:
-        """Sets the discrete variables; tells the first value that does not exist.
+        """Set the discrete variables; gives the first value that does not exist.
 
         What no clause assigns keeps the value that it had before, also where an earlier
         pass of this instant has set it.

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 class Derivatives(Protocol):
-    """For one scope; a matrix, or None where a formula has no derivative or a block is singular."""
+    """Derivatives of one scope: matrices, or None where a formula has no derivative at the
+    point, or a block is singular."""
 
     def select(self, selection: Sequence[int]) -> None:
         """The choice of states."""
@@ -90,7 +91,7 @@ class Derived(ABC):
 
 
 def _find_unknowns(program: Program, selection: Sequence[int]) -> Unknowns:
-    """Of the blocks that the right-hand side solves, for a choice of states."""
+    """The unknowns of the blocks that the right-hand side solves, for a choice of states."""
     states = set(selection)
     found = Unknowns([], [], [], [])
     solved = {s.block for level in program.levels for s in level if isinstance(s, Solve)}

@@ -32,7 +32,7 @@ def constant_not_finite(program: Program, kernel: Kernel) -> str:
 
 
 class Scene(Data):
-    """What is known of a run when it cannot go on."""
+    """All that is known of a run when it cannot go on."""
 
     program: Program
     kernel: Kernel
@@ -71,7 +71,7 @@ def stopped(
 
 
 class Place(Data):
-    """When it happened, and which states moved fastest then."""
+    """The time at which it happened, and the states that moved fastest then."""
 
     t: float
     when: str = "at"
@@ -81,7 +81,7 @@ class Place(Data):
         return f"{self.when} t = {self.t:.6g} s"
 
     def hint(self, advice: str = "") -> str | None:
-        """With advice, if there is any."""
+        """The hint, with advice, if there is any."""
         told = f"the states that moved fastest were {self.fastest}" if self.fastest else ""
         return "; ".join(part for part in (advice, told) if part) or None
 
@@ -191,7 +191,7 @@ def _given_up(place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None
 
 
 def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:
-    """What gives no finite number at the workspace's point, of time `t`."""
+    """The message about a value that is not finite at the workspace's point, of time `t`."""
     info = trouble.first_not_finite(program, kernel, t)
     advice = "look for a division by something that vanishes, or the root of a negative number"
     if info is None:

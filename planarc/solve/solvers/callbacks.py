@@ -43,8 +43,8 @@ class Callbacks:
         return _ROOTS(self._session.guarded(roots))
 
     def jacobian(self, formulas: Formulas) -> Any:
-        """From formulas; by differences where a function has no derivative, or a mode is
-        singular."""
+        """The Jacobian from formulas, or by differences where a function has no derivative, or a
+        mode is singular."""
 
         def jacobian(t: float, y: int, f: int, matrix: int, *_: object) -> int:
             states = list(self._numbers(y))

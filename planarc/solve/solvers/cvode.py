@@ -242,7 +242,7 @@ class Cvode:
         return min(steps, every - done)
 
     def _judge_differences(self) -> None:
-        """From here on formulas, where differences have cost as much as compiling these."""
+        """Take formulas where differences have cost as much as compiling these."""
         if self._differenced() >= MOST_DIFFERENCES:
             self._derives = True
             self._set_jacobian()

@@ -28,7 +28,7 @@ _P, _D, _L = C.c_void_p, C.c_double, C.c_int64
 
 
 class Arguments(C.Structure):
-    """What one call needs, as the structure that the code below reads."""
+    """The structure that the code below reads, with all that one call needs."""
 
     _fields_ = (
         ("memory", _P),  # of CVODE
@@ -70,7 +70,7 @@ class Arguments(C.Structure):
         ("kept_rows", _P),
         ("edition", _L),  # of the recorder that `rows` and `times` belong to
     )
-    #: What must live as long as the addresses above.
+    #: Objects that must live as long as the addresses above.
     held: tuple[object, ...] = ()
 
 
@@ -282,7 +282,7 @@ class Driver:
     def prepare(
         self, where: Where, kernel: Addresses, recorder: Recorder, watch: Watch
     ) -> Arguments:
-        """What stays the same as long as the run and CVODE's memory do."""
+        """The arguments that stay the same as long as the run and CVODE's memory do."""
         import numpy as np
 
         blocks = np.array([kernel.records[i] for i in watch.blocks], dtype=np.int64)

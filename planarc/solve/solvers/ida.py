@@ -66,7 +66,7 @@ SMALLEST = 1e3
 
 
 class IdaIntegrator(SteppingIntegrator):
-    """Raises `Unavailable` where the library is missing."""
+    """IDA with the kernel's residual form. Raises `Unavailable` where the library is missing."""
 
     name = "ida"
 
@@ -226,7 +226,7 @@ class IdaIntegrator(SteppingIntegrator):
         return _CAUSES.get(flag, Cause.STEP)
 
     def _take(self, t: float, z: Any) -> None:
-        """What the blocks start from when they are solved here."""
+        """Let the blocks start from these values when they are solved here."""
         flag, _, _ = self._equations.residual_form(t, *self._parts(z), self._unknowns)
         if flag == 0:
             self._kernel.accept(t)

@@ -28,7 +28,7 @@ class Outcome(Enum):
 
 
 class Cause(Enum):
-    """Why no further step was possible."""
+    """The reason for which no further step was possible."""
 
     ERROR_TEST = "the error test failed with the smallest step"
     CONVERGENCE = "the corrector did not converge with the smallest step"
@@ -62,14 +62,14 @@ class Counts(Data):
 
 
 class Past(Protocol):
-    """Who must see every step."""
+    """An observer that must see every step."""
 
     def take(self, stepper: Stepper, begin: float) -> bool:
         """The step from `begin` to where the stepper is; false where the run cannot go on."""
 
 
 class Settings(Data):
-    """What does not change during a run."""
+    """The settings that do not change during a run."""
 
     tolerance: float
     span: float
@@ -102,12 +102,12 @@ class Integrator(Protocol):
         only way in which zero function i may cross; `step` the first step to try."""
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        """At `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
+        """March on; at `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
 
     def last_step(self) -> float: ...
 
     def errors(self) -> Sequence[float]:
-        """Of each state in the last step that was tried, as a part of its tolerance; nothing
+        """The error of each state in the last step tried, as a part of its tolerance; nothing
         where that is not known."""
 
     def counts(self) -> Counts: ...

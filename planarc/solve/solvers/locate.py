@@ -14,7 +14,7 @@ Interpolant = Callable[[float], Sequence[float]]
 
 
 def crossed(old: Sequence[float], new: Sequence[float], directions: Sequence[int]) -> list[int]:
-    """For each zero function the direction in which it crossed, or 0."""
+    """The direction in which each zero function crossed, or 0."""
     return [
         d if (d > 0 and a < 0 <= b) or (d < 0 and a > 0 >= b) else 0
         for a, b, d in zip(old, new, directions, strict=True)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
 _RETRIES = 12
-#: With fewer states differences of the right-hand side are cheaper than its derivatives.
+#: States from which derivatives of the right-hand side are cheaper than its differences.
 FEWEST_DERIVED = 8
 
 
@@ -68,7 +68,7 @@ class ScipyIntegrator(SteppingIntegrator):
         return self._rhs(t, y.tolist())
 
     def _jacobian(self, t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        """From the formulas; by differences at a point where these have no derivative."""
+        """The Jacobian from formulas; by differences at a point where these have no derivative."""
         assert self._formulas is not None
         found = self._formulas.state_jacobian(t, y.tolist())
         if found is not None:

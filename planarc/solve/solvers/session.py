@@ -12,7 +12,7 @@ from typing import Any
 
 from planarc.solve.solvers.sundials import Sundials, Unavailable
 
-#: Of `CVode` and `IDASolve`: come back after every step.
+#: The task of `CVode` and `IDASolve` that comes back after every step.
 ONE_STEP = 2
 
 
@@ -55,7 +55,7 @@ class Session:
         return flag
 
     def check(self, name: str, *arguments: object) -> None:
-        """As `call`, for what must not fail. Raises `Unavailable`."""
+        """Call a function that must not fail. Raises `Unavailable`."""
         flag = self.call(name, *arguments)
         if flag < 0:
             raise Unavailable(f"{self._prefix}{name} of SUNDIALS refused with {flag}")
@@ -122,7 +122,7 @@ class Session:
         return step.value
 
     def errors(self, size: int) -> Sequence[float]:
-        """Of each unknown in the last step that was tried, as a part of its tolerance."""
+        """The error of each unknown in the last step tried, as a part of its tolerance."""
         if not self.present:
             return ()
         own = [self.lib.N_VNew_Serial(size, self.context) for _ in range(2)]

@@ -78,7 +78,7 @@ class SteppingIntegrator(ABC):
 
     @abstractmethod
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
-        """What the next step is made from: absolute tolerances, and the first step to try."""
+        """Begin anew with these absolute tolerances, and the first step to try."""
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         past = self._settings.past
@@ -109,7 +109,7 @@ class SteppingIntegrator(ABC):
         return ydot
 
     def _rooted(self, t: float, y: list[float], limit: float) -> March:
-        """Goes to `t`, the end of a step, or to the first root in it."""
+        """Go to `t`, the end of a step, or to the first root in it."""
         g = [0.0] * len(self._g)
         if g:
             if self._kernel.roots(t, y, g) != 0:

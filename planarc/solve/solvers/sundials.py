@@ -75,7 +75,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }
 
-#: As above, of the library `ida`.
+#: The functions of the library `ida`, likewise.
 _IDA_FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "IDACreate": (_P, (_P,)),
     "IDAFree": (None, (C.POINTER(_P),)),
@@ -140,7 +140,7 @@ def _find(libraries: list[C.CDLL], name: str) -> Any:
 
 @cache
 def open_sundials() -> Sundials:
-    """Raises `Unavailable` with the reason."""
+    """The functions of CVODE and what it needs. Raises `Unavailable` with the reason."""
     sundials = Sundials(_opened(_PARTS)[::-1])
     numbers = [_I(), _I(), _I()]
     label = C.create_string_buffer(32)
@@ -186,7 +186,7 @@ def _library_files(parts: tuple[str, ...] = _PARTS) -> list[Path]:
 
 
 def _wheel() -> tuple[Path, list[str]]:
-    """Where the wheel was unpacked, and its list of files (PEP 376). `importlib.metadata`
+    """The wheel's folder, and its list of files (PEP 376). `importlib.metadata`
     reads it too, but its own import takes longer than all that is done here."""
     spec = find_spec("sksundae")
     if spec is None or spec.origin is None:

@@ -16,7 +16,7 @@ from planarc.solve.refuge import Refuge
 
 #: The greatest sensitivity of a determined candidate to a state that is accepted.
 WORST = 5.0
-#: What was accepted although it is worse must grow by this factor to be looked at again.
+#: Factor by which a worse choice that was accepted must grow to be looked at again.
 GROWN = 1.3
 #: A velocity that small says nothing about ratios.
 AT_REST = 1e-9
@@ -57,7 +57,7 @@ class Watch:
         self.restart()
 
     def restart(self) -> None:
-        """Of the integrator: its steps are small and tell little of where it goes."""
+        """Look soon: a new integrator's steps are small and tell little of where it goes."""
         self._steps, self._patience = 0, FIRST_STEPS
 
     def begin(self, values: Sequence[float], limit: float) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
-#: Farther than this (radians, metres) an assembly is not called the one that was meant.
+#: Distance (radians, metres) up to which an assembly is the one that was meant.
 NEAR = 0.5
 #: Newton's iterations from written values that agree: there is no way to go for them.
 AGREEING = 12
@@ -97,7 +97,7 @@ def _agreeing(
     free: Sequence[int],
     guides: Sequence[Guide],
 ) -> newton.Root | None:
-    """Where all written values agree with each other none of them is moved."""
+    """The root that moves no written value, where all of these agree with each other."""
 
     strong = [g for g in guides if g.weight == WRITTEN]
     kept = {g.column for g in strong}
@@ -192,7 +192,7 @@ def _pulled(
     free: Sequence[int],
     guides: Sequence[Guide],
 ) -> Vector:
-    """Where conditions and written values are met as well as can be."""
+    """The guess at which conditions and written values are met as well as can be."""
 
     strong = {g.slot: g.start for g in guides if g.weight == WRITTEN}
     part = Part(system, u, rows, free, strong, PULL)

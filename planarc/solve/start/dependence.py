@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 RANK = 1e-7
 #: Steps of differences, relative to max(1, |x|): of second order, they err by about 1e-10.
 _STEP = 1e-5
-#: How far the mechanism is moved (radians, metres), and which part of it must be seen.
+#: Way by which the mechanism is moved (radians, metres), and the part of it that must be seen.
 _MOVE, _SEEN = 0.05, 0.5
 #: Moves along all free directions at once, for a place that is like no other.
 _WIDE = (0.07, -0.19, 0.31)
-#: Of more rows it is not asked which of them does not fit.
+#: Rows up to which the one that does not fit is looked for.
 _MOST = 60
-#: So often a better place is gone to.
+#: Rounds of going to a better place.
 _ROUNDS = 4
 
 

@@ -29,7 +29,7 @@ class NotAssembled(PlanarcError):
     """The conditions at the start cannot be met, or contradict each other (R411, R412)."""
 
 
-#: Below this a length (m) or an angle (rad) is a zero of Newton's method.
+#: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
 
 
@@ -74,7 +74,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
 
 
 def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
-    """Finds out which of the conditions cannot be met, and with which others."""
+    """Find out which of the conditions cannot be met, and with which others."""
     import numpy as np
 
     if all(system(p) is None for p in places(u0)):

@@ -143,7 +143,7 @@ class _Span:
         self._held: list[int] = []
 
     def add(self, i: int) -> bool:
-        """Holds a candidate if it is independent of those held before."""
+        """Hold a candidate if it is independent of those held before."""
         row, count = self._motions[i], len(self._held)
         if count == len(row):
             return False

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8
-#: How far the mechanism is moved (radians, metres), and how far it must have got.
+#: Ways by which the mechanism is moved (radians, metres), and the way that it must have got.
 STEPS, MOVED = (0.07, -0.11), 0.01
 #: A condition takes part in a dependency with at least this weight.
 PART = 0.05

@@ -34,7 +34,7 @@ FITS = 1e-6
 
 
 def strict(program: Program) -> Program:
-    """The same, held at the start to what was left out since it follows from the rest."""
+    """The program held at the start to what was left out since it follows from the rest."""
     if program.sharing is None:
         return program
     held = [c.held for c in program.sharing.conditions if c.held is not None]
@@ -42,7 +42,7 @@ def strict(program: Program) -> Program:
 
 
 def left_out_rows(system: System) -> list[int]:
-    """Of a strict program: the rows that hold it to what was left out, in their order."""
+    """The rows of a strict program that hold it to what was left out, in their order."""
     conditions = enumerate(system.conditions, system.fixed_rows.start)
     return [row for row, f in conditions if f.display.startswith(MISFIT)]
 
@@ -130,7 +130,7 @@ def _depends(names: str) -> PlanarcError:
 
 
 def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> Diagnostic | None:
-    """Of the conditions that were left out, the first that does not hold; `values` gives those
+    """The first condition that was left out and does not hold; `values` gives those
     of a slot over the times."""
     import numpy as np
 

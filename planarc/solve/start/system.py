@@ -57,7 +57,7 @@ class System:
         self._known: tuple[bytes, tuple[int, ...], Vector] | None = None
 
     def holding(self, others: Sequence[FixedSlot]) -> System:
-        """The same with some more variables held."""
+        """The system with some more variables held."""
         if not others:
             return self
         return System(self.program, self.kernel, self.t, self.given, others)
@@ -69,7 +69,7 @@ class System:
 
     @cached_property
     def asking(self) -> list[int | FixedSlot]:
-        """What asks to be held: fixed candidates (by number), then all that was written, by
+        """All that asks to be held: fixed candidates (by number), then all that was written, by
         StateSelect and declaration."""
         program, places = self.program, declared(self.program)
         last = len(places)

@@ -25,7 +25,7 @@ from planarc.solve.states.selector import Selector, lost_diagnostic
 
 
 class GoOn(Data):
-    """Where the run restarts; `step` is the first one to try."""
+    """The point at which the run restarts; `step` is the first one to try."""
 
     t: float
     y: list[float]
@@ -51,7 +51,7 @@ class States:
         self.choices: list[StateChoice] = []
 
     def choose(self, t: float, held: Sequence[Held]) -> None:
-        """At the workspace's values, without regard to an earlier choice; `held` tells of each
+        """Choose by the workspace's values, whatever was chosen before; `held` tells of each
         candidate whether its start value was. Raises R423."""
         self.take(self.selector.choose([i for i, h in enumerate(held) if h.held]))
         self.choices[:] = [self._choice(t)]

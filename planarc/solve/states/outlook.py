@@ -27,13 +27,13 @@ from planarc.solve.solvers.watch import GROWN, Watch
 
 #: Turning of psi with the coordinates (per radian or metre) that is reckoned with at least.
 RATE = 0.5
-#: Of what was seen of it on the way, and of what is seen at a look.
+#: Factors on the turning seen on the way, and on that seen at a look.
 SEEN, PRESENT = 1.5, 1.25
 #: Part of the turn that is left to use up before the next look.
 CAUTION = 0.75
 #: The least turn taken to be left.
 LEAST = 0.04
-#: How far along the motion the second place lies.
+#: Way along the motion to the second place.
 BESIDE = 1e-4
 #: A dead centre so much way ahead (radians or metres), as psi turns now, is near.
 SOON = 0.5
@@ -66,8 +66,8 @@ class Outlook:
         self._psi, self._rate = 0.0, RATE
 
     def plan(self, worst: float, bound: float, changed: bool, paces: Paces) -> None:
-        """After a look that found `worst`; the next one must come before `bound`. Where the
-        choice `changed`, psi is another angle than before."""
+        """Plan the next look, which must come before `bound`, after one that found `worst`.
+        Where the choice `changed`, psi is another angle than before."""
         values = [float(self._kernel.w[s]) for s in self._slots]
         way = max(map(abs, map(sub, values, self._seen)), default=0.0)
         psi = math.atan(worst)

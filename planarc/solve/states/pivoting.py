@@ -21,7 +21,7 @@ Rows: TypeAlias = Sequence[Sequence[float]]
 
 #: A pivot of a better class may be smaller than the largest by this factor.
 GIVE_WAY = 0.2
-#: Up to this many rows Python is faster than NumPy.
+#: Rows up to which Python is faster than NumPy.
 SMALL = 6
 
 

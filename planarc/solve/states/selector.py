@@ -56,9 +56,9 @@ if TYPE_CHECKING:
 
 #: A look that finds this came too late.
 OVERDUE = 10.0
-#: With a state that must stay one, the run goes on until this.
+#: Sensitivity up to which the run goes on with a state that must stay one.
 LOST = 25.0
-#: So much more of it is accepted before a state gives way to a lower class of StateSelect,
+#: Factor that is accepted before a state gives way to a lower class of StateSelect,
 #: where it does not grow without bound: a preferred state is kept past a place where the
 #: others move fast, but leaves before a dead centre, where its errors are multiplied.
 PREFERENCE = 1.45
@@ -87,7 +87,7 @@ class Selector:
         self._present: dict[int, list[list[float]]] = {}
         self._determined: dict[int, list[int]] = {}
         slots = [c for i in self.open for c in self._slots(i)]
-        #: Of these the velocities are compared: those of accelerations would say nothing.
+        #: Blocks whose velocities are compared: those of accelerations would say nothing.
         self._paced = [i for i in self.open if program.blocks[i].height > 1]
         paced = sum(len(program.blocks[i].tears) for i in self._paced)
         self.watch = Watch(slots, paced, self.open, len(slots))
@@ -102,7 +102,7 @@ class Selector:
         return Outlook(self._program, self._kernel, self.watch, self._sensitivities)
 
     def choose(self, held: Collection[int]) -> list[int]:
-        """At the workspace's values, without regard to an earlier choice. Raises R423.
+        """Choose by the workspace's values, whatever was chosen before. Raises R423.
 
         Of equal candidates those become states that are held at the start.
         """
@@ -113,7 +113,7 @@ class Selector:
         return self.selection()
 
     def restore(self, selection: Collection[int]) -> None:
-        """Back to an earlier choice."""
+        """Go back to an earlier choice."""
         states = set(selection)
         for i in self._determined:
             block = self._program.blocks[i]
@@ -150,7 +150,7 @@ class Selector:
         return chosen
 
     def _determined_of(self, i: int) -> list[int]:
-        """Of a block that follows another one: the derivatives of what is determined there."""
+        """The tears that are determined: where a block follows another one, their derivatives."""
         if i not in self._leader:
             return self._determined[i]
         leader, places = self._leader[i]
@@ -322,7 +322,7 @@ class Selector:
 
 
 def classes_of(program: Program, held: Collection[int]) -> list[int]:
-    """Of each candidate: low ones should be determined, high ones should be states.
+    """The class of each candidate: low ones should be determined, high ones should be states.
 
     A coordinate and its derivatives are states together, so the highest of them counts.
     """
@@ -379,7 +379,7 @@ def open_blocks(program: Program) -> tuple[int, ...]:
 
 @once
 def driven_blocks(program: Program) -> frozenset[int]:
-    """Of the open blocks those whose velocities are determined: they move as they are driven."""
+    """The open blocks whose velocities are determined: they move as they are driven."""
     homes = {c.slot: c.block for c in program.candidates}
     found = set()
     for i in open_blocks(program):

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 
 class NativeDerivatives:
-    """For one scope. What is given back is None where a formula has no derivative at this
-    point, or a block is singular."""
+    """See `kernels.derived.Derivatives`."""
 
     def __init__(self, program: Program, engine: Engine, scope: Scope, frame: int) -> None:
         self._program = program
@@ -120,7 +119,7 @@ class NativeDerivatives:
         return self._passed(t, [*self._rates, *rows])
 
     def prepare(self, scales: Sequence[float], data: int) -> None:
-        """For CVODE: `data` is SUNDIALS' function that gives a matrix's numbers."""
+        """Make ready for CVODE; `data` is SUNDIALS' function that gives a matrix's numbers."""
         self._place()
         self._keep(Passing.SCALES, np.array(scales, float))
         self._keep(Passing.MOVED, np.zeros(len(self._states)))
@@ -133,5 +132,5 @@ class NativeDerivatives:
 
 
 def _whole(columns: int) -> int:
-    """As many as there are in whole chunks."""
+    """The columns in whole chunks."""
     return -(-columns // CHUNK) * CHUNK

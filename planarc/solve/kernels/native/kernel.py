@@ -214,7 +214,7 @@ class NativeKernel(Derived):
     def _tables(
         self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
     ) -> tuple[NDArray[np.int64], int]:
-        """What `pc_differences` reads, and the length of its rows."""
+        """The table that `pc_differences` reads, and the length of its rows."""
         key = columns, slots, below
         if key not in self._asked:
             initial = 0 if below else len(self._initial)
@@ -282,7 +282,7 @@ class NativeKernel(Derived):
         return self._call_evaluate(mode)
 
     def _begin(self) -> None:
-        """Before a point was accepted, blocks start from the start values, at rest."""
+        """Start blocks from the start values, at rest, before a point was accepted."""
         if self._started:
             return
         self._accepted[:] = 0.0

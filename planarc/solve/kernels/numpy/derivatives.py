@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Matrix = NDArray[np.float64]
 
-#: Up to so many nodes a full matrix is quicker.
+#: Nodes up to which a full matrix is quicker.
 LARGEST_FULL = 40
 
 
@@ -89,7 +89,7 @@ def _finite(matrix: Matrix) -> Matrix | None:
 
 
 class System:
-    """For a choice of what moves: node `seeds[j]` by one in column j (-1: nothing does)."""
+    """The linear system for a choice of what moves: node `seeds[j]` by one in column j (-1: none)."""
 
     def __init__(self, tape: Tape, seeds: Sequence[int]) -> None:
         import numpy as np

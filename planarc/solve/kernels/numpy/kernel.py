@@ -227,7 +227,7 @@ class NumpyKernel(Derived):
         return code, values
 
     def _begin(self) -> None:
-        """Before a point was accepted, blocks start from the start values."""
+        """Start blocks from the start values, before a point was accepted."""
         program, w = self._program, self.w
         starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
         for block in self._blocks:
@@ -257,7 +257,7 @@ class NumpyKernel(Derived):
         return self._equations[following][1] if following < len(self._equations) else -1
 
     def _check_all(self) -> int:
-        """After `rest`: every result must be finite."""
+        """The flag of a result that is not finite, after `rest`."""
         total = sum(self._pick(self.w))
         return 0 if total - total == 0.0 else self._not_finite()
 
