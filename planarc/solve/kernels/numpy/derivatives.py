@@ -89,7 +89,7 @@ def _finite(matrix: Matrix) -> Matrix | None:
 
 
 class System:
-    """The linear system for a choice of what moves: node `seeds[j]` by one in column j (-1: none)."""
+    """The linear system in which node `seeds[j]` moves by one in column j (-1: none does)."""
 
     def __init__(self, tape: Tape, seeds: Sequence[int]) -> None:
         import numpy as np
