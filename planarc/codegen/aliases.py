@@ -15,17 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from planarc.ir.calculus import time_derivative
-from planarc.ir.dae import (
-    Action,
-    Assertion,
-    Dae,
-    Message,
-    Reinit,
-    Relation,
-    Sampler,
-    SetDiscrete,
-    Terminate,
-)
+from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, Substitution, symbols
 from planarc.ir.sorted import Alias
 
@@ -53,31 +43,3 @@ class Aliases:
     def __call__(self, root: Expr) -> Expr:
         found = {s: self.target(s) for s in symbols(root) if s.name in self._by_name}
         return Substitution(self._table, found)(root) if found else root
-
-    def message(self, message: Message) -> Message:
-        return Message(
-            tuple(p if isinstance(p, str) else (self(p[0]), p[1]) for p in message.parts)
-        )
-
-    def assertion(self, a: Assertion) -> Assertion:
-        return Assertion(self(a.condition), self.message(a.message), a.warning, a.component, a.span)
-
-    def action(self, action: Action) -> Action:
-        match action:
-            case SetDiscrete():
-                return SetDiscrete(action.name, self(action.value), action.span)
-            case Assertion():
-                return self.assertion(action)
-            case Terminate():
-                return Terminate(self.message(action.message), action.span)
-            case Reinit():
-                symbol, value = self.target(action.symbol), self(action.value)
-                if symbol.op is Op.NEG:
-                    symbol, value = symbol.args[0], self._table.neg(value)
-                return Reinit(symbol, value, action.span)
-
-    def relation(self, r: Relation) -> Relation:
-        return Relation(self(r.zero), r.strict, r.time_only, r.text, r.span)
-
-    def sampler(self, s: Sampler) -> Sampler:
-        return Sampler(self(s.start), self(s.interval), s.span)

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from planarc.codegen.sections import write_sections
 from planarc.codegen.tables import Tables
+from planarc.ir.actions import rewrite_action
 from planarc.ir.dae import Equation
 from planarc.ir.program import EquationInfo, Program
 from planarc.ir.sorted import SortedDae
@@ -44,7 +45,7 @@ def generate(sorted: SortedDae) -> Program:
         samplers=tables.samplers(),
         whens=tables.whens(),
         delays=tables.delays(),
-        assertions=tuple(sections.aliases.assertion(a) for a in dae.assertions),
+        assertions=tuple(rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions),
         blocks=sections.blocks,
         parameters=sections.parameters,
         levels=sections.levels,

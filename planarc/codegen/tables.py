@@ -14,7 +14,8 @@ import math
 from planarc.codegen.sections import Sections
 from planarc.core.unit import rate_text
 from planarc.evaluate.value import evaluate
-from planarc.ir.dae import SHARING, Kind, Parameter, Variable
+from planarc.ir.actions import rewrite_action
+from planarc.ir.dae import SHARING, Action, Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.program import (
     CandidateSlot,
@@ -202,10 +203,18 @@ class Tables:
 
     def whens(self) -> tuple[WhenCode, ...]:
         at, aliases = self._layout, self._sections.aliases
+
+        def rewritten(action: Action) -> Action:
+            return rewrite_action(action, self._dae.table, aliases)
+
         return tuple(
             WhenCode(
                 tuple(
-                    (at[name], at[f"pre({name})"], tuple(aliases.action(a) for a in actions))
+                    (
+                        at[name],
+                        at[f"pre({name})"],
+                        tuple(rewrite_action(a, self._dae.table, aliases) for a in actions),
+                    )
                     for name, actions in when.branches
                 ),
                 when.span,

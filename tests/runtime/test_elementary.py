@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 from scipy.optimize import brentq
 from scipy.special import sici
 
@@ -47,6 +48,9 @@ class _Numbers:
 def test_a_row_is_whole(row: Elementary) -> None:
     assert TABLE[row.name] is row
     assert (row.in_native or row.built) and (row.in_numpy or row.built)
+    if row.inverse:
+        there, back = getattr(sympy, row.name), getattr(sympy, row.inverse)
+        assert back(there(sympy.Rational(2, 5))).evalf() == pytest.approx(0.4)
     value = row.value(*_given(row, 0.4))
     assert isinstance(value, float)
     if row.built is not None:
