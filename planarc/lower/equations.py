@@ -88,9 +88,12 @@ def add_equation(
 
 
 def _is_discrete(model: Model, held: frozenset[str], e: dae.Equation) -> bool:
-    found = {s.name for s in symbols(e.left, e.right)} & model.discretes
-    if found and model.is_steady(e.left) and model.is_steady(e.right):
-        return True
+    if not model.discretes:
+        return False
+    if model.is_steady(e.left) and model.is_steady(e.right):
+        named = (s.name for s in symbols(e.left, e.right))
+        if not model.discretes.isdisjoint(named):
+            return True
     sides = ((e.left, e.right), (e.right, e.left))
     return any(_sets_discrete(model, held, target, value) for target, value in sides)
 
