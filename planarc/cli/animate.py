@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import open_model
+from planarc.cli.analysis import open_model, say_json
 from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Stop
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
@@ -151,21 +151,9 @@ def animate(
 
 
 def _tell(path: Path, made: Made, as_json: bool) -> None:
-    import json
-
     if as_json:
-        console.say(
-            json.dumps(
-                {
-                    "ok": True,
-                    "output": str(path),
-                    "frames": made.frames,
-                    "seconds": made.seconds,
-                    "speed": made.speed,
-                    "notes": list(made.notes),
-                }
-            )
-        )
+        shown = {"frames": made.frames, "seconds": made.seconds, "speed": made.speed}
+        say_json({"output": str(path), **shown, "notes": list(made.notes)})
         return
     if not console.is_quiet():
         rows = [("written", str(path))]
