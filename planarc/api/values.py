@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
+from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 
@@ -41,7 +42,7 @@ def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
         word = "true" if value else "false"
         wanted = "an integer" if parameter.kind is Kind.INTEGER else "a number"
         if parameter.literals:
-            wanted = f"one of {', '.join(f'`{n}`' for n in parameter.literals)}"
+            wanted = f"one of {ticked(parameter.literals)}"
         raise usage_error("C202", f"`{parameter.name}` takes {wanted}, not {word}")
 
 

@@ -17,7 +17,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
-from planarc.core.prose import both, either
+from planarc.core.prose import both, either, ticked
 from planarc.ir.dae import START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
@@ -172,7 +172,7 @@ def _of_kind(parameter: ParameterSlot, value: float) -> float:
             raise _usage(
                 "R409",
                 f"`{parameter.name}` has no literal number {number:g}",
-                f"choose among {', '.join(f'`{n}`' for n in parameter.literals)}",
+                f"choose among {ticked(parameter.literals)}",
             )
     return number
 

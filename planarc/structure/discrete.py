@@ -105,7 +105,7 @@ def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diag
             related=(Related("this when-clause", clause.span),),
         )
     if options:
-        names = ", ".join(f"`{text(s)}`" for s in options)
+        names = ticked(text(s) for s in options)
         return Diagnostic(
             "S314",
             f"the discrete equation {_text(equation)} is one too many: others set {names}",
