@@ -20,7 +20,7 @@ from collections.abc import Iterable, Sequence
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import listed, shortened
+from planarc.core.prose import be, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames
 from planarc.insight.facts import count_text
@@ -120,7 +120,7 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
     message = f"nothing joins {parts} to the ground"
     if ends:
         shown = shortened([f"`{f}`" for f in ends], _SHOWN)
-        message += f": {shown} {'is' if len(ends) == 1 else 'are'} connected to nothing"
+        message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or list(group.components))[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
     place = _place(dae, first.partition(".")[0])
