@@ -23,18 +23,27 @@ def fastest_backend() -> Backend:
 
 
 class Solver(StrEnum):
-    AUTO = "auto"
-    CVODE_BDF = "cvode-bdf"
-    CVODE_ADAMS = "cvode-adams"
-    LSODA = "lsoda"
-    SCIPY_BDF = "scipy-bdf"
-    IDA = "ida"
-    EULER = "euler"
-    RK4 = "rk4"
+    """An integrator by its name; `home` is the module of `solve/solvers` that makes it."""
+
+    home: str
+
+    def __new__(cls, name: str, home: str) -> Solver:
+        member = str.__new__(cls, name)
+        member._value_, member.home = name, home
+        return member
+
+    AUTO = "auto", "cvode"
+    CVODE_BDF = "cvode-bdf", "cvode"
+    CVODE_ADAMS = "cvode-adams", "cvode"
+    LSODA = "lsoda", "scipy"
+    SCIPY_BDF = "scipy-bdf", "scipy"
+    IDA = "ida", "ida"
+    EULER = "euler", "fixed"
+    RK4 = "rk4", "fixed"
 
 
 #: Those that take steps of one length.
-FIXED_STEP = (Solver.EULER, Solver.RK4)
+FIXED_STEP = tuple(solver for solver in Solver if solver.home == "fixed")
 
 
 class Units(StrEnum):

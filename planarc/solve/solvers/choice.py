@@ -1,15 +1,18 @@
-"""Which integrator runs, and why."""
+"""Which integrator runs, and why.
+
+A solver's name says which module makes it (`core.options.Solver.home`), by a function
+`make(solver, kernel, states, settings)` that may raise `Unavailable`.
+"""
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError
-from planarc.core.options import FIXED_STEP, Solver
+from importlib import import_module
+
+from planarc.core.diagnostic import error
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Integrator, Settings
 from planarc.solve.solvers.sundials import Unavailable
-
-#: The method of scipy behind each solver.
-_SCIPY = {Solver.LSODA: "LSODA", Solver.SCIPY_BDF: "BDF"}
 
 
 def make_integrator(
@@ -20,38 +23,21 @@ def make_integrator(
         from planarc.solve.solvers.stateless import Stateless
 
         return Stateless(kernel, settings), "the model has no states"
-    if wanted in FIXED_STEP and settings.fixed_step is not None:
-        from planarc.solve.solvers.fixed import FixedStep
-
-        fixed = FixedStep(kernel, states, settings, wanted.value, settings.fixed_step)
-        return fixed, "a fixed step was asked for"
-    if wanted in _SCIPY:
-        return _scipy(kernel, states, settings, _SCIPY[wanted]), "asked for"
     try:
-        if wanted is Solver.IDA:
-            from planarc.solve.solvers.ida import IdaIntegrator
-
-            return IdaIntegrator(kernel, states, settings), "asked for"
-        from planarc.solve.solvers.cvode import Cvode
-
-        integrator = Cvode(kernel, states, settings, wanted is Solver.CVODE_ADAMS)
+        integrator = _made(wanted, kernel, states, settings)
     except Unavailable as problem:
         if wanted is Solver.AUTO:
-            return _scipy(kernel, states, settings, "LSODA"), f"no CVODE: {problem}"
-        raise PlanarcError(
-            Diagnostic(
-                "R450",
-                f"the solver `{wanted}` cannot be used here: {problem}",
-                hint="choose `auto`, `lsoda` or `scipy-bdf`",
-            )
+            return _made(Solver.LSODA, kernel, states, settings), f"no CVODE: {problem}"
+        raise error(
+            "R450",
+            f"the solver `{wanted}` cannot be used here: {problem}",
+            hint="choose `auto`, `lsoda` or `scipy-bdf`",
         ) from None
     reason = "BDF suits ordinary mechanisms" if wanted is Solver.AUTO else "asked for"
-    if integrator.krylov:
-        reason += f", GMRES {states} states"
-    return integrator, reason
+    return integrator, reason + integrator.remark
 
 
-def _scipy(kernel: Kernel, states: int, settings: Settings, method: str) -> Integrator:
-    from planarc.solve.solvers.scipy import ScipyIntegrator
-
-    return ScipyIntegrator(kernel, states, settings, method)
+def _made(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Integrator:
+    module = import_module(f"planarc.solve.solvers.{solver.home}")
+    integrator: Integrator = module.make(solver, kernel, states, settings)
+    return integrator

@@ -45,6 +45,7 @@ import ctypes as C
 from collections.abc import Sequence
 from typing import Any
 
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
@@ -98,6 +99,10 @@ _CAUSES = {
 }
 
 
+def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Cvode:
+    return Cvode(kernel, states, settings, adams=solver is Solver.CVODE_ADAMS)
+
+
 class Cvode:
     """One run's integrator. Owns its session and callbacks until `close`."""
 
@@ -116,6 +121,7 @@ class Cvode:
             self._addresses = self._machine.addresses(lib.address("N_VGetArrayPointer"))
         self._rhs, self._roots = self._functions()
         self.krylov = states > LARGEST_DENSE
+        self.remark = f", GMRES {states} states" if self.krylov else ""
         self.formulas = self._derives = False
         self._jacobian: Any = None
         self._for_differences = 0

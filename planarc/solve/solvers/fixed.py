@@ -18,15 +18,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.solve.solvers.integrator import Cause, March, Outcome, Settings
 from planarc.solve.solvers.locate import crossed
 from planarc.solve.solvers.stepping import SteppingIntegrator, Unsolved
+from planarc.solve.solvers.sundials import Unavailable
 
 #: A rest shorter than this part of a step is added to the step before it.
 _REST = 1e-9
 
 Values = list[float]
+
+
+def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> FixedStep:
+    if settings.fixed_step is None:
+        raise Unavailable("it needs the length of its steps")
+    return FixedStep(kernel, states, settings, solver.value, settings.fixed_step)
 
 
 class FixedStep(SteppingIntegrator):

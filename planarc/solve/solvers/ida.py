@@ -36,6 +36,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel, Unknowns
 from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
@@ -63,6 +64,10 @@ _JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, C.c_double, *(C.c_void_p,) * 8)
 FEWEST_UNKNOWNS = 16
 #: Least size of an unknown for differences of F, in its absolute tolerance.
 SMALLEST = 1e3
+
+
+def make(_: Solver, kernel: Kernel, states: int, settings: Settings) -> IdaIntegrator:
+    return IdaIntegrator(kernel, states, settings)
 
 
 class IdaIntegrator(SteppingIntegrator):

@@ -83,6 +83,7 @@ class Integrator(Protocol):
     name: str
     looks: bool  # whether a march measures the choice of states at every step
     formulas: bool  # whether the Jacobian comes from formulas
+    remark: str  # behind the reason for it in a run's summary
 
     @property
     def t(self) -> float: ...

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
@@ -32,6 +33,12 @@ _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
 _RETRIES = 12
 #: States from which derivatives of the right-hand side are cheaper than its differences.
 FEWEST_DERIVED = 8
+
+
+def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> ScipyIntegrator:
+    return ScipyIntegrator(
+        kernel, states, settings, "BDF" if solver is Solver.SCIPY_BDF else "LSODA"
+    )
 
 
 class ScipyIntegrator(SteppingIntegrator):

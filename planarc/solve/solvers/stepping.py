@@ -40,6 +40,7 @@ class SteppingIntegrator(ABC):
 
     name = ""
     looks = ends_evaluated = formulas = False
+    remark = ""
     longest = 1 / 50
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
