@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from planarc.codegen.sections import Sections
+from planarc.core.source import Span
 from planarc.core.unit import rate_text
 from planarc.evaluate.value import evaluate
 from planarc.ir.actions import rewrite_action
@@ -184,10 +185,10 @@ class Tables:
             )
         )
 
-    def samplers(self) -> tuple[tuple[int, Expr, Expr], ...]:
+    def samplers(self) -> tuple[tuple[int, Expr, Expr, Span], ...]:
         aliases = self._sections.aliases
         return tuple(
-            (self._layout[f"$sample[{i}]"], aliases(s.start), aliases(s.interval))
+            (self._layout[f"$sample[{i}]"], aliases(s.start), aliases(s.interval), s.span)
             for i, s in enumerate(self._dae.samplers)
         )
 

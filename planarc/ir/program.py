@@ -264,7 +264,7 @@ class Program(Data):
     fixed: tuple[FixedSlot, ...]
     discretes: tuple[DiscreteSlot, ...]
     relations: tuple[RelationSlot, ...]
-    samplers: tuple[tuple[int, Expr, Expr], ...]  # (slot, start, interval)
+    samplers: tuple[tuple[int, Expr, Expr, Span], ...]  # (slot, start, interval, place)
     whens: tuple[WhenCode, ...]
     assertions: tuple[Assertion, ...]
     blocks: tuple[BlockCode, ...]

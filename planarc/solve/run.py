@@ -25,7 +25,7 @@ from planarc.solve.creep import Creep
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
-from planarc.solve.events.instants import Schedule, same
+from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
 from planarc.solve.messages.open_unknowns import judge_open
@@ -91,6 +91,10 @@ class Run:
     def begin(self) -> None:
         """Start values, the first states, the first row."""
         t = self.request.start
+        for found in self.schedule.judge(t, self.request.stop):
+            if found.severity is Severity.ERROR:
+                raise PlanarcError(found)
+            self.warnings.append(found)
         self.events.begin(t)
         self.delays.begin(t)
         for _ in range(START_ROUNDS):
@@ -237,7 +241,7 @@ class Run:
             return False
         t, stop = self.integrator.t, self.request.stop
         crossing = self._crossings(march)
-        known = self.schedule.next(t - 1e-9 * max(1.0, abs(t)))
+        known = self.schedule.next(t - 4 * room(t))
         if same(known, t):
             t = stop if same(known, stop) else known
             truths = self.events.crossings.truths()  # steps may be shorter than an instant
@@ -253,7 +257,7 @@ class Run:
         if march.outcome is Outcome.ROOT:
             self.restart(t, self.integrator.y, self.integrator.last_step())
             return True
-        if same(self.delays.next(t - 1e-9 * max(1.0, abs(t))), t):
+        if same(self.delays.next(t - 4 * room(t)), t):
             self._come_back(t)
             return True
         if march.outcome is Outcome.LIMIT and t >= stop:

@@ -134,7 +134,7 @@ def test_actions_speak_of_what_is_computed(thermostat: SortedDae) -> None:
 
 def test_samplers_and_flags_have_slots(thermostat: SortedDae) -> None:
     program = generate(thermostat)
-    ((slot, start, interval),) = program.samplers
+    ((slot, start, interval, _),) = program.samplers
     assert slot == program.slots["$sample[0]"]
     assert (str(start), str(interval)) == ("0", "p")
     assert {"$initial", "$terminal"} <= program.slots.keys()

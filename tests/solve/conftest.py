@@ -18,7 +18,7 @@ import pytest
 
 import planarc
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.source import Source, Span
+from planarc.core.source import NOWHERE, Source, Span
 from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
 from planarc.ir.expr import Expr, Exprs, Op, postorder, symbol_text
@@ -402,7 +402,7 @@ class _Writer:
         )
         roots = tuple(Let(t.symbol(f"$g{i}"), r[0]) for i, r in enumerate(relations))
         samplers = tuple(
-            (self.slot(f"$sample[{i}]"), t.const(s), t.const(d))
+            (self.slot(f"$sample[{i}]"), t.const(s), t.const(d), NOWHERE)
             for i, (s, d) in enumerate(m.samplers)
         )
         self.slot("$initial")

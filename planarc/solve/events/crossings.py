@@ -14,6 +14,7 @@ from math import copysign
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
+from planarc.solve.events.instants import room
 
 #: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14
@@ -35,7 +36,7 @@ class Crossings:
         self.program, self.kernel = program, kernel
         self.now = [0.0] * len(program.relations)
         self.largest = [0.0] * len(program.relations)
-        self._ahead = 1e-7 * (span or 1.0)
+        self._ahead = self._least = 1e-7 * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
 
     def truths(self) -> list[bool]:
@@ -94,6 +95,7 @@ class Crossings:
 
     def rises(self, t: float, y: Sequence[float]) -> list[float] | None:
         """How far each zero function moves within a short time from here, to first order."""
+        self._ahead = max(self._least, 4 * room(t))
         ydot = [0.0] * len(y)
         if self.kernel.rhs(t, y, ydot) != 0 or self.evaluate(t, y) != 0:
             return None

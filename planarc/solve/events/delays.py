@@ -28,7 +28,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import DelayCode, Program
 from planarc.runtime.history import DEGREE
-from planarc.solve.events.instants import SAME, same
+from planarc.solve.events.instants import room, same
 from planarc.solve.messages.text import Reader
 
 if TYPE_CHECKING:
@@ -43,6 +43,8 @@ SETTLED = 1e-12
 #: Steps before a longer one become part of its piece where they are shorter than this part of
 #: it: derivatives of short pieces would be rounding errors.
 NEGLIGIBLE = 0.08
+#: Part of its size by which a delay time may leave its limits.
+ROUNDING = 1e-12
 #: Part of its size by which a value jumps, and is not only inaccurate.
 JUMP = 1e-9
 
@@ -131,7 +133,7 @@ class Delays:
             if d.interval_slot is None:
                 continue
             interval = self._kernel.w[d.interval_slot]
-            if not -SAME <= interval <= most * (1 + SAME):
+            if not -ROUNDING <= interval <= most * (1 + ROUNDING):
                 self.trouble = Diagnostic(
                     "R462",
                     f"the delay time of `{d.text}` is {interval:.6g} s at t = {t:.6g} s, which"
@@ -171,15 +173,15 @@ class Delays:
         """Make the past right behind `t` count from here on; the generation of the kinks that
         come back now, if any do."""
         found: int | None = None
-        room = 2 * SAME * max(1.0, abs(t))
+        within = 2 * room(t)
         for i, (interval, ahead) in enumerate(zip(self._intervals, self._ahead, strict=True)):
             if interval is None:
                 continue
             while ahead and (same(ahead[0][0] + interval, t) or ahead[0][0] + interval < t):
                 _, generation = ahead.popleft()
                 found = generation if found is None else min(found, generation)
-            self._history.bounds[2 * i] = t - interval + room
-            self._history.bounds[2 * i + 1] = ahead[0][0] - room if ahead else math.inf
+            self._history.bounds[2 * i] = t - interval + within
+            self._history.bounds[2 * i + 1] = ahead[0][0] - within if ahead else math.inf
         return found
 
     def values(self, t: float) -> list[float]:

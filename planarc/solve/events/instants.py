@@ -11,24 +11,32 @@ time alone (`sin(time) > 0`) are found like those of the states.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from sys import float_info
 
 from msgspec import Struct
 
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import Span
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
+from planarc.solve.messages.event import sampling
 from planarc.solve.messages.text import Reader
 
-#: Instants nearer to each other than this, relative to their size, are one.
-SAME = 1e-12
+#: Instants nearer to each other than that many last digits, or than so many seconds, are one:
+#: what follows from parameters and what an integrator finds agree no better.
+DIGITS, SAME = 256, 1e-14
+#: More ticks than this of one sampler take no run to its end.
+MOST_TICKS = 1e9
 
 
 class Sampler(Struct):
     slot: int
     start: float
     interval: float
+    span: Span
     fired: int = 0
 
     def next(self) -> float:
@@ -41,18 +49,26 @@ class Schedule:
     def __init__(self, program: Program, kernel: Kernel, start: float) -> None:
         read = Reader(program, kernel, start)
         self.samplers = [
-            Sampler(slot, float(read(first)), float(read(interval)))
-            for slot, first, interval in program.samplers
+            Sampler(slot, float(read(first)), float(read(interval)), span)
+            for slot, first, interval, span in program.samplers
         ]
         for sampler in self.samplers:
             if sampler.interval > 0 and sampler.start < start:
                 passed = (start - sampler.start) / sampler.interval
-                sampler.fired = max(0, math.ceil(passed - SAME * max(1.0, passed)))
+                sampler.fired = max(0, math.ceil(passed - room(passed)))
         self.switches: dict[int, tuple[float, bool]] = {}
         for i, zero in time_functions(program, kernel, start).items():
             found = _linear_zero(zero)
             if found is not None and found[0] > start:
                 self.switches[i] = found
+
+    def judge(self, start: float, stop: float) -> Iterator[Diagnostic]:
+        """What is wrong with samplers: no ticks at all, or more than a run can take."""
+        for sampler in self.samplers:
+            ticks = (stop - start) / sampler.interval if sampler.interval > 0 else 0.0
+            between = sampler.interval > room(max(abs(start), abs(stop)))
+            if sampler.interval <= 0 or ticks > MOST_TICKS or (ticks >= 1 and not between):
+                yield sampling(sampler.span, sampler.start, sampler.interval, ticks)
 
     def next(self, after: float) -> float:
         """The first instant that lies after a time."""
@@ -74,8 +90,13 @@ class Schedule:
         return fired
 
 
+def room(t: float) -> float:
+    """How far two instants may be apart that are one."""
+    return max(SAME, DIGITS * float_info.epsilon * abs(t))
+
+
 def same(a: float, b: float) -> bool:
-    return a == b or abs(a - b) <= SAME * max(1.0, min(abs(a), abs(b)))
+    return a == b or abs(a - b) <= room(min(abs(a), abs(b)))
 
 
 _Values = Mapping[Expr, Expr]
@@ -133,7 +154,10 @@ def _needed(zero: Expr, lets: _Values) -> list[Expr]:
 
 
 def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
-    """The zero of a function linear in time, and whether it is below zero afterwards."""
+    """The zero of a function linear in time, and whether it is below zero afterwards.
+
+    Far from zero the slope is known to few digits: what is left there is taken off again.
+    """
     g = [zero(t) for t in (0.0, 1.0, 2.0)]
     if g[0] is None or g[1] is None or g[2] is None:
         return None
@@ -141,4 +165,8 @@ def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
     bend = abs(g[2] - 2 * g[1] + g[0])
     if slope == 0 or bend > 1e-12 * max(abs(v) for v in g if v is not None):
         return None
-    return -g[0] / slope, slope < 0
+    at = -g[0] / slope
+    for _ in range(3):
+        rest = zero(at)
+        at -= rest / slope if rest else 0.0
+    return at, slope < 0

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
+from planarc.core.source import Span
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program, RelationSlot
@@ -66,6 +67,25 @@ def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
         first.span if first else None,
         hint="let the model come to rest there (a stuck or resting mode), or smooth the "
         "relation, or put it in `noEvent(...)`",
+    )
+
+
+def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnostic:
+    """A sampler that never ticks is warned of, one that ticks without end is refused."""
+    if interval <= 0:
+        return Diagnostic(
+            "R434",
+            f"`sample({start:g}, {interval:g})` never becomes true: its interval is not positive",
+            span,
+            Severity.WARNING,
+            hint="give `sample` an interval greater than zero",
+        )
+    return Diagnostic(
+        "R434",
+        f"`sample({start:g}, {interval:g})` becomes true {ticks:.3g} times in this run: these "
+        "are more instants than it can take, or can tell apart",
+        span,
+        hint="choose a longer interval, or a shorter run",
     )
 
 
