@@ -11,7 +11,7 @@ import pickle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planarc.core import cache
+from planarc.core import cache, plain
 from planarc.core.data import Data
 from planarc.core.looked import same
 from planarc.core.options import Backend
@@ -102,7 +102,7 @@ def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
     if stored is None:
         return None
     try:
-        files, findings, *entry = pickle.loads(stored)
+        files, findings, *entry = plain.loads(stored)
         valid = same(findings) and all(_unchanged(Path(p), k) for p, k in files)
         return tuple(entry) if valid else None
     except Exception:  # an entry that cannot be read is no entry

@@ -19,6 +19,7 @@ import pickle
 from array import array
 from typing import Any
 
+from planarc.core import plain
 from planarc.ir.expr import Expr, Exprs, Op
 
 #: Operations whose nodes have data.
@@ -43,7 +44,7 @@ def dumps(value: object, table: Exprs) -> bytes:
 
 def loads(data: bytes) -> Any:
     """Read what `dumps` wrote, with a table of its own. Only for data that planarc wrote."""
-    (numbers, operations, told, counts, arguments), body = pickle.loads(data)
+    (numbers, operations, told, counts, arguments), body = plain.loads(data)
     table = Exprs()
     nodes: dict[int, Expr] = {}
     rest = iter(told)
@@ -89,7 +90,7 @@ class _Pickler(pickle.Pickler):
         return -1 if value is self._table else None
 
 
-class _Unpickler(pickle.Unpickler):
+class _Unpickler(plain.PlainReader):
     def __init__(self, buffer: io.BytesIO, table: Exprs, nodes: dict[int, Expr]) -> None:
         super().__init__(buffer)
         self._table = table
