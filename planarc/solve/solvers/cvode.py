@@ -100,7 +100,7 @@ _CAUSES = {
 
 
 def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Cvode:
-    return Cvode(kernel, states, settings, adams=solver is Solver.CVODE_ADAMS)
+    return Cvode(kernel, states, settings, solver is Solver.CVODE_ADAMS)
 
 
 class Cvode:
