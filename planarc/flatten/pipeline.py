@@ -6,6 +6,10 @@ Out:  FlatModel
     instance tree  ->  gather (variables, equations, connections, visuals)
                    ->  connection sets  ->  checks  ->  FlatModel
 
+The rooms stand on each other in this order: library and terms, tree, values, typing,
+functions, instances, connect, sections, checks. What a lower one needs of a higher one it
+asks for through the session (`tree.demand`), which gets the passes from here.
+
 Promises:  all errors found are raised together, once each, in the order of the source.
 Reference: Modelica Language Specification 3.6, section 5.6.
 """

@@ -1,7 +1,7 @@
 """Connect equations: which connectors they join, and whether these fit together.
 
 In:   syntax.Connect, Env
-Out:  Connection   pairs of single connectors; `connection_sets` makes equations of them
+Out:  Connection   pairs of single connectors; `sets` makes equations of them
 
 Example: with `Link link[3];` the equation `connect(link[1:2].b, link[2:3].a)` gives
 the pairs (link[1].b, link[2].a) and (link[2].b, link[3].a).
