@@ -60,7 +60,7 @@ class Motion(Data):
 
 def sample_motion(scene: Scene, when: When) -> Motion:
     """The scene at the instants of frames. Raises UsageError V703 for times that are not in the
-    run, and for too many frames."""
+    run, and V707 for too many frames."""
     import numpy as np
 
     begin, end = _span(scene, when)
