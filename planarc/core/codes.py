@@ -322,7 +322,7 @@ class Code(Enum):
     R431 = "the model ended its run"
     R432 = "events that follow each other without end"
     R433 = "an event that does not come to rest"
-    R434 = "a sampler with no instants, or with too many"
+    R434 = "a `sample` whose interval does not suit the run"
     R440 = "the run was interrupted"
     R450 = "a solver that cannot be used"
     R461 = "a delay of no time"
