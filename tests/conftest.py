@@ -47,7 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def _bytecode(request: pytest.FixtureRequest) -> None:
     """Keep bytecode in pytest's cache where Python must not keep it beside modules: else each
     process that a test starts compiles all modules anew."""
-    kept = request.config.cache
+    kept = getattr(request.config, "cache", None)  # none with `-p no:cacheprovider`
     if kept is not None and os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
         os.environ["PYTHONPYCACHEPREFIX"] = str(kept.mkdir("bytecode"))
 
