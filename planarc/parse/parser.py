@@ -30,8 +30,8 @@ from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
 
 if TYPE_CHECKING:
-    from planarc.parse.grammar.language import Language
     from planarc.parse.grammar.lexer import Token
+    from planarc.parse.language import Language
 
 
 def parse_text(source: Source) -> syntax.StoredDefinition:
@@ -88,9 +88,9 @@ def _without_collecting() -> Iterator[None]:
 
 
 def _parse(start: str, span: Span) -> Any:
-    from planarc.parse.grammar.language import load_language
     from planarc.parse.grammar.lexer import scan
     from planarc.parse.grammar.machine import run
+    from planarc.parse.language import load_language
 
     nul = span.source.text.find("\0", span.start, span.end)
     if nul >= 0:
@@ -119,7 +119,7 @@ def _errors_beside(
 ) -> list[Diagnostic]:
     """The errors beside those of the grammar, found by building the mended text."""
     from planarc.parse.grammar.machine import run
-    from planarc.parse.repair.mistakes import WrongEnd
+    from planarc.parse.mistakes import WrongEnd
 
     language.build.begin(span)
     run(language.table, language.reductions, start, mended)

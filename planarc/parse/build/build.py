@@ -14,7 +14,7 @@ from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
 from planarc.parse.build.parts import Description, Part, cover, nodes
 from planarc.parse.grammar.lexer import Token
-from planarc.parse.repair.mistakes import WrongEnd
+from planarc.parse.mistakes import WrongEnd
 
 _ELEMENT_ORDER = (("redeclare",), ("final",), ("inner",), ("outer",), ("replaceable",))
 _NO_PREFIXES = syntax.Prefixes()

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Source, Span
-from planarc.parse.repair.unreadable import never_closed, skip_illegal
+from planarc.parse.grammar.unreadable import never_closed, skip_illegal
 
 #: Characters of a name.
 MAX_NAME = 1000

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.nearest import nearest
+from planarc.parse.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.expected import expected
-from planarc.parse.repair.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})

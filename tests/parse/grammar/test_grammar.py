@@ -12,9 +12,9 @@ from planarc.core.resources import grammar_file, stdlib
 from planarc.core.source import Source, Span, decode
 from planarc.parse.build.build import Build
 from planarc.parse.grammar.grammar import STARTS, NoLexer, make_lark
-from planarc.parse.grammar.language import load_language
 from planarc.parse.grammar.lexer import scan
 from planarc.parse.grammar.machine import Automaton
+from planarc.parse.language import load_language
 from planarc.parse.parser import parse_file
 
 TEXT = """within A;
