@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planarc.core import resources
-from planarc.parse.grammar import language
+from planarc.parse import language
 from planarc.parse.grammar.grammar import STARTS, make_table, table_text
 
 
