@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import open_model, say_json
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Stop
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.cli.motion import motion_of_mode, named_output, read_result, refuse_run, run_of
@@ -18,102 +18,79 @@ from planarc.core.options import Redundant
 if TYPE_CHECKING:
     from planarc.view.picture.make import Made
 
-TargetOrResult: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        metavar="RESULT|MODEL",
-        help="A result, .csv or .mat; or a model to run: a file, or a class of a library.",
-        show_default=False,
-    ),
-]
-Output: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", metavar="FILE", help="The picture: .svg, .gif, .mp4, .png."),
-]
-From: TypeAlias = Annotated[
-    float | None, typer.Option("--from", help="Show the run from this time on, in seconds.")
-]
-To: TypeAlias = Annotated[
-    float | None, typer.Option("--to", help="Show the run until this time, in seconds.")
-]
-Instant: TypeAlias = Annotated[
-    float | None, typer.Option(metavar="TIME", help="Show one instant instead of a motion.")
-]
-Speed: TypeAlias = Annotated[
-    float | None, typer.Option(help="Seconds of the run in a second of the picture.")
-]
-Rate: TypeAlias = Annotated[float, typer.Option("--fps", help="Frames a second.")]
-Width: TypeAlias = Annotated[int, typer.Option(help="Width in pixels; the height follows.")]
-Dark: TypeAlias = Annotated[
-    bool | None,
-    typer.Option(
-        "--dark/--light", help="The ground; a .svg follows the reader's screen.", show_default=False
-    ),
-]
-Traces: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--trace",
-        metavar="POINT",
-        help="Draw the path of a part or a vector, as couplerBody.r_0CM. Repeatable.",
-        show_default=False,
-    ),
-]
-Layers: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--layer",
-        metavar="LAYER",
-        help="Draw forces, velocities, accelerations or paths. Repeatable.",
-        show_default=False,
-    ),
-]
-ModelName: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        "--model",
-        metavar="FILE|CLASS",
-        help="Of a RESULT: the model that made it, where it is not found by its name.",
-        show_default=False,
-    ),
-]
-Mode: TypeAlias = Annotated[
-    int | None,
-    typer.Option(metavar="N", help="Show the N-th mode of the linear model instead of a run."),
-]
-Around: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        metavar="WHERE", help="Of --mode: around `start`, `equilibrium`, or a time in seconds."
-    ),
-]
-Amplitude: TypeAlias = Annotated[
-    float, typer.Option(help="Of --mode: how far the largest state moves.")
-]
-
 
 def animate(
-    target: TargetOrResult,
-    class_name: ClassName = None,
-    output: Output = None,
-    begin: From = None,
-    end: To = None,
-    at: Instant = None,
-    speed: Speed = None,
-    rate: Rate = 25.0,
-    width: Width = 640,
-    dark: Dark = None,
-    traces: Traces = None,
-    layers: Layers = None,
-    model_name: ModelName = None,
-    mode: Mode = None,
-    around: Around = "start",
-    amplitude: Amplitude = 0.2,
-    stop: Stop = None,
-    settings: Settings = None,
-    library: Libraries = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
-    as_json: AsJson = False,
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="RESULT|MODEL",
+            help="A result, .csv or .mat; or a model to run: a file, or a class of a library.",
+        ),
+    ],
+    class_name: arg.ClassName = None,
+    output: Annotated[
+        Path | None, arg.output_option("The picture: .svg, .gif, .mp4, .png.")
+    ] = None,
+    begin: Annotated[
+        float | None, typer.Option("--from", help="Show the run from this time on, in seconds.")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", help="Show the run until this time, in seconds.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option(metavar="TIME", help="Show one instant instead of a motion.")
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(help="Seconds of the run in a second of the picture.")
+    ] = None,
+    rate: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
+    width: Annotated[int, typer.Option(help="Width in pixels; the height follows.")] = 640,
+    dark: Annotated[
+        bool | None,
+        typer.Option("--dark/--light", help="The ground; a .svg follows the reader's screen."),
+    ] = None,
+    traces: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--trace",
+            metavar="POINT",
+            help="Draw the path of a part or a vector, as couplerBody.r_0CM. Repeatable.",
+        ),
+    ] = None,
+    layers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--layer",
+            metavar="LAYER",
+            help="Draw forces, velocities, accelerations or paths. Repeatable.",
+        ),
+    ] = None,
+    model_name: Annotated[
+        str | None,
+        typer.Option(
+            "--model",
+            metavar="FILE|CLASS",
+            help="Of a RESULT: the model that made it, where it is not found by its name.",
+        ),
+    ] = None,
+    mode: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Show the N-th mode of the linear model instead of a run."),
+    ] = None,
+    around: Annotated[
+        str,
+        typer.Option(
+            metavar="WHERE", help="Of --mode: around `start`, `equilibrium`, or a time in seconds."
+        ),
+    ] = "start",
+    amplitude: Annotated[
+        float, typer.Option(help="Of --mode: how far the largest state moves.")
+    ] = 0.2,
+    stop: arg.Stop = None,
+    settings: arg.Settings = None,
+    library: arg.Libraries = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
+    as_json: arg.AsJson = False,
 ) -> int:
     """Draw the moving mechanism as a picture.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Annotated
 
@@ -24,34 +24,11 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.mistake import mistake
 from planarc.core.nearest import meant, nearest
 
-#: The file and the function of each command, in the order of the help. A command is imported
-#: when it is asked for: all of them together would take half of a check's time.
-COMMANDS: Mapping[str, tuple[str, str]] = {
-    "new": ("new", "new"),
-    "simulate": ("simulate", "simulate"),
-    "view": ("view", "view"),
-    "gallery": ("gallery", "gallery"),
-    "serve": ("serve", "serve"),
-    "check": ("check", "check"),
-    "flatten": ("flatten", "flatten"),
-    "equations": ("equations", "equations"),
-    "compile": ("compile", "compile_model"),
-    "explain": ("explain", "explain"),
-    "list": ("list", "list_classes"),
-    "doc": ("doc", "doc"),
-    "fmt": ("fmt", "fmt"),
-    "compare": ("compare", "compare"),
-    "plot": ("plot", "plot"),
-    "animate": ("animate", "animate"),
-    "cache": ("cache", "cache"),
-    "doctor": ("doctor", "doctor"),
-    "sweep": ("sweep", "sweep"),
-    "linearize": ("linearize", "linearize"),
-    "equilibrium": ("equilibrium", "equilibrium"),
-    "assemble": ("assemble", "assemble"),
-    "drive": ("drive", "drive"),
-    "sensitivity": ("sensitivity", "sensitivity"),
-}
+#: In the order of the help. Each is a function in a file of its name, and imported when it is
+#: asked for: all of them together would take half of a check's time.
+COMMANDS = help_examples.EXAMPLES
+#: The functions that cannot be called as their commands, since Python calls its own ones so.
+_RENAMED = {"compile": "compile_model", "list": "list_classes"}
 
 
 def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
@@ -65,8 +42,7 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     )
     app.callback()(root)
     for name in names:
-        file, function = COMMANDS[name]
-        command = getattr(import_module(f"planarc.cli.{file}"), function)
+        command = getattr(import_module(f"planarc.cli.{name}"), _RENAMED.get(name, name))
         app.command(name, epilog=help_examples.epilog(name))(command)
     return app
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -13,22 +13,16 @@ from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend, Redundant, fastest_backend
 
 if TYPE_CHECKING:
+    from planarc.flatten.library.library import Library
     from planarc.request.request import Request
 
 Target: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        metavar="FILE|CLASS",
-        help="A .pmo or .mo file, or a class of a library.",
-        show_default=False,
-    ),
+    str, typer.Argument(metavar="FILE|CLASS", help="A .pmo or .mo file, or a class of a library.")
 ]
 ClassName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
-        metavar="CLASS",
-        help="The class of FILE, when it is not the one named like the file.",
-        show_default=False,
+        metavar="CLASS", help="The class of FILE, when it is not the one named like the file."
     ),
 ]
 Libraries: TypeAlias = Annotated[
@@ -37,7 +31,6 @@ Libraries: TypeAlias = Annotated[
         "--library",
         metavar="DIR",
         help="A folder of libraries, a package's own folder, or a file. Repeatable.",
-        show_default=False,
     ),
 ]
 RedundantJoints: TypeAlias = Annotated[
@@ -54,6 +47,13 @@ Undrawn: TypeAlias = Annotated[
         "--no-drawing", help="Leave out colours and whatever else only the picture needs."
     ),
 ]
+
+
+def output_option(help: str) -> Any:
+    """`--output`, with what it writes."""
+    return typer.Option("--output", "-o", metavar="FILE", help=help)
+
+
 AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print one JSON object instead of text.")
 ]
@@ -64,7 +64,6 @@ Pattern: TypeAlias = Annotated[
         "--variables",
         metavar="REGEX",
         help="Only variables whose names this regular expression matches anywhere.",
-        show_default=False,
     ),
 ]
 
@@ -75,7 +74,6 @@ Settings: TypeAlias = Annotated[
         "--set",
         metavar="NAME=VALUE",
         help="Set a parameter, or a start value as x.start=1. Repeatable.",
-        show_default=False,
     ),
 ]
 Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
@@ -104,6 +102,21 @@ def make_request(
         f"`{target}` is no file, so `{class_name}` cannot be a class in it",
         hint="give one class, or a file and a class",
     )
+
+
+def open_classes(
+    target: str | None, libraries: Sequence[Path] | None
+) -> tuple[Library, tuple[str, ...]]:
+    """The libraries, and the classes in them that an argument names; without one, all packages."""
+    from planarc.request.request import Request, open_library, open_target
+
+    folders = tuple(libraries or ())
+    if target is not None and not names_file(target):
+        named = open_target(Request(None, target, folders))
+        return named.library, (named.class_name,)
+    file = None if target is None else Path(target)
+    classes, _, declared = open_library(Request(file, None, folders))
+    return classes, classes.top_names() if file is None else declared
 
 
 def names_file(target: str) -> bool:

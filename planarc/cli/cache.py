@@ -9,10 +9,10 @@ import typer
 from planarc.cli import console
 from planarc.cli.exits import Exit
 
-Clear = Annotated[bool, typer.Option("--clear", help="Remove what is kept.")]
 
-
-def cache(clear: Clear = False) -> int:
+def cache(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove what is kept.")] = False,
+) -> int:
     """Show or clear what planarc keeps between runs.
 
     It only saves time: everything in it is made again when it is needed.

@@ -18,33 +18,28 @@ from planarc.core.options import Units
 if TYPE_CHECKING:
     from planarc.ir.mechanism import Mechanism, Mobility
 
-All = Annotated[
-    bool,
-    typer.Option(
-        "--all", help="Check every class of a package, a folder or a file, on all processor cores."
-    ),
-]
-
-UnitOption = Annotated[
-    Units, typer.Option("--units", help="What becomes of units that differ.", show_default=True)
-]
-
-
-Start = Annotated[
-    bool,
-    typer.Option(
-        "--start", help="Make it an error where the mechanism cannot be put together at the start."
-    ),
-]
-
 
 def check(
     target: Target,
     class_name: ClassName = None,
     library: Libraries = None,
-    every: All = False,
-    start: Start = False,
-    units: UnitOption = Units.WARN,
+    every: Annotated[
+        bool,
+        typer.Option(
+            "--all",
+            help="Check every class of a package, a folder or a file, on all processor cores.",
+        ),
+    ] = False,
+    start: Annotated[
+        bool,
+        typer.Option(
+            "--start",
+            help="Make it an error where the mechanism cannot be put together at the start.",
+        ),
+    ] = False,
+    units: Annotated[
+        Units, typer.Option("--units", help="What becomes of units that differ.", show_default=True)
+    ] = Units.WARN,
     as_json: AsJson = False,
 ) -> int:
     """Check a model without running it.

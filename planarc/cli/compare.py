@@ -21,12 +21,8 @@ MOST = 20  # variables that are told, the earliest first
 
 
 def compare(
-    reference: Annotated[
-        Path, typer.Argument(metavar="A", help="The reference, .csv or .mat.", show_default=False)
-    ],
-    other: Annotated[
-        Path, typer.Argument(metavar="B", help="What is compared with it.", show_default=False)
-    ],
+    reference: Annotated[Path, typer.Argument(metavar="A", help="The reference, .csv or .mat.")],
+    other: Annotated[Path, typer.Argument(metavar="B", help="What is compared with it.")],
     tolerance: Annotated[
         float, typer.Option(help="Half the height of the tube, as a share of a variable's range.")
     ] = 1e-3,

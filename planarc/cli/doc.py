@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, names_file
+from planarc.cli.arguments import Libraries, open_classes, output_option
 
 
 def doc(
@@ -17,19 +17,11 @@ def doc(
         typer.Argument(
             metavar="[LIBRARY|CLASS|FILE]",
             help="What to describe; without, all libraries that are found.",
-            show_default=False,
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            "-o",
-            metavar="FILE",
-            help="The page to write; by default the name of the library and `.html`.",
-            show_default=False,
-        ),
+        output_option("The page to write; by default the name of the library and `.html`."),
     ] = None,
     library: Libraries = None,
 ) -> int:
@@ -41,17 +33,8 @@ def doc(
     from planarc.catalog.handbook.gather import gather
     from planarc.catalog.handbook.page import write_handbook
     from planarc.cli.files import page_destination
-    from planarc.request.request import Request, open_library, open_target
 
-    folders = tuple(library or ())
-    if target is None:
-        classes, _, _ = open_library(Request(None, None, folders))
-        names = classes.top_names()
-    elif names_file(target):
-        classes, _, names = open_library(Request(Path(target), None, folders))
-    else:
-        named = open_target(Request(None, target, folders))
-        classes, names = named.library, (named.class_name,)
+    classes, names = open_classes(target, library)
     title = ", ".join(names)
     path = page_destination(title if len(names) == 1 else "libraries", output)
     pages = gather(classes, names)

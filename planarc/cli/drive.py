@@ -8,18 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
-from planarc.cli.arguments import (
-    AsJson,
-    ClassName,
-    Intervals,
-    Libraries,
-    RedundantJoints,
-    Settings,
-    Stop,
-    Target,
-)
 from planarc.cli.files import table_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import usage_error
@@ -27,26 +18,22 @@ from planarc.core.options import Redundant
 
 
 def drive(
-    target: Target,
-    class_name: ClassName = None,
+    target: arg.Target,
+    class_name: arg.ClassName = None,
     motion: Annotated[
         list[str] | None,
         typer.Option(
             metavar="JOINT.phi=MOTION",
             help="A formula of time, or @FILE with rows of time and value. Repeatable.",
-            show_default=False,
         ),
     ] = None,
-    stop: Stop = None,
-    intervals: Intervals = None,
-    settings: Settings = None,
-    library: Libraries = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="All variables, .csv or .mat."),
-    ] = None,
-    as_json: AsJson = False,
+    stop: arg.Stop = None,
+    intervals: arg.Intervals = None,
+    settings: arg.Settings = None,
+    library: arg.Libraries = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
+    output: Annotated[Path | None, arg.output_option("All variables, .csv or .mat.")] = None,
+    as_json: arg.AsJson = False,
 ) -> int:
     """Inverse dynamics: the torques and forces that a motion needs.
 

@@ -36,7 +36,6 @@ def explain(
         typer.Argument(
             metavar="[CODE]...",
             help="Codes such as F320, or letters of stages; without, all codes are listed.",
-            show_default=False,
             autocompletion=_completed,
         ),
     ] = None,

@@ -16,20 +16,19 @@ from planarc.core.source import Source
 
 SUFFIXES = (".pmo", ".mo")
 
-Files = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="FILE|FOLDER",
-        help="Files, or folders of .pmo and .mo files; `-` formats standard input.",
-        show_default=False,
-    ),
-]
-CheckOnly = Annotated[
-    bool, typer.Option("--check", help="Write nothing; exit with 1 when a file would change.")
-]
 
-
-def fmt(files: Files, check: CheckOnly = False) -> int:
+def fmt(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE|FOLDER",
+            help="Files, or folders of .pmo and .mo files; `-` formats standard input.",
+        ),
+    ],
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit with 1 when a file would change.")
+    ] = False,
+) -> int:
     """Format models.
 
     Indentation, spaces and blank lines; comments and line breaks stay as they are.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries
+from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
 from planarc.core.diagnostic import Severity, usage_error
@@ -25,22 +25,16 @@ def gallery(
     targets: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[PACKAGE|FOLDER|FILE]...",
-            help=f"Where the examples are; without, {_LIBRARY}.",
-            show_default=False,
+            metavar="[PACKAGE|FOLDER|FILE]...", help=f"Where the examples are; without, {_LIBRARY}."
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="The page, .html.", show_default=False),
-    ] = None,
+    output: Annotated[Path | None, output_option("The page, .html.")] = None,
     reports: Annotated[
         Path | None,
         typer.Option(
             "--reports",
             metavar="FOLDER",
             help="Write the whole report of each into this folder, and link it.",
-            show_default=False,
         ),
     ] = None,
     library: Libraries = None,

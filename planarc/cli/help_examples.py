@@ -1,8 +1,9 @@
-"""The examples at the end of each command's `--help`."""
+"""The commands, with the examples at the end of each one's `--help`."""
 
 from __future__ import annotations
 
-_EXAMPLES = {
+EXAMPLES = {
+    "new": ("planarc new Swing && planarc simulate Swing.pmo",),
     "simulate": (
         "planarc simulate examples/four_bar.pmo",
         "planarc simulate pendulum.pmo --stop 20 --set rod.L=2 --output run.mat",
@@ -17,6 +18,10 @@ _EXAMPLES = {
     "gallery": (
         "planarc gallery",
         "planarc gallery examples --output examples.html --reports reports",
+    ),
+    "serve": (
+        "planarc serve four_bar.pmo",
+        "planarc serve PlanarMultiBody.Examples.CurveCurveJoint.CamFollower --port 8080 --no-open",
     ),
     "check": (
         "planarc check four_bar.pmo",
@@ -35,7 +40,6 @@ _EXAMPLES = {
         "planarc list PlanarMultiBody.Joints",
     ),
     "doc": ("planarc doc PlanarMultiBody",),
-    "new": ("planarc new Swing && planarc simulate Swing.pmo",),
     "fmt": (
         "planarc fmt crane.pmo",
         "planarc fmt --check .",
@@ -44,10 +48,6 @@ _EXAMPLES = {
     "compare": (
         "planarc compare reference.mat FourBar.csv",
         "planarc compare a.csv b.csv --tolerance 1e-5 --variables '^crank'",
-    ),
-    "serve": (
-        "planarc serve four_bar.pmo",
-        "planarc serve PlanarMultiBody.Examples.CurveCurveJoint.CamFollower --port 8080 --no-open",
     ),
     "plot": (
         "planarc plot FourBar.csv revA.phi revD.phi -o angles.png",
@@ -82,14 +82,6 @@ _EVERYWHERE = (
 )
 
 
-def epilog(command: str | None) -> str:
+def epilog(command: str) -> str:
     """Examples and what holds for all commands; `\\b` keeps the lines of a paragraph."""
-    parts = []
-    if command in _EXAMPLES:
-        parts.append("\n".join(["\b", "Examples:", *(f"  {e}" for e in _EXAMPLES[command])]))
-    parts.append(_EVERYWHERE)
-    return "\n\n".join(parts)
-
-
-def examples(command: str) -> tuple[str, ...]:
-    return _EXAMPLES.get(command, ())
+    return "\n".join(["\b", "Examples:", *(f"  {e}" for e in EXAMPLES[command]), "", _EVERYWHERE])

@@ -8,8 +8,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from planarc.cli import console
 from planarc.cli.apply import apply_settings
 from planarc.cli.exits import Exit, exit_code
@@ -65,8 +63,7 @@ class Run:
         try:
             result, remembered = self._simulate()
         except PlanarcError as error:
-            known = (*self.outcome.diagnostics, *error.diagnostics)
-            self.outcome = replace(self.outcome, diagnostics=known)
+            self.outcome.diagnostics += error.diagnostics
             self._tell(())
             return exit_code(error)
         if len(result.time):
@@ -79,15 +76,11 @@ class Run:
     def _simulate(self) -> tuple[Result, bool]:
         from planarc import compiler
 
-        job, clock = self.job, self.clock
+        job, clock, outcome = self.job, self.clock, self.outcome
         compiled = compiler.compile_model(job.request, job.options.backend, clock)
         program = compiled.program
-        self.outcome = replace(
-            self.outcome,
-            model=program.name,
-            equations=(program.equations_before, program.equations_after),
-            diagnostics=compiled.warnings,
-        )
+        outcome.model, outcome.diagnostics = program.name, compiled.warnings
+        outcome.equations = program.equations_before, program.equations_after
         from planarc.view.storage import refuse_no_match
 
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
@@ -98,9 +91,9 @@ class Run:
                 job.settings, job.request, compiled, job.options
             )
         if notes:
-            counts = compiled.program.equations_before, compiled.program.equations_after
-            known = (*self.outcome.diagnostics, *notes)
-            self.outcome = replace(self.outcome, equations=counts, diagnostics=known)
+            program = compiled.program
+            outcome.equations = program.equations_before, program.equations_after
+            outcome.diagnostics += notes
         else:
             del clock.seconds["compile again"]
         with clock.phase("load"):
@@ -113,23 +106,18 @@ class Run:
                 self._write(result, places, kernel)
             self._late = interruption.asked
         if self._late:
-            known = (*self.outcome.diagnostics, LATE)
-            self.outcome = replace(self.outcome, diagnostics=known)
-        self.outcome = replace(self.outcome, ok=_exit_of(result) == Exit.DONE and not self._late)
+            outcome.diagnostics += (LATE,)
+        outcome.ok = _exit_of(result) == Exit.DONE and not self._late
         return result, compiled.remembered
 
     def _know(self, result: Result) -> None:
+        outcome, statistics = self.outcome, result.statistics
+        for name in ("solver", "backend", "steps", "events"):
+            setattr(outcome, name, getattr(statistics, name))
+        outcome.states = result.states[-1].states if result.states else ()
+        outcome.rows = len(result.time)
         ended = () if result.ended is None else (result.ended,)
-        self.outcome = replace(
-            self.outcome,
-            states=result.states[-1].states if result.states else (),
-            solver=result.statistics.solver,
-            backend=result.statistics.backend,
-            steps=result.statistics.steps,
-            events=result.statistics.events,
-            rows=len(result.time),
-            diagnostics=(*self.outcome.diagnostics, *result.warnings, *ended),
-        )
+        outcome.diagnostics += (*result.warnings, *ended)
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         """All files that can be written; raises UsageError of those that cannot."""
@@ -142,13 +130,13 @@ class Run:
         if places.output is not None:
             try:
                 save(places.output, table)
-                self.outcome = replace(self.outcome, output=str(places.output))
+                self.outcome.output = str(places.output)
             except UsageError as problem:
                 refused += problem.diagnostics
         if places.report is not None:
             try:
                 write_page(places.report, result, kernel)
-                self.outcome = replace(self.outcome, report=str(places.report))
+                self.outcome.report = str(places.report)
             except UsageError as problem:
                 refused += problem.diagnostics
         if refused:
@@ -167,7 +155,8 @@ class Run:
 
     def _tell(self, rows: Sequence[tuple[str, str]]) -> None:
         if self.as_json:
-            console.say(replace(self.outcome, seconds=self._seconds()).as_json())
+            self.outcome.seconds = self._seconds()
+            console.say(self.outcome.as_json())
             return
         if rows and not console.is_quiet():
             console.say_rows(rows)

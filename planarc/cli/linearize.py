@@ -20,12 +20,7 @@ def linearize(
     ] = "start",
     outputs: Annotated[
         list[str] | None,
-        typer.Option(
-            "--output-of",
-            metavar="NAME",
-            help="A variable as output. Repeatable.",
-            show_default=False,
-        ),
+        typer.Option("--output-of", metavar="NAME", help="A variable as output. Repeatable."),
     ] = None,
     settings: Settings = None,
     library: Libraries = None,

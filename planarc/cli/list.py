@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, names_file
+from planarc.cli.arguments import Libraries, open_classes
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry, Library
@@ -21,28 +21,18 @@ def list_classes(
         typer.Argument(
             metavar="[FILE|PACKAGE]",
             help="A .pmo or .mo file, or a package; without, the libraries that are found.",
-            show_default=False,
         ),
     ] = None,
     library: Libraries = None,
 ) -> int:
     """List classes with their kinds and descriptions."""
-    from planarc.request.request import Request, open_library, open_target
-
-    folders = tuple(library or ())
     if target is not None and Path(target).is_dir():
-        classes, _, _ = open_library(Request(None, None, (Path(target), *folders)))
+        classes, _ = open_classes(None, [Path(target), *(library or ())])
         own = type(classes)((Path(target),), classes.parse_file, classes.parse_annotation)
-        found = _below(classes, own.top_names())
-    elif target is None:
-        classes, _, _ = open_library(Request(None, None, folders))
-        found = tuple(_entries(classes, classes.top_names()))
-    elif names_file(target):
-        classes, _, declared = open_library(Request(Path(target), None, folders))
-        found = _below(classes, declared)
+        names = own.top_names()
     else:
-        named = open_target(Request(None, target, folders))
-        found = _below(named.library, (named.class_name,))
+        classes, names = open_classes(target, library)
+    found = _entries(classes, names) if target is None else _below(classes, names)
     console.say("\n".join(_line(entry) for entry in found))
     return 0
 

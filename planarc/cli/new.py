@@ -35,15 +35,12 @@ equation
 end {name};
 """
 
-Name = Annotated[
-    str,
-    typer.Argument(
-        metavar="NAME", help="The name of the model; the file is NAME.pmo.", show_default=False
-    ),
-]
 
-
-def new(name: Name) -> int:
+def new(
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="The name of the model; the file is NAME.pmo.")
+    ],
+) -> int:
     """Write a small working model to start from."""
     path = Path(name) if name.endswith((".pmo", ".mo")) else Path(f"{name}.pmo")
     class_name = path.stem

@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from msgspec import field
+from msgspec import Struct, field
+from msgspec.structs import asdict
 
-from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import in_order, to_json
 
 
-class Outcome(Data):
-    """The findings of a command; None where it stopped before it knew."""
+class Outcome(Struct):
+    """The findings of a command so far; None where it stopped before it knew."""
 
     ok: bool
     model: str | None = None
@@ -33,21 +33,9 @@ class Outcome(Data):
     def as_json(self) -> str:
         """One JSON object, on one line."""
         equations = self.equations and dict(zip(("before", "after"), self.equations, strict=True))
-        return json.dumps(
-            {
-                "ok": self.ok,
-                "model": self.model,
-                "equations": equations,
-                "states": None if self.states is None else list(self.states),
-                "solver": self.solver,
-                "backend": self.backend,
-                "seconds": {phase: round(s, 6) for phase, s in self.seconds.items()},
-                "steps": self.steps,
-                "events": self.events,
-                "rows": self.rows,
-                "output": self.output,
-                "report": self.report,
-                "mechanism": None if self.mechanism is None else dict(self.mechanism),
-                "diagnostics": [to_json(d) for d in in_order(self.diagnostics)],
-            },
-        )
+        told = {
+            "equations": equations,
+            "seconds": {phase: round(s, 6) for phase, s in self.seconds.items()},
+            "diagnostics": [to_json(d) for d in in_order(self.diagnostics)],
+        }
+        return json.dumps({name: told.get(name, value) for name, value in asdict(self).items()})

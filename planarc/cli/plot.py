@@ -9,7 +9,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.analysis import open_model
-from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop
+from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.cli.motion import named_output, run_of
@@ -25,17 +25,10 @@ def plot(
         typer.Argument(
             metavar="RESULT|MODEL",
             help="A result, .csv or .mat, of planarc or another tool; or a model to run.",
-            show_default=False,
         ),
     ],
-    variables: Annotated[
-        list[str],
-        typer.Argument(metavar="VAR...", help="What to draw.", show_default=False),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="The picture: .png, .svg, .pdf."),
-    ] = None,
+    variables: Annotated[list[str], typer.Argument(metavar="VAR...", help="What to draw.")],
+    output: Annotated[Path | None, output_option("The picture: .png, .svg, .pdf.")] = None,
     x: Annotated[str, typer.Option("--x", metavar="VAR", help="What lies along x.")] = "time",
     stop: Stop = None,
     settings: Settings = None,

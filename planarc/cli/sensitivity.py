@@ -7,19 +7,9 @@ from typing import Annotated
 
 import typer
 
+from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
-from planarc.cli.arguments import (
-    AsJson,
-    ClassName,
-    Intervals,
-    Libraries,
-    RedundantJoints,
-    Settings,
-    Stop,
-    Target,
-    Tolerance,
-)
 from planarc.cli.files import csv_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import usage_error
@@ -27,31 +17,25 @@ from planarc.core.options import Redundant
 
 
 def sensitivity(
-    target: Target,
-    class_name: ClassName = None,
+    target: arg.Target,
+    class_name: arg.ClassName = None,
     parameter: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="A parameter. Repeatable.", show_default=False),
+        list[str] | None, typer.Option(metavar="NAME", help="A parameter. Repeatable.")
     ] = None,
     variable: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME",
-            help="A variable. Repeatable; by default those that may be states.",
-            show_default=False,
+            metavar="NAME", help="A variable. Repeatable; by default those that may be states."
         ),
     ] = None,
-    stop: Stop = None,
-    intervals: Intervals = None,
-    tolerance: Tolerance = None,
-    settings: Settings = None,
-    library: Libraries = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="A table over time, .csv."),
-    ] = None,
-    as_json: AsJson = False,
+    stop: arg.Stop = None,
+    intervals: arg.Intervals = None,
+    tolerance: arg.Tolerance = None,
+    settings: arg.Settings = None,
+    library: arg.Libraries = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
+    output: Annotated[Path | None, arg.output_option("A table over time, .csv.")] = None,
+    as_json: arg.AsJson = False,
 ) -> int:
     """Tell how results change with parameters, over time.
 

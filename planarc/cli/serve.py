@@ -7,30 +7,23 @@ from typing import Annotated
 
 import typer
 
+from planarc.cli import arguments as arg
 from planarc.cli import console
-from planarc.cli.arguments import (
-    ClassName,
-    Libraries,
-    RedundantJoints,
-    Target,
-    choose_backend,
-    make_request,
-)
 from planarc.cli.exits import Exit
 from planarc.core.options import Redundant
 
 
 def serve(
-    target: Target,
-    class_name: ClassName = None,
+    target: arg.Target,
+    class_name: arg.ClassName = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes any that is free.")
     ] = 0,
     no_open: Annotated[
         bool, typer.Option("--no-open", help="Print the address, but open no browser.")
     ] = False,
-    library: Libraries = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
+    library: arg.Libraries = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
 ) -> int:
     """Open a page on which the parameters of a model are sliders.
 
@@ -41,8 +34,8 @@ def serve(
     from planarc.live.server import LiveServer
     from planarc.live.session import Session
 
-    request = make_request(target, class_name, library, redundant)
-    session = Session(request, choose_backend(None))
+    request = arg.make_request(target, class_name, library, redundant)
+    session = Session(request, arg.choose_backend(None))
     server = LiveServer(session, request, port)
     try:
         # At once, also into a pipe: a script that starts this waits for it.

@@ -7,20 +7,7 @@ from typing import Annotated
 
 import typer
 
-from planarc.cli.arguments import (
-    AsJson,
-    ClassName,
-    Libraries,
-    Pattern,
-    RedundantJoints,
-    Settings,
-    Stop,
-    Target,
-    Tolerance,
-    choose_backend,
-    make_request,
-    read_pattern,
-)
+from planarc.cli import arguments as arg
 from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import usage_error
@@ -28,17 +15,17 @@ from planarc.core.options import Backend, Redundant, RunOptions, Solver
 
 
 def simulate(
-    target: Target,
-    class_name: ClassName = None,
+    target: arg.Target,
+    class_name: arg.ClassName = None,
     start: Annotated[float | None, typer.Option(help="Start time in seconds.")] = None,
-    stop: Stop = None,
+    stop: arg.Stop = None,
     interval: Annotated[
         float | None, typer.Option(help="Seconds from one row of the result to the next.")
     ] = None,
     intervals: Annotated[
         int | None, typer.Option(help="Number of intervals, instead of their length.")
     ] = None,
-    tolerance: Tolerance = None,
+    tolerance: arg.Tolerance = None,
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
@@ -50,19 +37,16 @@ def simulate(
             help="How equations are run: by default native code, where llvmlite is installed."
         ),
     ] = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
-    settings: Settings = None,
-    library: Libraries = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Result file, .csv or .mat."),
-    ] = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
+    settings: arg.Settings = None,
+    library: arg.Libraries = None,
+    output: Annotated[Path | None, arg.output_option("Result file, .csv or .mat.")] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Page with motion and curves, .html.")
     ] = None,
     no_output: Annotated[bool, typer.Option("--no-output", help="Write no result file.")] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no page.")] = False,
-    variables: Pattern = None,
+    variables: arg.Pattern = None,
     units: Annotated[
         bool, typer.Option("--units", help="Write units behind the names in a .csv file.")
     ] = False,
@@ -73,7 +57,7 @@ def simulate(
             help="Do not run: list all ways to put the mechanism together, as start values.",
         ),
     ] = False,
-    as_json: AsJson = False,
+    as_json: arg.AsJson = False,
 ) -> int:
     """Run a model and write its results.
 
@@ -98,18 +82,18 @@ def simulate(
         tolerance=tolerance,
         solver=solver,
         fixed_step=fixed_step,
-        backend=choose_backend(backend),
+        backend=arg.choose_backend(backend),
         redundant=redundant,
     )
     job = Job(
-        make_request(target, class_name, library, redundant),
+        arg.make_request(target, class_name, library, redundant),
         options,
         read_settings(settings or ()),
         output,
         report,
         no_output,
         no_report,
-        read_pattern(variables),
+        arg.read_pattern(variables),
         units,
     )
     return Run(job, as_json).finish()

@@ -9,19 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
-from planarc.cli.arguments import (
-    AsJson,
-    ClassName,
-    Intervals,
-    Libraries,
-    RedundantJoints,
-    Settings,
-    Stop,
-    Target,
-    Tolerance,
-)
 from planarc.cli.exits import Exit
 from planarc.cli.files import csv_destination
 from planarc.cli.progress import is_seen
@@ -39,14 +29,13 @@ _SHOWN = 20
 
 
 def sweep(
-    target: Target,
-    class_name: ClassName = None,
+    target: arg.Target,
+    class_name: arg.ClassName = None,
     vary: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUES",
             help="0.5,0.6 or 0.5:0.9:5 (from, to, how many); with a sample 0.5:0.9. Repeatable.",
-            show_default=False,
         ),
     ] = None,
     metric: Annotated[
@@ -55,28 +44,25 @@ def sweep(
             metavar="METRIC",
             help="A variable (at the end), or max(x), min, mean, rms, range, maxabs of it. "
             "Repeatable.",
-            show_default=False,
         ),
     ] = None,
     random: Annotated[int | None, typer.Option(help="So many random points.")] = None,
     latin: Annotated[int | None, typer.Option(help="So many points of a Latin hypercube.")] = None,
     seed: Annotated[int, typer.Option(help="Of the random points.")] = 0,
-    stop: Stop = None,
-    intervals: Intervals = None,
-    tolerance: Tolerance = None,
-    settings: Settings = None,
+    stop: arg.Stop = None,
+    intervals: arg.Intervals = None,
+    tolerance: arg.Tolerance = None,
+    settings: arg.Settings = None,
     workers: Annotated[int | None, typer.Option(help="Processes, by default one a core.")] = None,
     limit: Annotated[float, typer.Option(help="Seconds that one run may take.")] = 60.0,
     journal: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Notes every point; with it a study is taken up again."),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="The table, .csv.")
-    ] = None,
-    library: Libraries = None,
-    redundant: RedundantJoints = Redundant.REFUSE,
-    as_json: AsJson = False,
+    output: Annotated[Path | None, arg.output_option("The table, .csv.")] = None,
+    library: arg.Libraries = None,
+    redundant: arg.RedundantJoints = Redundant.REFUSE,
+    as_json: arg.AsJson = False,
 ) -> int:
     """Run a model for many values of its parameters, on all cores.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, make_request
+from planarc.cli.arguments import Libraries, make_request, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
 from planarc.core.diagnostic import usage_error
@@ -21,37 +21,21 @@ if TYPE_CHECKING:
 
 def view(
     result: Annotated[
-        Path,
-        typer.Argument(
-            metavar="RESULT",
-            help="A result, .csv or .mat, also of another tool.",
-            show_default=False,
-        ),
+        Path, typer.Argument(metavar="RESULT", help="A result, .csv or .mat, also of another tool.")
     ],
     model: Annotated[
         str | None,
         typer.Option(
-            "--model",
-            metavar="FILE|CLASS",
-            help="The model that made it: it says what is drawn.",
-            show_default=False,
+            "--model", metavar="FILE|CLASS", help="The model that made it: it says what is drawn."
         ),
     ] = None,
     class_name: Annotated[
-        str | None,
-        typer.Option(
-            "--class", metavar="CLASS", help="The class of the model's FILE.", show_default=False
-        ),
+        str | None, typer.Option("--class", metavar="CLASS", help="The class of the model's FILE.")
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="The page, .html.", show_default=False),
-    ] = None,
+    output: Annotated[Path | None, output_option("The page, .html.")] = None,
     curves: Annotated[
         list[str] | None,
-        typer.Option(
-            "--curve", metavar="VAR", help="Show this curve. Repeatable.", show_default=False
-        ),
+        typer.Option("--curve", metavar="VAR", help="Show this curve. Repeatable."),
     ] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
     library: Libraries = None,
