@@ -24,7 +24,7 @@ class Modes:
         self._discretes = frozenset(v.name for v in dae.discretes)
         self._switching: set[Expr] = set()
         for step in steps if self._present else ():
-            for a in (step,) if isinstance(step, Assignment) else step.inner:
+            for a in step.inner:
                 if self._switches((a.value,)):
                     self._switching.add(a.target)
 

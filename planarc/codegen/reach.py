@@ -24,7 +24,7 @@ from collections.abc import Iterable
 
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op, postorder, symbols
-from planarc.ir.sorted import Assignment, Block, Level, Step
+from planarc.ir.sorted import Assignment, Block, Level, Step, computed
 
 #: Number of tears below which a linear block of the top level is solved from its matrix as it
 #: is: that is hardly sparse.
@@ -85,17 +85,8 @@ def needed_steps(steps: Iterable[Step], wanted: Iterable[Expr]) -> tuple[Step, .
     return tuple(s for s in steps if id(s) in kept)
 
 
-def defined(step: Step) -> tuple[Expr, ...]:
-    """The symbols that a step computes."""
-    if isinstance(step, Assignment):
-        return (step.target,)
-    return (*step.tears, *(a.target for a in step.inner))
-
-
 def values(step: Step) -> tuple[Expr, ...]:
     """The formulas of a step."""
-    if isinstance(step, Assignment):
-        return (step.value,)
     return (*(a.value for a in step.inner), *(r.value for r in step.residuals))
 
 
@@ -105,8 +96,8 @@ def _needed(levels: list[list[Step]], wanted: set[Expr], late: set[Expr] | None)
     kept: set[int] = set()
     for steps in reversed(levels):
         for step in reversed(steps):
-            finds_states = late is not None and isinstance(step, Block) and step.free > 0
-            if finds_states or not wanted.isdisjoint(defined(step)):
+            finds_states = late is not None and step.free > 0
+            if finds_states or not wanted.isdisjoint(computed(step)):
                 kept.add(id(step))
                 if late is not None and isinstance(step, Block) and is_small_linear(step):
                     late.update(_unwanted(step, wanted))

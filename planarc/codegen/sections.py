@@ -25,21 +25,14 @@ from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
 from planarc.codegen.modes import Modes
 from planarc.codegen.parts import name_parts
-from planarc.codegen.reach import (
-    Reach,
-    defined,
-    is_constant,
-    needed_steps,
-    split_steps,
-    values,
-)
+from planarc.codegen.reach import Reach, is_constant, needed_steps, split_steps, values
 from planarc.codegen.starts import start_values
 from planarc.codegen.statements import Lister, Temporaries
 from planarc.core.data import Data
 from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.ir.program import BlockCode, Let, Statement
-from planarc.ir.sorted import Assignment, Block, SortedDae, Step
+from planarc.ir.sorted import Assignment, Block, SortedDae, Step, computed
 
 
 class Sections(Data):
@@ -93,7 +86,7 @@ class _Writer:
         constant_slots = frozenset(layout.slots.values()) - {0}
         layout.add(*(c.symbol for c in sorted.candidates))
         for step in (*(s for steps in reach.levels for s in steps), *reach.rest):
-            layout.add(*defined(step))
+            layout.add(*computed(step))
         layout.add(*(symbol for symbol, _ in moving_lets))
         self._add_discretes()
 

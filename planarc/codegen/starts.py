@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from planarc.codegen.aliases import Aliases
 from planarc.ir.expr import Expr
-from planarc.ir.sorted import Block, SortedDae
+from planarc.ir.sorted import SortedDae
 
 
 def start_values(sorted: SortedDae, aliases: Aliases) -> list[tuple[Expr, Expr]]:
@@ -26,7 +26,7 @@ def start_values(sorted: SortedDae, aliases: Aliases) -> list[tuple[Expr, Expr]]
     for symbol, start in sorted.guesses:
         found.setdefault(f"start({symbol})", start)
     for step in sorted.levels[-1].steps if sorted.levels else ():
-        for tear in step.tears if isinstance(step, Block) else ():
+        for tear in step.tears:
             found.setdefault(f"start({tear})", zero)
     for d in (*sorted.dae.discretes, *sorted.dae.inputs):
         found[f"start({d.name})"] = d.start or zero

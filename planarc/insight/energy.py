@@ -21,6 +21,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planarc.core.data import Data
 from planarc.insight.connectors import find_connectors
 from planarc.insight.values import Values, integral
@@ -69,16 +71,12 @@ class Energies(Data):
     @property
     def exchanged(self) -> float:
         """The energy that moved from one kind to another: the measure of `balance`."""
-        import numpy as np
-
         kinds = (self.kinetic, self.potential, self.dissipated, self.supplied, self.untold)
         return max(float(np.ptp(kind)) for kind in kinds)
 
 
 def find_energies(result: Result, mechanism: Mechanism | None) -> Energies | None:
     """The energies of a run; None without two rows, or where nothing has kinetic energy."""
-    import numpy as np
-
     if len(result.time) < 2:
         return None
     values = Values(result)
@@ -123,8 +121,6 @@ def _checked(values: Values, energy: Track | None, rate: Track) -> Track:
 
     The integral of the energy's own differences tells how exact integrals over these rows are.
     """
-    import numpy as np
-
     full = values.full
     work = integral(values.time, full(rate))
     if energy is None:

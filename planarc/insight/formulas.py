@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planarc.evaluate.rows import on_arrays
 from planarc.ir.figure import Formula
 from planarc.ir.insight import Series
@@ -16,8 +18,6 @@ if TYPE_CHECKING:
 
 def formula_series(result: Result) -> Iterator[Series]:
     """One for each formula of the figures whose variables are all in the result."""
-    import numpy as np
-
     plots = (plot for figure in result.program.figures for plot in figure.plots)
     known = {f.text: f for plot in plots for f in plot.formulas}
     for formula in known.values():
@@ -49,8 +49,6 @@ def _evaluate(formula: Formula, result: Result) -> Any:
 
 def _operation(name: str) -> tuple[int, Callable[..., Any]]:
     """Operand count and NumPy function, by the names of `flatten.sections.figures`."""
-    import numpy as np
-
     row = elementary.TABLE.get(name)
     if row is not None:
         return row.arity, on_arrays(row)

@@ -19,6 +19,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planarc.core.data import Data
 from planarc.insight.values import Values
 from planarc.ir.insight import Layer, Mark
@@ -138,8 +140,6 @@ def _vectors(points: list[_Point], which: int) -> tuple[Mark, ...]:
 
 
 def _is_zero(vector: tuple[Track, Track]) -> bool:
-    import numpy as np
-
     return all(not np.any(np.nan_to_num(np.asarray(v))) for v in vector)
 
 
@@ -166,8 +166,6 @@ def _acted(joint: Joint, link_of: dict[str, int]) -> str | None:
 
 def _instant_centres(mechanism: Mechanism, motions: dict[int, _Motion | None]) -> tuple[Mark, ...]:
     """A centre for each link that turns; a hinge in the ground is one that nobody asks for."""
-    import numpy as np
-
     found = []
     for i, motion in motions.items():
         if motion is None or mechanism.links[i].free < 3:

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planarc.evaluate.rows import RowValues, applied
 from planarc.ir.expr import Expr, Op, symbol_text
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from planarc.ir.insight import Track
@@ -101,8 +102,6 @@ class Values:
 
     def full(self, value: Track) -> Vector:
         """A value as a row for each of the result's."""
-        import numpy as np
-
         return np.full(len(self.time), value) if isinstance(value, float) else value
 
 
@@ -152,8 +151,6 @@ class _Declared(RowValues):
 
 def rate(time: Vector, values: Vector) -> Vector:
     """d(values)/d(time), second order, on each side of an event by itself."""
-    import numpy as np
-
     found = np.zeros(len(time))
     jumps = np.flatnonzero(np.diff(time) <= 0) + 1
     edges = [0, *jumps.tolist(), len(time)]
@@ -168,8 +165,6 @@ def rate(time: Vector, values: Vector) -> Vector:
 
 def integral(time: Vector, values: Vector) -> Vector:
     """The integral from the first row, by cubics through values and slopes (order four)."""
-    import numpy as np
-
     slopes = rate(time, values)
     h = np.diff(time)
     pieces = h / 2 * (values[1:] + values[:-1]) + h**2 / 12 * (slopes[:-1] - slopes[1:])

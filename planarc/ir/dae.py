@@ -20,7 +20,7 @@ from msgspec import field
 from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.flat import Experiment, Part, StateSelect
 
 INITIAL = "$initial"
@@ -96,6 +96,11 @@ class Equation(Located):
     component: str = ""
     generated: bool = False  # from a connection set
     assigned: bool = False  # by an algorithm: it gives `left` its value, and nothing else
+
+    @property
+    def shown(self) -> str:
+        """The equation as messages show it."""
+        return f"`{text(self.left)} = {text(self.right)}`"
 
 
 class Relation(Located):

@@ -29,7 +29,7 @@ where the velocities, `level 1` of three, look like the positions.
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from planarc.core.data import Data
 from planarc.core.source import Span
@@ -67,15 +67,24 @@ class Alias(Data):
     equation: int | None = None  # the equation that said so
 
 
-class Assignment(Data):
-    target: Expr  # a symbol
-    value: Expr
-    equation: int  # index in SortedDae.equations
-
-
 class Residual(Data):
     value: Expr  # must be zero
     equation: int
+
+
+class Assignment(Data):
+    """As a step it is a block of one inner assignment, in which nothing is guessed."""
+
+    target: Expr  # a symbol
+    value: Expr
+    equation: int  # index in SortedDae.equations
+    tears: ClassVar[tuple[Expr, ...]] = ()
+    residuals: ClassVar[tuple[Residual, ...]] = ()
+    free: ClassVar[int] = 0
+
+    @property
+    def inner(self) -> tuple[Assignment, ...]:
+        return (self,)
 
 
 class Block(Data):
@@ -92,6 +101,11 @@ class Block(Data):
 
 
 Step: TypeAlias = Assignment | Block
+
+
+def computed(step: Step) -> tuple[Expr, ...]:
+    """The symbols that a step computes."""
+    return (*step.tears, *(a.target for a in step.inner))
 
 
 class Level(Data):
@@ -147,6 +161,4 @@ class SortedDae(Data):
 
     @property
     def state_count(self) -> int:
-        return sum(
-            s.free for lv in self.levels if lv.height for s in lv.steps if isinstance(s, Block)
-        )
+        return sum(step.free for level in self.levels if level.height for step in level.steps)

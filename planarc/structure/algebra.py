@@ -33,7 +33,7 @@ from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Sign
 from planarc.structure.linear import Contents
-from planarc.structure.shape import Shape, decode
+from planarc.structure.shape import Shape, decode, read
 from planarc.structure.signs import Signs
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Algebra:
         if answer is None:
             answer = _ask(shape)
             self._memory[shape.key] = answer
-        return decode(self._table, answer.split(), shape.leaves) if answer else None
+        return decode(self._table, answer, shape.leaves) if answer else None
 
     def _may_have_answer(self, residual: Expr, unknown: Expr) -> bool:
         nodes = list(postorder((residual,)))
@@ -207,17 +207,12 @@ def _to_sympy(text: str, symbols: list[Any]) -> Any:
         "^": sympy.Pow,
         **{name: getattr(sympy, name) for name in _invertible()},
     }
-    stack: list[Any] = []
-    for word in reversed(text.split()):
-        if word[0] == "$":
-            stack.append(symbols[int(word[1:])])
-            continue
-        name, colon, count = word.partition(":")
-        if not colon:
-            stack.append(sympy.nsimplify(word, rational=True))
-        else:
-            stack.append(make[name](*(stack.pop() for _ in range(int(count)))))
-    return stack.pop()
+    return read(
+        text,
+        symbols,
+        lambda word: sympy.nsimplify(word, rational=True),
+        lambda name, args: make[name](*args),
+    )
 
 
 def _from_sympy(root: Any, symbols: list[Any]) -> list[str]:

@@ -89,14 +89,12 @@ def explain_misfit(
 def _too_many(dae: Dae, misfit: Misfit, head: str) -> Diagnostic:
     rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
     if len(rivals) == 1:
-        message = (
-            f"{_text(rivals[0])} is one equation too many: what it names is decided without it"
-        )
+        message = f"{rivals[0].shown} is one equation too many: what it names is decided without it"
     else:
-        shown = listed([*map(_text, rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
+        shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
-    others = tuple(Related(f"{_text(e)} stands here", e.span) for e in rivals if e is not last)
+    others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last) if len(rivals) == 1 else None
     hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message + head, last.span, hint=hint, related=others[:_SHOWN])
@@ -119,7 +117,7 @@ def _how_to_move(dae: Dae, equation: Equation) -> str | None:
 def _undecided(
     names: Sequence[str], first: Variable, naming: Sequence[Equation], head: str
 ) -> Diagnostic:
-    others = tuple(Related(f"{_text(e)} decides something else", e.span) for e in naming[:_SHOWN])
+    others = tuple(Related(f"{e.shown} decides something else", e.span) for e in naming[:_SHOWN])
     return Diagnostic(
         "S303",
         f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}{head}",
@@ -136,10 +134,6 @@ def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
         owner_span(dae, name),
         hint=f"connect a signal to it, or write `{name} = ...`",
     )
-
-
-def _text(equation: Equation) -> str:
-    return f"`{text(equation.left)} = {text(equation.right)}`"
 
 
 def is_own(dae: Dae, equation: Equation) -> bool:

@@ -87,37 +87,24 @@ def _solutions(
     return options
 
 
-def _text(equation: Equation) -> str:
-    return f"`{text(equation.left)} = {text(equation.right)}`"
-
-
 def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diagnostic:
     held = set_by_whens(dae.whens)
     ours = [e.name for e in symbols(equation.left, equation.right) if e.name in held]
+    related: tuple[Related, ...] = ()
     if ours and not options:
         clause = next(w for w in dae.whens if ours[0] in set_by_whens((w,)))
-        return Diagnostic(
-            "S314",
-            f"the discrete equation {_text(equation)} is one too many: a when-clause sets "
-            f"`{ours[0]}`",
-            equation.span,
-            hint="remove the equation, or the assignment in the when-clause",
-            related=(Related("this when-clause", clause.span),),
-        )
-    if options:
-        names = ticked(text(s) for s in options)
-        return Diagnostic(
-            "S314",
-            f"the discrete equation {_text(equation)} is one too many: others set {names}",
-            equation.span,
-            hint="remove one of these equations",
-        )
-    return Diagnostic(
-        "S310",
-        f"the discrete equation {_text(equation)} has no variable to be solved for",
-        equation.span,
-        hint="write it as `variable = expression`, once for each discrete variable",
-    )
+        said = f"is one too many: a when-clause sets `{ours[0]}`"
+        hint = "remove the equation, or the assignment in the when-clause"
+        related = (Related("this when-clause", clause.span),)
+    elif options:
+        said = f"is one too many: others set {ticked(text(s) for s in options)}"
+        hint = "remove one of these equations"
+    else:
+        said = "has no variable to be solved for"
+        hint = "write it as `variable = expression`, once for each discrete variable"
+    message = f"the discrete equation {equation.shown} {said}"
+    code = "S314" if ours or options else "S310"
+    return Diagnostic(code, message, equation.span, hint=hint, related=related)
 
 
 def _loop(dae: Dae, block: list[int], names: list[str]) -> Diagnostic:

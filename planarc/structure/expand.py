@@ -24,7 +24,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols, text
+from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols
 from planarc.ir.sorted import SourceEquation
 from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
@@ -87,22 +87,17 @@ def _refuse_delays(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
 
 def _refuse_inputs(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
     names = {v.name for v in dae.inputs}
-    if not names:
-        return
-    wrong = []
-    for entry, times in zip(live, offsets.differentiated, strict=True):
-        for symbol in symbols(entry.left, entry.right) if times else ():
-            if symbol.name in names:
-                equation = dae.equations[entry.index]
-                wrong.append(
-                    Diagnostic(
-                        "S306",
-                        f"the derivative of the input `{symbol.name}` is needed: "
-                        f"`{text(equation.left)} = {text(equation.right)}` must be "
-                        "differentiated to find the motion",
-                        equation.span,
-                        hint="give the input through a filter, or prescribe an acceleration",
-                    )
-                )
+    wrong = [
+        Diagnostic(
+            "S306",
+            f"the derivative of the input `{symbol.name}` is needed: "
+            f"{dae.equations[entry.index].shown} must be differentiated to find the motion",
+            dae.equations[entry.index].span,
+            hint="give the input through a filter, or prescribe an acceleration",
+        )
+        for entry, times in zip(live, offsets.differentiated, strict=True)
+        for symbol in (symbols(entry.left, entry.right) if names and times else ())
+        if symbol.name in names
+    ]
     if wrong:
         raise PlanarcError(wrong)

@@ -7,13 +7,13 @@ Out:  start values of variables that are no candidates, guesses of torn unknowns
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, Substitution, postorder, text
 from planarc.ir.flat import StateSelect
-from planarc.ir.sorted import Assignment, Block, Candidate, Fixed, Level, Residual, Step
+from planarc.ir.sorted import Candidate, Fixed, Level, Residual, Step
 from planarc.structure.attributes import Attributes
 
 
@@ -26,7 +26,7 @@ def held_variables(
     """Fixed variables, and what could have been a state and has a start or is a joint's."""
     chosen = {c.symbol for c in candidates}
     levels = tuple(levels)
-    heights = {a.target: level.height for level in levels for a in _assignments(level)}
+    heights = {a.target: lv.height for lv in levels for step in lv.steps for a in step.inner}
     solved_with = _solved_with(levels)
     found = []
     for symbol, a in attributes.items():
@@ -35,18 +35,8 @@ def held_variables(
         if symbol not in chosen and (a.fixed or guide):
             start = a.start if a.start is not None else table.zero
             written = a.fixed or a.start_written
-            found.append(
-                Fixed(
-                    symbol,
-                    start,
-                    a.display,
-                    a.span,
-                    a.fixed,
-                    written,
-                    a.select,
-                    solved_with.get(symbol, 0),
-                )
-            )
+            given = (start, a.display, a.span, a.fixed, written, a.select)
+            found.append(Fixed(symbol, *given, solved_with.get(symbol, 0)))
     return tuple(found)
 
 
@@ -67,29 +57,18 @@ def _solved_with(levels: Sequence[Level]) -> dict[Expr, int]:
 
     for level in levels:
         for step in level.steps:
-            if isinstance(step, Block):
-                found.update(dict.fromkeys(step.tears, level.height))
-            for a in step.inner if isinstance(step, Block) else (step,):
+            found.update(dict.fromkeys(step.tears, level.height))
+            for a in step.inner:
                 found[a.target] = lowest(a.value)
     return found
-
-
-def _assignments(level: Level) -> Iterator[Assignment]:
-    for step in level.steps:
-        yield from step.inner if isinstance(step, Block) else (step,)
 
 
 def guess_tears(
     steps: Sequence[Step], attributes: Mapping[Expr, Attributes]
 ) -> tuple[tuple[Expr, Expr], ...]:
     """Start values of the tears of the top level, where the model gives some."""
-    found = []
-    for step in steps:
-        for tear in step.tears if isinstance(step, Block) else ():
-            a = attributes.get(tear)
-            if a is not None and a.start is not None:
-                found.append((tear, a.start))
-    return tuple(found)
+    tears = ((tear, attributes.get(tear)) for step in steps for tear in step.tears)
+    return tuple((tear, a.start) for tear, a in tears if a is not None and a.start is not None)
 
 
 def initial_residuals(dae: Dae, rewrite: Substitution, first: int) -> tuple[Residual, ...]:
@@ -98,15 +77,11 @@ def initial_residuals(dae: Dae, rewrite: Substitution, first: int) -> tuple[Resi
     for i, equation in enumerate(dae.initial_equations):
         value = dae.table.sub(rewrite(equation.left), rewrite(equation.right))
         if value.is_const and value.data != 0:
-            raise PlanarcError(
-                Diagnostic(
-                    "S309",
-                    f"the initial equation `{text(equation.left)} = {text(equation.right)}` "
-                    f"contradicts the equations: it comes to 0 = {text(value)}",
-                    equation.span,
-                    hint="remove it",
-                )
+            message = (
+                f"the initial equation {equation.shown} contradicts the equations: it comes to"
             )
+            problem = f"{message} 0 = {text(value)}"
+            raise PlanarcError(Diagnostic("S309", problem, equation.span, hint="remove it"))
         if not value.is_const:
             found.append(Residual(value, first + i))
     return tuple(found)

@@ -59,7 +59,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
             wrong.append(
                 Diagnostic(
                     "S301",
-                    f"{_text(equation)} determines nothing: with the other equations it comes "
+                    f"{equation.shown} determines nothing: with the other equations it comes "
                     f"to {shown}{_inside(equation)}",
                     _span(equation),
                     hint=_contradiction_hint(equation),
@@ -107,7 +107,7 @@ def _under(
         )
     )
     related = _listed(chosen) + tuple(
-        Related(f"{_text(e)} says nothing new: it follows from other equations", _span(e))
+        Related(f"{e.shown} says nothing new: it follows from other equations", _span(e))
         for e in redundant[:_LISTED]
     )
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
@@ -140,14 +140,10 @@ def _declared(dae: Dae, component: str) -> tuple[Related, ...]:
 
 
 def _listed(equations: Sequence[Equation]) -> tuple[Related, ...]:
-    shown = [Related(f"{_text(e)}{_inside(e)}", _span(e)) for e in equations[:_LISTED]]
+    shown = [Related(f"{e.shown}{_inside(e)}", _span(e)) for e in equations[:_LISTED]]
     if len(equations) > _LISTED:
         shown.append(Related(f"and {len(equations) - _LISTED} more equations"))
     return tuple(shown)
-
-
-def _text(equation: Equation) -> str:
-    return f"`{text(equation.left)} = {text(equation.right)}`"
 
 
 def _inside(equation: Equation) -> str:

@@ -15,11 +15,14 @@ So the same equation of eighty equal links has one shape. An answer is words, to
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.structure.linear import Contents
 from planarc.structure.signs import Signs
+
+T = TypeVar("T")
 
 _WORDS = {Op.ADD: "+", Op.MUL: "*", Op.NEG: "~", Op.DIV: "/", Op.POW: "^"}
 _OPS = {word: op for op, word in _WORDS.items()}
@@ -55,18 +58,30 @@ class Shape:
         self.key = f"{self.unknown}|{','.join(str(s.value) for s in self.signs)}|{self.text}"
 
 
-def decode(table: Exprs, words: Iterable[str], leaves: list[Expr]) -> Expr:
+def decode(table: Exprs, words: str, leaves: list[Expr]) -> Expr:
     """The expression that words stand for, with these leaves."""
-    stack: list[Expr] = []
-    for word in reversed(list(words)):
+
+    def node(name: str, args: Sequence[Expr]) -> Expr:
+        op = _OPS.get(name)
+        return table.make(op, tuple(args)) if op else table.call(name, *args)
+
+    return read(words, leaves, lambda word: table.const(float(word)), node)
+
+
+def read(
+    words: str,
+    leaves: Sequence[T],
+    number: Callable[[str], T],
+    node: Callable[[str, Sequence[T]], T],
+) -> T:
+    """The value of words, with what leaves, numbers and operators stand for."""
+    stack: list[T] = []
+    for word in reversed(words.split()):
+        name, colon, count = word.partition(":")
         if word[0] == "$":
             stack.append(leaves[int(word[1:])])
-            continue
-        name, colon, count = word.partition(":")
-        if not colon:
-            stack.append(table.const(float(word)))
-            continue
-        args = tuple(stack.pop() for _ in range(int(count)))
-        op = _OPS.get(name)
-        stack.append(table.make(op, args) if op else table.call(name, *args))
+        elif not colon:
+            stack.append(number(word))
+        else:
+            stack.append(node(name, [stack.pop() for _ in range(int(count))]))
     return stack.pop()

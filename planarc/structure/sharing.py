@@ -35,7 +35,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import SHARING, Dae, Equation, Kind, Parameter, Variable
-from planarc.ir.expr import Expr, Exprs, Op, text
+from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.flat import StateSelect
 from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
 from planarc.structure.expand import expand_equations
@@ -199,11 +199,10 @@ def _owner(symbol: Expr) -> str:
 
 
 def _not_linear(equation: Equation, symbol: Expr) -> PlanarcError:
-    shown = f"`{text(equation.left)} = {text(equation.right)}`"
     return PlanarcError(
         Diagnostic(
             "S316",
-            f"redundant joints leave forces open, and {shown} is not linear in "
+            f"redundant joints leave forces open, and {equation.shown} is not linear in "
             f"`{symbol.name}`: the motion depends on how they are shared",
             equation.span,
             hint="replace a joint by a freer one, so that the equations determine its forces",

@@ -25,12 +25,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import astuple
+
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import be, ticked
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import StateSelect
-from planarc.ir.sorted import Assignment, Block, Candidate, SourceEquation, Step
+from planarc.ir.sorted import Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
 from planarc.structure.steps import make_steps
 from planarc.structure.system import System, Systems
@@ -82,29 +84,15 @@ def select_of(symbol: Expr, attributes: Mapping[Expr, Attributes]) -> StateSelec
 
 
 def derivatives_of_tears(table: Exprs, steps: Sequence[Step]) -> frozenset[Expr]:
-    return frozenset(table.der(t) for s in steps if isinstance(s, Block) for t in s.tears)
+    return frozenset(table.der(tear) for step in steps for tear in step.tears)
 
 
 def describe_candidates(
     dae: Dae, steps: Sequence[Step], attributes: Mapping[Expr, Attributes]
 ) -> tuple[Candidate, ...]:
-    found = []
-    for step in steps:
-        for symbol in step.tears if isinstance(step, Block) else ():
-            a = attributes.get(symbol) or plain_attributes(dae, symbol)
-            found.append(
-                Candidate(
-                    symbol,
-                    a.display,
-                    a.select,
-                    a.start,
-                    a.start_written,
-                    a.fixed,
-                    a.nominal,
-                    a.span,
-                )
-            )
-    return tuple(found)
+    symbols = (tear for step in steps for tear in step.tears)
+    known = ((s, attributes.get(s) or plain_attributes(dae, s)) for s in symbols)
+    return tuple(Candidate(symbol, *astuple(a)) for symbol, a in known)
 
 
 def check_always(
@@ -119,12 +107,10 @@ def check_always(
     """
     wrong = []
     for step in steps:
-        if isinstance(step, Assignment):
-            wrong.extend(_check_assigned(step, attributes, equations, reset))
-            continue
         always = [t for t in step.tears if select_of(t, attributes) is StateSelect.ALWAYS]
         if len(always) > step.free:
             names = ticked(attributes[t].display for t in always)
+            spans = [equations[r.equation].span for r in step.residuals]
             wrong.append(
                 Diagnostic(
                     "S308",
@@ -132,44 +118,25 @@ def check_always(
                     f"{be(step.free)} independent",
                     attributes[always[-1]].span,
                     hint="take `StateSelect.always` away from the others",
-                    related=tuple(
-                        Related("this equation ties them", equations[r.equation].span)
-                        for r in step.residuals
-                    ),
+                    related=tuple(Related("this equation ties them", span) for span in spans),
                 )
             )
-        for a in step.inner:
-            wrong.extend(_check_assigned(a, attributes, equations, reset))
+        wrong += [
+            _follows(attributes[a.target], equations[a.equation], a.target in reset)
+            for a in step.inner
+            if select_of(a.target, attributes) is StateSelect.ALWAYS
+        ]
     if wrong:
         raise PlanarcError(wrong)
 
 
-def _check_assigned(
-    step: Assignment,
-    attributes: Mapping[Expr, Attributes],
-    equations: Sequence[SourceEquation],
-    reset: Sequence[Expr],
-) -> list[Diagnostic]:
-    if select_of(step.target, attributes) is not StateSelect.ALWAYS:
-        return []
-    a = attributes[step.target]
-    related = (Related("from this equation", equations[step.equation].span),)
-    if step.target in reset:
-        return [
-            Diagnostic(
-                "S313",
-                f"`{a.display}` is set by `reinit`, but follows from other variables",
-                a.span,
-                hint="reinit the variable that it follows from",
-                related=related,
-            )
-        ]
-    return [
-        Diagnostic(
-            "S307",
-            f"`{a.display}` has `StateSelect.always`, but follows from other variables",
-            a.span,
-            hint="use `StateSelect.prefer`, or take `always` away from what it follows from",
-            related=related,
-        )
-    ]
+def _follows(a: Attributes, source: SourceEquation, is_reset: bool) -> Diagnostic:
+    """The refusal of a symbol that must be a state and is computed."""
+    code, said = "S307", "has `StateSelect.always`"
+    hint = "use `StateSelect.prefer`, or take `always` away from what it follows from"
+    if is_reset:
+        code, said = "S313", "is set by `reinit`"
+        hint = "reinit the variable that it follows from"
+    message = f"`{a.display}` {said}, but follows from other variables"
+    related = (Related("from this equation", source.span),)
+    return Diagnostic(code, message, a.span, hint=hint, related=related)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from msgspec import Struct, field
+
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs
 from planarc.structure.algebra import Algebra
@@ -38,88 +40,77 @@ class System(Data):
     variables: tuple[int, ...]  # numbers of the unknowns among the kept ones
 
 
-class Systems:
+class Systems(Struct):
     """Makes the level systems; the factors of an equation serve all its derivatives."""
 
-    def __init__(
-        self,
-        table: Exprs,
-        contents: Contents,
-        signs: Signs,
-        expansion: Expansion,
-        offsets: Offsets,
-        names: tuple[str, ...],
-        active: list[list[int]],
-        algebra: Algebra,
-    ) -> None:
-        self._algebra = algebra
-        self._table = table
-        self._contents = contents
-        self._signs = signs
-        self._expansion = expansion
-        self._offsets = offsets
-        self._names = names
-        self._active = active
-        self._factors: dict[tuple[int, int], dict[Expr, Expr | None]] = {}
+    table: Exprs
+    contents: Contents
+    signs: Signs
+    expansion: Expansion
+    offsets: Offsets
+    names: tuple[str, ...]
+    active: list[list[int]]
+    algebra: Algebra
+    _factors: dict[tuple[int, int], dict[Expr, Expr | None]] = field(default_factory=dict)
 
     @property
     def heights(self) -> range:
         """The systems from the lowest level up to the top."""
-        return range(max(self._offsets.highest, default=0), -1, -1)
+        return range(max(self.offsets.highest, default=0), -1, -1)
 
     def at(self, height: int) -> System:
-        d, c = self._offsets.highest, self._offsets.differentiated
+        d, c = self.offsets.highest, self.offsets.differentiated
         chosen = [v for v in range(len(d)) if d[v] >= height]
         number = {v: i for i, v in enumerate(chosen)}
-        unknowns = tuple(self._table.symbol(self._names[v], d[v] - height) for v in chosen)
+        unknowns = tuple(self.table.symbol(self.names[v], d[v] - height) for v in chosen)
         live = tuple(e for e in range(len(c)) if c[e] >= height)
         equations = tuple(self._scalar(e, c[e] - height, number) for e in live)
         return System(height, unknowns, equations, live, tuple(chosen))
 
     def residual(self, form: Form) -> Expr:
-        return form.residual(self._table)
+        return form.residual(self.table)
 
     def solve(self, scalar: Scalar, v: int, symbol: Expr) -> Expr:
         """The value of unknown v (`symbol`) from an equation that can be solved for it."""
         if v in scalar.solved:
             return scalar.solved[v]
         form, factor = scalar.form, scalar.factors[v]
-        return solve_affine(self._table, self._contents, form.left, form.right, symbol, factor)
+        return solve_affine(self.table, self.contents, form.left, form.right, symbol, factor)
 
     def _scalar(self, e: int, order: int, number: Mapping[int, int]) -> Scalar:
-        form = self._expansion.forms[e][order]
+        form = self.expansion.forms[e][order]
         factors, solved = {}, {}
-        for v in self._active[e]:
+        for v in self.active[e]:
             factor = self._factor(e, order, v)
             if factor is None:
                 value = self._closed_form(e, order, v)
                 if value is not None:
                     solved[number[v]] = value
-            elif self._signs.never_zero(factor):
+            elif self.signs.never_zero(factor):
                 factors[number[v]] = factor
-        unknowns = tuple(number[v] for v in self._active[e])
+        unknowns = tuple(number[v] for v in self.active[e])
         return Scalar(form, unknowns, factors, solved)
 
     def _closed_form(self, e: int, order: int, v: int) -> Expr | None:
         if order:
             return None  # affine: the tree's rule has decided
-        symbol = self._table.symbol(
-            self._names[v], self._offsets.highest[v] - self._offsets.differentiated[e]
+        symbol = self.table.symbol(
+            self.names[v], self.offsets.highest[v] - self.offsets.differentiated[e]
         )
-        return self._algebra.solve(self._expansion.forms[e][0].residual(self._table), symbol)
+        return self.algebra.solve(self.expansion.forms[e][0].residual(self.table), symbol)
 
     def _factor(self, e: int, order: int, v: int) -> Expr | None:
         """The factor of unknown v; derivatives are affine in it even where e is not."""
-        own = self._offsets.highest[v] - self._offsets.differentiated[e]
-        plain = self._of(e, 0).get(self._table.symbol(self._names[v], own))
+        own = self.offsets.highest[v] - self.offsets.differentiated[e]
+        plain = self._of(e, 0).get(self.table.symbol(self.names[v], own))
         if plain is not None or not order:
             return plain
-        return self._of(e, 1).get(self._table.symbol(self._names[v], own + 1))
+        return self._of(e, 1).get(self.table.symbol(self.names[v], own + 1))
 
     def _of(self, e: int, order: int) -> dict[Expr, Expr | None]:
         found = self._factors.get((e, order))
         if found is None:
-            residual = self._expansion.forms[e][order].residual(self._table)
-            found = coefficients(self._table, self._contents, residual)
+            residual = self.expansion.forms[e][order].residual(self.table)
+            found = coefficients(self.table, self.contents, residual)
             self._factors[e, order] = found
         return found

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planarc.ir.expr import Expr, symbol_text, symbols, text
-from planarc.ir.sorted import Assignment, Block, SortedDae
+from planarc.ir.sorted import Assignment, Block, SortedDae, computed
 
 
 class BrokenPromise(AssertionError):
@@ -50,10 +50,8 @@ def _check_order(model: SortedDae) -> Iterator[str]:
 
     for level in model.levels:
         for step in level.steps:
-            if isinstance(step, Assignment):
-                yield from assign(step)
-                continue
-            yield from _check_size(step, level.height)
+            if isinstance(step, Block):
+                yield from _check_size(step, level.height)
             for tear in step.tears:
                 yield from define(tear)
             for a in step.inner:
@@ -79,28 +77,14 @@ def _check_size(block: Block, height: int) -> Iterator[str]:
 
 
 def _check_candidates(model: SortedDae) -> Iterator[str]:
-    tears = [
-        t
-        for level in model.levels
-        if level.height
-        for s in level.steps
-        if isinstance(s, Block)
-        for t in s.tears
-    ]
+    below = (level for level in model.levels if level.height)
+    tears = [tear for level in below for step in level.steps for tear in step.tears]
     if tears != [c.symbol for c in model.candidates]:
         yield "the candidates are not the tears below the top"
-    computed = {t for level in model.levels for s in level.steps for t in _targets(s)}
+    known = {t for level in model.levels for step in level.steps for t in computed(step)}
     for tear in tears:
-        if model.dae.table.der(tear) not in computed:
+        if model.dae.table.der(tear) not in known:
             yield f"the derivative of the candidate {text(tear)} is not known"
-
-
-def _targets(step: Assignment | Block) -> Iterator[Expr]:
-    if isinstance(step, Assignment):
-        yield step.target
-    else:
-        yield from step.tears
-        yield from (a.target for a in step.inner)
 
 
 def _check_aliases(model: SortedDae) -> Iterator[str]:
