@@ -13,7 +13,6 @@ Out:  Result
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
@@ -21,7 +20,7 @@ from planarc.core.interruption import Interruption
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
-from planarc.solve.creep import Creep
+from planarc.solve.effort import Effort
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
@@ -40,10 +39,6 @@ from planarc.solve.states.exchange import GoOn, States
 
 Progress = Callable[[float], None]
 
-#: Longest time without coming back to Python, seconds of real time.
-PATIENCE = 0.1
-#: Factor by which a march may be longer than the last one.
-GROWTH = 64
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
 
@@ -57,7 +52,6 @@ class Run:
         set_workspace(program, kernel, request)
         self.events = Events(program, kernel, request.span)
         self._chatter = Chatter(program, self.events.crossings, request)
-        self._creep = Creep(request.start, request.span)
         self.schedule = Schedule(program, kernel, request.start)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
@@ -75,6 +69,7 @@ class Run:
             request.solver, kernel, program.state_count, settings
         )
         looks, delayed = self.integrator.looks, self.delays.present
+        self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
@@ -159,7 +154,12 @@ class Run:
             self.restart(decision.t, decision.y, decision.step)
 
     def _stopped(
-        self, t: float, y: Sequence[float], cause: Cause | None = None, block: int = -1
+        self,
+        t: float,
+        y: Sequence[float],
+        cause: Cause | None = None,
+        block: int = -1,
+        way: float | None = None,
     ) -> Diagnostic:
         """The message about a run that cannot go on from here."""
         scene = failure.Scene(
@@ -169,6 +169,7 @@ class Run:
             self.request.span,
             self.integrator.errors(),
             self.recorder.last(),
+            way,
         )
         return failure.stopped(scene, t, y, cause, block)
 
@@ -187,16 +188,13 @@ class Run:
     # On the way
 
     def go(self, progress: Progress | None) -> None:
-        steps = 2
-        stop = self.request.stop
+        stop, effort = self.request.stop, self.effort
         while self.ended is None and not same(self.integrator.t, stop):
             limit = min(self.schedule.next(t := self.integrator.t), self.delays.next(t), stop)
             if same(limit, stop):
                 limit = stop
-            began = time.perf_counter()
-            march = self.integrator.march(limit, self.recorder, self.states.watch, steps)
-            taken = steps
-            steps = self._budget(steps, time.perf_counter() - began)
+            march = self.integrator.march(limit, self.recorder, self.states.watch, effort.steps)
+            way = effort.take(self.integrator.t, march.steps)
             if progress is not None:
                 progress(self.integrator.t)
             if self.interruption.asked:
@@ -208,16 +206,15 @@ class Run:
                 self.ended = self.delays.trouble
             elif march.outcome is Outcome.FAILED:
                 self._rescue(march)
-                steps = 2
+                effort.restart()
             elif self._happens(march):
-                steps = 2
+                effort.restart()
             elif march.outcome is Outcome.LOOK:
                 step = self.integrator.last_step()
                 self._follow(self.states.look(self.integrator.t, self.integrator.y, step))
-            elif march.outcome is Outcome.BUDGET and self._creep.found(
-                t := self.integrator.t, taken
-            ):
-                self.ended = self._stopped(t, self.integrator.y, Cause.STEP)
+            if way is not None and self.ended is None and march.outcome is not Outcome.LIMIT:
+                t, y = self.integrator.t, self.integrator.y
+                self.ended = self._stopped(t, y, Cause.STEP, way=way)
         if self.ended is None:
             self._finish()
 
@@ -226,13 +223,6 @@ class Run:
         t, y, block = self.integrator.t, self.integrator.y, self.kernel.failed_block
         decision = self.states.rescue(t) if self.kernel.outputs(t, y) == 0 else None
         self._follow(decision or self._stopped(t, y, march.cause, block))
-
-    def _budget(self, steps: int, seconds: float) -> int:
-        """Steps for the next march, going by what the last one took; soon back after a
-        restart, of which nothing is known yet."""
-        factor = min(max(0.5 * PATIENCE / max(seconds, 1e-9), 0.5), GROWTH)
-        most = 64 if self.program.relations else 1 << 16
-        return max(1, min(int(steps * factor), most))
 
     def _happens(self, march: March) -> bool:
         """Treat the event at the time reached, if there is one."""

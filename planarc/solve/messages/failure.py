@@ -11,6 +11,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Program
+from planarc.solve.effort import STRETCH
 from planarc.solve.messages import trouble
 from planarc.solve.solvers.integrator import Cause
 
@@ -40,6 +41,7 @@ class Scene(Data):
     span: float  # of the run, in seconds
     errors: Sequence[float]  # of each state in the last step, as a part of its tolerance
     row: Mapping[int, float]  # the last one, by slot
+    way: float | None = None  # seconds that the last `STRETCH` steps went, where they creep
 
 
 def stopped(
@@ -62,6 +64,8 @@ def stopped(
             flag, t = beyond
             block, place = kernel.failed_block, replace(place, when="right after")
         elif cause is not Cause.BLOCK or block < 0:
+            if scene.way is not None:
+                return _creeps(place, scene.way, scene.span, worst)
             return _given_up(place, cause or Cause.STEP, worst)
     if flag < 0:
         return not_finite(program, kernel, place, t)
@@ -183,11 +187,30 @@ def _off(value: float) -> bool:
 
 def _given_up(place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None) -> Diagnostic:
     """The integrator found no step, though everything has a value."""
-    message = f"the integration stopped {place}: {cause.value}"
-    if worst is not None:
-        message += f"; `{worst[0]}` was worst, which `{worst[1].text}` moves"
+    message = f"the integration stopped {place}: {cause.value}{_moved_by(worst)}"
     code = "R421" if cause is Cause.NOT_FINITE else "R420"
     return Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint())
+
+
+def _creeps(
+    place: Place, way: float, span: float, worst: tuple[str, EquationInfo] | None
+) -> Diagnostic:
+    """The integrator goes on, but a stretch of steps brings the run forward by next to nothing."""
+    gone = max(way, 0.0)
+    message = f"the integration stopped {place}: {STRETCH:,} steps bring the run forward by "
+    message += f"{gone:.3g} s of {span:g} s"
+    if gone > 0:
+        message += f": it would take {STRETCH * span / gone:.0e} steps".replace("e+", "e")
+    advice = (
+        "ask for a shorter run or a larger `--tolerance`; slow down what is fast, or make "
+        "smooth what jumps"
+    )
+    where = worst[1].span if worst else None
+    return Diagnostic("R426", message + _moved_by(worst), where, hint=place.hint(advice))
+
+
+def _moved_by(worst: tuple[str, EquationInfo] | None) -> str:
+    return f"; `{worst[0]}` was worst, which `{worst[1].text}` moves" if worst else ""
 
 
 def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:

@@ -45,6 +45,8 @@ import ctypes as C
 from collections.abc import Sequence
 from typing import Any
 
+from msgspec.structs import replace
+
 from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
@@ -290,8 +292,10 @@ class Cvode:
         driver, arguments = self._driver, self._arguments
         flag, failed, looks = driver.march(arguments, limit, recorder, watch, steps)
         if failed:
-            return March(Outcome.FAILED, cause=Cause.BLOCK)
-        return March(Outcome.LOOK) if looks else self._meaning(flag)
+            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=arguments.taken)
+        if looks:
+            return March(Outcome.LOOK, steps=arguments.taken)
+        return replace(self._meaning(flag), steps=arguments.taken)
 
     def step(self, limit: float) -> March:
         memory, time = self._session.memory, C.byref(self._time)

@@ -55,6 +55,7 @@ class Arguments(C.Structure):
         ("next", _L),
         ("count", _L),
         ("steps", _L),
+        ("taken", _L),
         ("failed", _L),
         ("sensitivity", _P),  # `look` of the kernel's addresses
         ("blocks", _P),
@@ -74,7 +75,8 @@ class Arguments(C.Structure):
     held: tuple[object, ...] = ()
 
 
-#: `next`, `count`, `bound`, `looks` and `failed` are written back through %next_at and so on.
+#: `next`, `count`, `taken`, `bound`, `looks` and `failed` are written back through %next_at and
+#: so on.
 #: Where no row was taken the point reached is accepted as it was evaluated last, when
 #: CVODE's corrector converged: it lies within the tolerance, and blocks only start there.
 _IR = """
@@ -147,6 +149,7 @@ after_rows:
 
 after_step:
   %done_now = add i64 %done, 1
+  store i64 %done_now, ptr %taken_at
   %budget = icmp slt i64 %done_now, %steps
   br i1 %ordinary, label %watch, label %finish
 
@@ -320,14 +323,15 @@ class Driver:
         self, a: Arguments, limit: float, recorder: Recorder, watch: Watch, steps: int
     ) -> tuple[int, bool, bool]:
         """CVODE's last flag, whether the kernel failed, and whether the choice of states is
-        to be looked at. Rows go to the recorder."""
+        to be looked at; `a.taken` are the steps taken. Rows go to the recorder."""
         recorder.reserve(len(recorder.grid) - recorder.next + 2)
         if a.edition != recorder.edition:
             a.rows = recorder.data.ctypes.data
             a.times = recorder.time.ctypes.data
             a.edition = recorder.edition
         a.limit, a.steps, a.bound = limit, steps, watch.bound
-        a.next, a.count, a.failed, a.looks = recorder.next, recorder.count, 0, 0
+        a.next, a.count, a.taken = recorder.next, recorder.count, 0
+        a.failed = a.looks = 0
         flag: int = self._call(C.byref(a))
         recorder.next, recorder.count, watch.bound = a.next, a.count, a.bound
         return flag, bool(a.failed), bool(a.looks)

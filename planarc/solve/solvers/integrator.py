@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Protocol
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
@@ -39,11 +41,13 @@ class Cause(Enum):
 
 
 class March(Data):
-    """`directions[i]`: +1 or -1 where the zero function i rises or falls through zero."""
+    """`directions[i]`: +1 or -1 where the zero function i rises or falls through zero; `steps`
+    were accepted on the way."""
 
     outcome: Outcome
     directions: tuple[int, ...] = ()
     cause: Cause | None = None
+    steps: int = 0
 
 
 class Counts(Data):
@@ -148,28 +152,28 @@ def march_steps(
 ) -> March:
     """The march of an integrator that comes back to Python after every step."""
     ydot = [0.0] * len(stepper.y)
-    for _ in range(steps):
+    for done in range(1, steps + 1):
         begin = stepper.t
         march = stepper.step(limit)
         if march.outcome is Outcome.FAILED:
-            return march
+            return replace(march, steps=done - 1)
         if past is not None and not past.take(stepper, begin):
-            return March(Outcome.FAILED, cause=Cause.BLOCK)
+            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
         t = stepper.t
         ordinary = march.outcome is Outcome.BUDGET
         before = recorder.count
         if not take_rows(stepper, kernel, recorder, t if ordinary else t - recorder.near):
-            return March(Outcome.FAILED, cause=Cause.BLOCK)
+            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
         if not ordinary:
-            return march
+            return replace(march, steps=done)
         if recorder.count == before:  # no row to begin the next step's blocks from
             known = stepper.ends_evaluated and kernel.w[0] == t
             if not known and kernel.rhs(t, stepper.y, ydot) != 0:
-                return March(Outcome.FAILED, cause=Cause.BLOCK)
+                return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
             kernel.accept(t)
         if watch.moved(kernel.w):
-            return March(Outcome.LOOK)
-    return March(Outcome.BUDGET)
+            return March(Outcome.LOOK, steps=done)
+    return March(Outcome.BUDGET, steps=steps)
 
 
 def take_rows(stepper: Stepper, kernel: Kernel, recorder: Recorder, until: float) -> bool:

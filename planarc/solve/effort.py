@@ -1,0 +1,55 @@
+"""The steps of a run, counted: how many at a time, and when they would never bring it to its end.
+
+Everything here goes by counts. A run ends alike on every machine, however fast that is and
+whatever else it does.
+"""
+
+from __future__ import annotations
+
+from planarc.ir.program import Program
+
+#: Steps of the first march, and of the first after a restart, of which nothing is known yet.
+FIRST = 2
+#: Factor by which a march may be longer than the last one.
+GROWTH = 64
+#: Statements that machine code and that Python evaluate in about 0.1 s: Ctrl-C is heard as often.
+WORK_NATIVE, WORK_PYTHON = 1_000_000, 50_000
+#: Most steps of a march, in general and where relations are to be looked at after it.
+MOST, MOST_WITH_RELATIONS = 1 << 16, 64
+#: Steps after which the way that they went is judged, and the part of the run that it must be:
+#: at a slower pace a run takes ten thousand million. A short stiff transient takes some hundred.
+STRETCH, CREEP_TIME = 10_000, 1e-6
+
+
+class Effort:
+    """The steps of one run from `start`, of `span` seconds."""
+
+    def __init__(self, program: Program, native: bool, start: float, span: float) -> None:
+        self._most = most_steps(program, native)
+        self._least = CREEP_TIME * span
+        self._steps, self._room, self._place = FIRST, STRETCH, start
+
+    @property
+    def steps(self) -> int:
+        """The steps that the next march may take: it never passes where a stretch ends."""
+        return min(self._steps, self._room)
+
+    def restart(self) -> None:
+        """Begin with short marches again."""
+        self._steps = min(FIRST, self._most)
+
+    def take(self, t: float, steps: int) -> float | None:
+        """The way of a stretch that ends here, after so many steps more, if it creeps."""
+        self._steps = min(GROWTH * self._steps, self._most)
+        self._room -= steps
+        if self._room > 0:
+            return None
+        way, self._place, self._room = t - self._place, t, STRETCH
+        return way if way <= self._least else None
+
+
+def most_steps(program: Program, native: bool) -> int:
+    """The most steps of a march: a matter of the program's size and of the back end."""
+    size = sum(map(len, program.levels)) + sum(len(block.body) for block in program.blocks)
+    work = WORK_NATIVE if native else WORK_PYTHON
+    return max(1, min(work // max(1, size), MOST_WITH_RELATIONS if program.relations else MOST))
