@@ -55,9 +55,7 @@ class BlockWriter:
 
     def _linear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         residuals, jacobian, tangent = self._matrix(before, lister, derived)
-        body: list[Let] = []
-        for a in derived.inner:
-            lister.let(body, a.target, a.value, a.equation)
+        body = lister.assigned(derived.inner)
         return _code(derived, body, len(body), residuals, [], jacobian, tangent)
 
     def _matrix(
@@ -77,9 +75,7 @@ class BlockWriter:
         for symbol, value in direct.steps:
             lister.name(before, symbol, value)
         tears = tuple(lister.value(before, e) for e in direct.tears)
-        body: list[Let] = []
-        for a in derived.inner:
-            lister.let(body, a.target, a.value, a.equation)
+        body = lister.assigned(derived.inner)
         mark = lister.mark()
         check: list[Let] = []
         values = tuple(r.value for r in block.residuals)
@@ -109,9 +105,7 @@ class BlockWriter:
                     varying.add(symbol)
                     steps.append((symbol, value))
             lister.hold(before, invariants(derived.formulas, varying))
-        body: list[Let] = []
-        for a in derived.inner:
-            lister.let(body, a.target, a.value, a.equation)
+        body = lister.assigned(derived.inner)
         inner = len(body)
         mark = lister.mark()
         residuals = self._residuals(body, lister, derived, derived.residuals)

@@ -31,6 +31,7 @@ def generate(sorted: SortedDae) -> Program:
     tables = Tables(sorted, sections)
     dae = sorted.dae
     relations = tuple(r.text for r in dae.relations)
+    equations = tuple(equation_info(e.equation, relations) for e in sorted.equations)
     return Program(
         name=dae.name,
         table=dae.table,
@@ -54,8 +55,8 @@ def generate(sorted: SortedDae) -> Program:
         initial_residuals=sections.initial_residuals,
         roots=sections.roots,
         discrete=sections.discrete,
-        equations=tuple(equation_info(e.equation, relations) for e in sorted.equations),
-        initial_equations=_initial_infos(sorted, relations),
+        equations=equations,
+        initial_equations=tuple(equations[r.equation] for r in sorted.initial_residuals),
         guesses=tables.guesses(),
         functions=dae.functions,
         visuals=dae.visuals,
@@ -77,11 +78,3 @@ def generate(sorted: SortedDae) -> Program:
 def equation_info(equation: Equation, relations: tuple[str, ...] = ()) -> EquationInfo:
     sides = equation.left, equation.right
     return EquationInfo(sides, equation.span, equation.component, relations)
-
-
-def _initial_infos(sorted: SortedDae, relations: tuple[str, ...]) -> tuple[EquationInfo, ...]:
-    """The equations of `Program.initial_residuals`, in their order."""
-    return tuple(
-        equation_info(sorted.equations[r.equation].equation, relations)
-        for r in sorted.initial_residuals
-    )

@@ -174,9 +174,8 @@ class _Writer:
         lets.extend((a.target, a.value, a.equation) for a in reach.constant)
         lets.extend((symbol, value, None) for symbol, value in aliases)
         lets.extend((symbol, value, None) for value, symbol in self._parts.items())
-        lets.extend(
-            (symbol, value, None) for symbol, value in start_values(self._sorted, self._aliases)
-        )
+        starts = start_values(self._sorted, self._aliases)
+        lets.extend((symbol, value, None) for symbol, value in starts)
         layout.add(*(target for target, _, _ in lets))
         lister = Lister(table, self._temporaries, [v for _, v, _ in lets])
         out: list[Let] = []
@@ -228,9 +227,7 @@ class _Writer:
         """A section that gives values: each as a symbol that the section or a slot holds."""
         assignments = [s for s in steps if isinstance(s, Assignment)]
         lister = self._lister([*(f for s in assignments for f in values(s)), *formulas])
-        out: list[Let] = []
-        for a in assignments:
-            lister.let(out, a.target, a.value, a.equation)
+        out = lister.assigned(assignments)
         names = []
         for formula in formulas:
             names.append(self._temporaries.new())
@@ -239,9 +236,7 @@ class _Writer:
 
     def _step(self, out: list[Statement], lister: Lister, step: Derived | Assignment) -> None:
         if isinstance(step, Assignment):
-            lets: list[Let] = []
-            lister.let(lets, step.target, step.value, step.equation)
-            out.extend(lets)
+            out.extend(lister.assigned((step,)))
         else:
             self._blocks.write(out, lister, step)
 

@@ -22,6 +22,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.ir.program import Let
+from planarc.ir.sorted import Assignment
 
 #: Depth and length at which formulas are broken: compilers are recursive.
 DEEPEST = 30
@@ -101,6 +102,13 @@ class Lister:
         else:
             written = self.value(out, value)
         out.append(Let(target, written, equation))
+
+    def assigned(self, assignments: Iterable[Assignment]) -> list[Let]:
+        """The statements of assignments."""
+        out: list[Let] = []
+        for a in assignments:
+            self.let(out, a.target, a.value, a.equation)
+        return out
 
     def name(self, out: list[Let], symbol: Expr, value: Expr) -> None:
         """Assign as `let` does; a value that is known or trivial only gets the symbol as a name."""

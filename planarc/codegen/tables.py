@@ -111,12 +111,8 @@ class Tables:
         )
 
     def candidates(self) -> tuple[CandidateSlot, ...]:
-        blocks = {
-            tear: i
-            for i, code in enumerate(self._sections.blocks)
-            if code.height
-            for tear in code.tears
-        }
+        below = ((i, b) for i, b in enumerate(self._sections.blocks) if b.height)
+        blocks = {tear: i for i, block in below for tear in block.tears}
         return tuple(self._candidate(c, blocks[c.symbol]) for c in self._sorted.candidates)
 
     def _candidate(self, c: Candidate, block: int) -> CandidateSlot:
@@ -136,25 +132,16 @@ class Tables:
         )
 
     def fixed(self) -> tuple[FixedSlot, ...]:
-        return tuple(
-            FixedSlot(
-                f.display,
-                self._layout[f.symbol],
-                self._start(f.symbol),
-                f.span,
-                f.fixed,
-                f.written,
-                f.select,
-                f.height,
-            )
-            for f in self._sorted.fixed
-        )
+        found = []
+        for f in self._sorted.fixed:
+            told = (f.span, f.fixed, f.written, f.select, f.height)
+            slot = self._layout[f.symbol]
+            found.append(FixedSlot(f.display, slot, self._start(f.symbol), *told))
+        return tuple(found)
 
     def guesses(self) -> tuple[tuple[int, int], ...]:
-        tears: dict[Expr, None] = {}
-        for code in self._sections.blocks:
-            if not code.height:
-                tears.update((tear, None) for tear in code.tears)
+        top = (block for block in self._sections.blocks if not block.height)
+        tears = dict.fromkeys(tear for block in top for tear in block.tears)
         return tuple((self._layout[tear], self._start(tear)) for tear in tears)
 
     def _start(self, symbol: Expr) -> int:
@@ -170,20 +157,11 @@ class Tables:
         )
 
     def relations(self) -> tuple[RelationSlot, ...]:
-        return tuple(
-            RelationSlot(
-                self._layout[f"event[{i}]"],
-                zero,
-                r.strict,
-                r.time_only,
-                r.text,
-                r.span,
-                r.component,
-            )
-            for i, (r, zero) in enumerate(
-                zip(self._dae.relations, self._sections.zeros, strict=True)
-            )
-        )
+        found = []
+        for i, (r, zero) in enumerate(zip(self._dae.relations, self._sections.zeros, strict=True)):
+            told = (r.strict, r.time_only, r.text, r.span, r.component)
+            found.append(RelationSlot(self._layout[f"event[{i}]"], zero, *told))
+        return tuple(found)
 
     def samplers(self) -> tuple[tuple[int, Expr, Expr, Span], ...]:
         aliases = self._sections.aliases
@@ -205,21 +183,12 @@ class Tables:
     def whens(self) -> tuple[WhenCode, ...]:
         at, aliases = self._layout, self._sections.aliases
 
-        def rewritten(action: Action) -> Action:
-            return rewrite_action(action, self._dae.table, aliases)
+        def branch(name: str, actions: tuple[Action, ...]) -> tuple[int, int, tuple[Action, ...]]:
+            rewritten = tuple(rewrite_action(a, self._dae.table, aliases) for a in actions)
+            return at[name], at[f"pre({name})"], rewritten
 
         return tuple(
-            WhenCode(
-                tuple(
-                    (
-                        at[name],
-                        at[f"pre({name})"],
-                        tuple(rewrite_action(a, self._dae.table, aliases) for a in actions),
-                    )
-                    for name, actions in when.branches
-                ),
-                when.span,
-            )
+            WhenCode(tuple(branch(*b) for b in when.branches), when.span)
             for when in self._dae.whens
         )
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
+from planarc.evaluate.value import VALUES
 from planarc.ir.expr import Expr, Op, fold
 from planarc.runtime import elementary, external
 
@@ -93,14 +94,9 @@ def _operators() -> Mapping[Op, Callable[..., Any]]:
         return value.item() if value.ndim == 0 else value
 
     return {
-        Op.ADD: lambda *terms: sum(terms),
-        Op.MUL: lambda *factors: math.prod(factors),
-        Op.NEG: lambda a: -a,
+        **VALUES,
         Op.DIV: lambda a, b: plain(np.divide(a, b)),
         Op.POW: lambda a, b: plain(np.power(np.asarray(a, dtype=float), b)),
-        Op.LESS: lambda a, b: a < b,
-        Op.LESS_EQUAL: lambda a, b: a <= b,
-        Op.EQUAL: lambda a, b: a == b,
         Op.AND: lambda a, b: plain(np.logical_and(a, b)),
         Op.OR: lambda a, b: plain(np.logical_or(a, b)),
         Op.NOT: lambda a: plain(np.logical_not(a)),

@@ -128,6 +128,23 @@ class Variable:
         self._place.store(value)
 
 
+def function(signature: str) -> Callable[[Callable[..., None]], Callable[[], str]]:
+    """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text."""
+    head, listed = signature.rstrip(")").split("(")
+    result, name = head.split()
+    arguments = [(t, n) for t, n in (a.split() for a in listed.split(", "))]
+
+    def decorate(write: Callable[..., None]) -> Callable[[], str]:
+        def text() -> str:
+            c = Code(name, result, arguments)
+            write(c, *c.arguments)
+            return c.text()
+
+        return text
+
+    return decorate
+
+
 class Code:
     """One function while it is written."""
 
@@ -199,8 +216,11 @@ class Code:
         return Variable(self, self.constant(value, type))
 
     def call(self, type: str, function: str, *arguments: Value) -> Value:
-        given = ", ".join(f"{a.type} {a.text}" for a in arguments)
-        return self.emit(type, f"call {type} @{function}({given})")
+        return self.emit(type, f"call {type} @{function}({_given(arguments)})")
+
+    def run(self, function: str, *arguments: Value) -> None:
+        """Call a function that gives nothing."""
+        self.lines.append(f"call void @{function}({_given(arguments)})")
 
     def select(self, condition: Value, then: Value | float, otherwise: Value | float) -> Value:
         a = self.constant(then, REAL)
@@ -220,7 +240,7 @@ class Code:
     def absolute(self, x: Value) -> Value:
         return self.call(REAL, "llvm.fabs.f64", x)
 
-    def largest(self, a: Value, b: Value) -> Value:
+    def largest(self, a: Value, b: Value | float) -> Value:
         """The larger one; not a number when one is none."""
         return self.select((a > b) | a.is_nan(), a, b)
 
@@ -253,7 +273,10 @@ class Code:
 
     def break_block(self) -> None:
         """Go on in a new basic block."""
-        label = self.label()
+        self.enter(self.label())
+
+    def enter(self, label: str) -> None:
+        """Go on at a label that others jump to, too."""
         self.jump(label)
         self.begin(label)
 
@@ -275,8 +298,7 @@ class Code:
         """`for i in range(start, stop)`."""
         counter = Variable(self, self.constant(start, INT))
         test, body, behind = self.label(), self.label(), self.label()
-        self.jump(test)
-        self.begin(test)
+        self.enter(test)
         i = counter.get()
         self.branch(i < stop, body, behind)
         self.begin(body)
@@ -295,3 +317,7 @@ class Code:
         if not leaves:
             self.jump(behind)
         self.begin(behind)
+
+
+def _given(arguments: Sequence[Value]) -> str:
+    return ", ".join(f"{a.type} {a.text}" for a in arguments)

@@ -16,7 +16,7 @@ workspace is left at the point, and evaluated.
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.ir.newton import DIFFERENCE
 
@@ -31,9 +31,8 @@ def _counts(table: Value) -> list[Value]:
     return [table.load(INT, i) for i in range(1, _HEAD)]
 
 
-def _point() -> str:
-    c = Code("pc_point", FLAG, [(POINTER, "frame"), (POINTER, "table"), (POINTER, "row")])
-    frame, table, row = c.arguments
+@function("i32 pc_point(ptr frame, ptr table, ptr row)")
+def _point(c: Code, frame: Value, table: Value, row: Value) -> None:
     w, _, _, area = open_frame(frame)
     moved, residuals, initial, variables = _counts(table)
     places = table.at(moved + _HEAD)
@@ -50,12 +49,10 @@ def _point() -> str:
     with c.loop(residuals + initial + variables) as i:
         total.set(total.get() + row.load(REAL, i) * 0.0)
     c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(-1, FLAG)))
-    return c.text()
 
 
-def _differences() -> str:
-    c = Code("pc_differences", FLAG, [(POINTER, "frame"), (POINTER, "table"), (POINTER, "out")])
-    frame, table, out = c.arguments
+@function("i32 pc_differences(ptr frame, ptr table, ptr out)")
+def _differences(c: Code, frame: Value, table: Value, out: Value) -> None:
     w, _, _, _ = open_frame(frame)
     moved, residuals, initial, variables = _counts(table)
     width = residuals + initial + variables
@@ -82,4 +79,3 @@ def _differences() -> str:
     with c.when(moved > 0):
         c.call(FLAG, "pc_point", frame, table, out)
     c.give(0)
-    return c.text()

@@ -12,15 +12,13 @@ from __future__ import annotations
 
 import math
 
-from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value, Variable
+from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value, Variable, function
 from planarc.codegen.native.newton import Block
 from planarc.ir.newton import NEGLIGIBLE
 
 
-def look_function() -> str:
-    arguments = [(POINTER, "frame"), (POINTER, "blocks"), (INT, "count"), (POINTER, "scales")]
-    c = Code("pc_look", REAL, arguments)
-    frame, blocks, count, scales = c.arguments
+@function("double pc_look(ptr frame, ptr blocks, i64 count, ptr scales)")
+def look_function(c: Code, frame: Value, blocks: Value, count: Value, scales: Value) -> None:
     table = Value(c, POINTER, "@pc_blocks")
     worst, first = c.variable(0.0), c.variable(0, INT)
     with c.loop(count) as k:
@@ -30,7 +28,6 @@ def look_function() -> str:
         _reduce(c, b, worst)
         first.set(first.get() + b.n)
     c.give(c.select(worst.get() < 1e300, worst.get(), math.inf), REAL)
-    return c.text()
 
 
 def _measure(c: Code, b: Block, scale: Value) -> Value:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from functools import reduce
 from operator import and_
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
 from planarc.ir.newton import (
     AGREES,
@@ -77,9 +77,8 @@ class Block:
         return self.w.at(self.slots.load(INT, tear))
 
 
-def _start() -> str:
-    c = Code("pc_start", "void", [(POINTER, "frame"), (REAL, "t"), (POINTER, "record")])
-    frame, t, record = c.arguments
+@function("void pc_start(ptr frame, double t, ptr record)")
+def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     b = Block(frame, record)
     b.state.store(0.0, COUNT)
     top, below, moved = c.label(), c.label(), c.label()
@@ -109,7 +108,6 @@ def _start() -> str:
         b.x(i).store(x)
         b.origin.store(x, i)
     c.give()
-    return c.text()
 
 
 def _is_open(b: Block) -> Value:
@@ -117,9 +115,8 @@ def _is_open(b: Block) -> Value:
     return b.numbers.load(INT, Number.MODE).equals(Mode.RESIDUALS)
 
 
-def _step() -> str:
-    c = Code("pc_step", FLAG, [(POINTER, "frame"), (POINTER, "record")])
-    frame, record = c.arguments
+@function("i32 pc_step(ptr frame, ptr record)")
+def _step(c: Code, frame: Value, record: Value) -> None:
     b = Block(frame, record)
     with c.when((b.below & (b.numbers.load(INT, Number.MODE) > 0)) | _is_open(b), leaves=True):
         c.give(DONE)
@@ -146,7 +143,7 @@ def _step() -> str:
         moved = x - d
         b.before.store(x, i)
         place.store(moved)
-        relative = c.absolute(d) / c.largest(c.absolute(moved), c.constant(1.0, REAL))
+        relative = c.absolute(d) / c.largest(c.absolute(moved), 1.0)
         size.set(c.largest(size.get(), relative))
     with c.when(~(size.get() < 1e300), leaves=True):
         _fail(c, b)
@@ -159,13 +156,11 @@ def _step() -> str:
     with c.when(count + 1.0 >= limit, leaves=True):
         _fail(c, b)
     c.give(MORE)
-    return c.text()
 
 
-def _linear() -> str:
+@function("i32 pc_linear(ptr frame, ptr record)")
+def _linear(c: Code, frame: Value, record: Value) -> None:
     """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
-    c = Code("pc_linear", FLAG, [(POINTER, "frame"), (POINTER, "record")])
-    frame, record = c.arguments
     b = Block(frame, record)
     right = b.matrix.at(b.m * b.m)
     given = c.variable(0, INT)
@@ -193,7 +188,6 @@ def _linear() -> str:
     with c.loop(b.m) as k:
         b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
     c.give(DONE)
-    return c.text()
 
 
 def _eliminate(c: Code, b: Block, right: Value, frame: Value, record: Value) -> None:
@@ -248,17 +242,12 @@ def _finish(c: Code, b: Block) -> None:
     c.give(DONE)
 
 
-def _solve() -> str:
+@function("i32 pc_solve(ptr a, ptr r, ptr x, ptr sizes, i64 m)")
+def _solve(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
     """Gaussian elimination in place; pivots are compared relative to their rows.
 
     m^3/3 operations, and m*b^2 for a matrix of bandwidth b, whose zeros are skipped.
     """
-    c = Code(
-        "pc_solve",
-        FLAG,
-        [(POINTER, "a"), (POINTER, "r"), (POINTER, "x"), (POINTER, "sizes"), (INT, "m")],
-    )
-    a, r, x, sizes, m = c.arguments
     for small in range(1, SMALL + 1):
         with c.when(m.equals(small), leaves=True):
             _solve_small(c, small, a, r, x, sizes)
@@ -273,7 +262,7 @@ def _solve() -> str:
         with c.when(size.equals(0.0), leaves=True):
             c.give(UNSOLVED)
         sizes.store(size, i)
-        x.store(c.constant(1.0, REAL) / size, i)  # exchanged with the rows
+        x.store(1.0 / size, i)  # exchanged with the rows
     with c.loop(m) as k:
         best, most = c.variable(k, INT), c.variable(0.0)
         with c.loop(m, k) as i:
@@ -291,7 +280,7 @@ def _solve() -> str:
                 array.store(two, p)
                 array.store(one, k)
         pivot_row = a.at(k * m)
-        inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, k)
+        inverse = 1.0 / pivot_row.load(REAL, k)
         pivot_row.store(inverse, k)
         end = c.variable(k + 1, INT)  # behind the last entry: narrow bands stay narrow
         with c.loop(m, k + 1) as j, c.when(~pivot_row.load(REAL, j).equals(0.0)):
@@ -311,7 +300,6 @@ def _solve() -> str:
             total.set(total.get() - row.load(REAL, j) * x.load(REAL, j))
         x.store(total.get() * row.load(REAL, i), i)
     c.give(MORE)
-    return c.text()
 
 
 def _solve_small(c: Code, m: int, a: Value, r: Value, x: Value, sizes: Value) -> None:
@@ -337,7 +325,7 @@ def _solve_small(c: Code, m: int, a: Value, r: Value, x: Value, sizes: Value) ->
                 )
             (*rows[k], size[k]), (*rows[i], size[i]) = above, below
         regular.append(c.absolute(rows[k][k]) > size[k] * SINGULAR)
-        inverse.append(c.constant(1.0, REAL) / rows[k][k])
+        inverse.append(1.0 / rows[k][k])
         for row in rows[k + 1 :]:
             factor = row[k] * inverse[k]
             for j in range(k + 1, m + 1):
@@ -361,12 +349,11 @@ def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
         a.store(one, k * m + j)
 
 
-def _open() -> str:
+@function("i32 pc_open(ptr frame, ptr record)")
+def _open(c: Code, frame: Value, record: Value) -> None:
     """See `solve.kernels.singular`. The rule of a modal block that is singular: unknowns
     that its equations leave open keep their accepted values (of a nonlinear one: their
     present values)."""
-    c = Code("pc_open", FLAG, [(POINTER, "frame"), (POINTER, "record")])
-    frame, record = c.arguments
     b = Block(frame, record)
     a, m, x = b.matrix, b.m, b.change
     r = a.at(m * m)
@@ -403,7 +390,7 @@ def _open() -> str:
             used.store(1.0, p)
             x.store(c.real(p), q)
             pivot_row = a.at(p * m)
-            inverse = c.constant(1.0, REAL) / pivot_row.load(REAL, q)
+            inverse = 1.0 / pivot_row.load(REAL, q)
             with c.loop(m) as i, c.when(~i.equals(p)):
                 factor = a.load(REAL, i * m + q) * inverse
                 with c.when(~factor.equals(0.0)):
@@ -431,4 +418,3 @@ def _open() -> str:
             c.give(UNSOLVED)
     b.numbers.store(b.index, Number.OPEN)
     c.give(MORE)
-    return c.text()

@@ -17,7 +17,16 @@ Flags are 0, or 1 where a group's matrix is singular or a derivative is not fini
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, Variable
+from planarc.codegen.native.assembly import (
+    FLAG,
+    INT,
+    POINTER,
+    REAL,
+    Code,
+    Value,
+    Variable,
+    function,
+)
 from planarc.ir.derivatives import CHUNK, Group, Head, Passing
 from planarc.ir.frame import Frame, Number
 from planarc.ir.newton import SINGULAR
@@ -91,10 +100,9 @@ class _Union:
         return self._low.get(), self._high.get()
 
 
-def _ranges() -> str:
+@function("void pc_ranges(ptr passing)")
+def _ranges(c: Code, passing: Value) -> None:
     """The rows in which motions may differ from zero, by what is told to move alone."""
-    c = Code("pc_ranges", "void", [(POINTER, "passing")])
-    (passing,) = c.arguments
     tape = _Tape(passing)
     starts, targets = tape.list(Head.STARTS), tape.list(Head.TARGETS)
     sources, groups = tape.list(Head.SOURCES), tape.list(Head.TABLE)
@@ -125,7 +133,6 @@ def _ranges() -> str:
                     tape.set_range(node, *union.get())
             rows(group.first, group.inner)
     c.give()
-    return c.text()
 
 
 class _Group:
@@ -166,17 +173,12 @@ class _Sum:
             self._code.line(f"store {_WIDE} {part.get().text}, ptr {place}, align 8")
 
 
-def _rows() -> str:
+@function("void pc_rows(ptr passing, i64 first, i64 stop, i64 group, i64 tears)")
+def _rows(c: Code, passing: Value, first: Value, stop: Value, group: Value, tears: Value) -> None:
     """Rows `first` to `stop`; of group >= 0 the motions beside them too, of so many tears.
 
     What a range leaves out stays zero in memory, so that chunks need no care.
     """
-    c = Code(
-        "pc_rows",
-        "void",
-        [(POINTER, "passing"), (INT, "first"), (INT, "stop"), (INT, "group"), (INT, "tears")],
-    )
-    passing, first, stop, group, tears = c.arguments
     tape = _Tape(passing)
     starts, targets = tape.list(Head.STARTS), tape.list(Head.TARGETS)
     sources, owners = tape.list(Head.SOURCES), tape.list(Head.OWNERS)
@@ -206,21 +208,16 @@ def _rows() -> str:
                     total.add(tape.values.load(REAL, e), tape.beside(source).at(at))
             total.store(tape.beside(target).at(at))
     c.give()
-    return c.text()
 
 
-def _eliminate() -> str:
+@function("i32 pc_eliminate(ptr a, ptr r, ptr sizes, i64 m, i64 count, i64 stride)")
+def _eliminate(
+    c: Code, a: Value, r: Value, sizes: Value, m: Value, count: Value, stride: Value
+) -> None:
     """Gaussian elimination with many right sides, in place: a*x = r, x in r.
 
     Rows of r are `stride` long, of which `count` numbers count.
     """
-    names = ("m", "count", "stride")
-    c = Code(
-        "pc_eliminate",
-        FLAG,
-        [(POINTER, "a"), (POINTER, "r"), (POINTER, "sizes"), *((INT, n) for n in names)],
-    )
-    a, r, sizes, m, count, stride = c.arguments
     with c.loop(m) as i:
         largest = c.variable(0.0)
         with c.loop(m) as k:
@@ -261,7 +258,6 @@ def _eliminate() -> str:
         with c.loop(count) as j:
             right.store(right.load(REAL, j) * inverse, j)
     c.give(0)
-    return c.text()
 
 
 def _exchange(c: Code, a: Value, b: Value, count: Value) -> None:
@@ -271,9 +267,8 @@ def _exchange(c: Code, a: Value, b: Value, count: Value) -> None:
         b.store(one, j)
 
 
-def _pass() -> str:
-    c = Code("pc_pass", FLAG, [(POINTER, "passing"), (REAL, "t")])
-    passing, t = c.arguments
+@function("i32 pc_pass(ptr passing, double t)")
+def _pass(c: Code, passing: Value, t: Value) -> None:
     tape = _Tape(passing)
     compute, frame = passing.load(POINTER, Passing.COEFFICIENTS), passing.load(POINTER)
     arguments = f"ptr {frame.text}, double {t.text}, ptr {tape.values.text}"
@@ -284,7 +279,6 @@ def _pass() -> str:
     with c.loop(tape.count(Head.GROUPS)) as number:
         _group(c, passing, tape, number, _Group(tape, groups.at(number * len(Group))))
     c.give(0)
-    return c.text()
 
 
 def _group(c: Code, passing: Value, tape: _Tape, number: Value, group: _Group) -> None:
@@ -304,8 +298,7 @@ def _group(c: Code, passing: Value, tape: _Tape, number: Value, group: _Group) -
     solves = m > 0
 
     def rows(until: Value, which: Value) -> None:
-        numbers = ", ".join(f"i64 {n.text}" for n in (group.first, until, which, m))
-        c.line(f"call void @pc_rows(ptr {passing.text}, {numbers})")
+        c.run("pc_rows", passing, group.first, until, which, m)
 
     rows(group.stop, c.select(solves, number, c.constant(-1, INT)))
     with c.when(solves):
@@ -344,15 +337,10 @@ def _group(c: Code, passing: Value, tape: _Tape, number: Value, group: _Group) -
         rows(group.inner, c.constant(-1, INT))
 
 
-def _gather() -> str:
+@function("i32 pc_gather(ptr passing, ptr nodes, i64 count, ptr out)")
+def _gather(c: Code, passing: Value, nodes: Value, count: Value, out: Value) -> None:
     """Zeros outside of ranges, and of nodes < 0, which do not move; the flag tells whether
     all are finite."""
-    c = Code(
-        "pc_gather",
-        FLAG,
-        [(POINTER, "passing"), (POINTER, "nodes"), (INT, "count"), (POINTER, "out")],
-    )
-    passing, nodes, count, out = c.arguments
     tape = _Tape(passing)
     total = c.variable(0.0)
     with c.loop(count) as i:
@@ -367,14 +355,13 @@ def _gather() -> str:
                 row.store(value, j)
                 total.set(total.get() + value * 0.0)
     c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(1, FLAG)))
-    return c.text()
 
 
-def _cv_jacobian() -> str:
+@function("i32 pc_cv_jacobian(double t, ptr y, ptr f, ptr matrix, ptr frame, ptr a, ptr b, ptr c)")
+def _cv_jacobian(
+    c: Code, t: Value, y: Value, f: Value, matrix: Value, frame: Value, *_: Value
+) -> None:
     """Column by column, from a point where blocks are solved once."""
-    pointers = ("y", "f", "matrix", "frame", "a", "b", "c")
-    c = Code("pc_cv_jacobian", FLAG, [(REAL, "t"), *((POINTER, p) for p in pointers)])
-    t, y, f, matrix, frame = c.arguments[:5]
     passing = frame.load(POINTER, Frame.PASSING)
     tape = _Tape(passing)
     get, data = frame.load(POINTER, Frame.VECTOR), passing.load(POINTER, Passing.DATA)
@@ -420,4 +407,3 @@ def _cv_jacobian() -> str:
         with c.loop(n) as i:
             column.store((column.load(REAL, i) - f.load(REAL, i)) / step, i)
     c.give(0)
-    return c.text()

@@ -182,8 +182,7 @@ class _Section:
     def _solve(self, statement: Solve) -> None:
         code = self._program.blocks[statement.block]
         if not code.residuals:  # its tears are states, and in the workspace
-            for let in code.body:
-                self._let(let)
+            self._write(code.body)
             return
         if code.direct is not None:
             self._solve_direct(statement.block, code, code.direct)
@@ -198,12 +197,9 @@ class _Section:
         behind, failed = c.label(), c.label()
         flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
         c.branch(flag < 0, failed, behind)
-        c.begin(failed)
-        self._give_failure(flag)
-        c.begin(behind)
+        self._end(flag, failed, behind)
         self._read_tears(code)
-        for let in code.body:
-            self._let(let)
+        self._write(code.body)
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
         c = self._code
@@ -215,20 +211,16 @@ class _Section:
                 assert slot is not None
                 self._w.store(real(c, self._value(e)), slot)
         before, again, check, work, solved, failed, behind = (c.label() for _ in range(7))
-        c.jump(before)
-        c.begin(before)
-        c.jump(again)
-        c.begin(again)
+        c.enter(before)
+        c.enter(again)
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ true, %{solved} ]")
         self._read_tears(code)
-        for let in code.body:
-            self._let(let)
+        self._write(code.body)
         c.line(f"br i1 {done}, label %{behind}, label %{check}")
         c.begin(check)
         outside = dict(self._values)
-        for let in direct.check:
-            self._let(let)
+        self._write(direct.check)
         with c.when(given):
             for i, r in enumerate(direct.residuals):
                 self._area.store(real(c, self._leaf(r)), self._placement.residuals(block) + i)
@@ -243,14 +235,15 @@ class _Section:
         c.branch(flag < 0, failed, solved)
         c.begin(solved)
         c.jump(again)
-        c.begin(failed)
-        self._give_failure(flag)
-        c.begin(behind)
+        self._end(flag, failed, behind)
 
-    def _give_failure(self, flag: Value) -> None:
+    def _end(self, flag: Value, failed: str, behind: str) -> None:
+        """Leave with what a failure means, or go on behind the block."""
         c = self._code
+        c.begin(failed)
         not_finite = flag.equals(NOT_FINITE)
         c.give(c.select(not_finite, c.constant(-1, FLAG), c.constant(1, FLAG)))
+        c.begin(behind)
 
     def _read_tears(self, code: BlockCode) -> None:
         """Take the tears from the workspace."""
@@ -264,20 +257,14 @@ class _Section:
         again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
         before = c.label()
         record = self._record(block)
-        c.line(
-            f"call void @pc_start(ptr {self._frame.text}, double {self._time.text},"
-            f" ptr {record.text})"
-        )
-        c.jump(before)
-        c.begin(before)
-        c.jump(again)
-        c.begin(again)
+        c.run("pc_start", self._frame, self._time, record)
+        c.enter(before)
+        c.enter(again)
         finished, step = c.register(), c.label()
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
         self._read_tears(code)
-        for let in code.body[: code.inner]:
-            self._let(let)
+        self._write(code.body[: code.inner])
         c.line(f"br i1 {done}, label %{behind}, label %{work}")
         c.begin(work)
         self._work(block, code)
@@ -286,9 +273,7 @@ class _Section:
         c.begin(step)
         c.line(f"{finished} = icmp eq i32 {flag.text}, 1")
         c.jump(again)
-        c.begin(failed)
-        self._give_failure(flag)
-        c.begin(behind)
+        self._end(flag, failed, behind)
 
     def _record(self, block: int) -> Value:
         first = 1 + sum(len(r) for r in self._placement.records[:block])
@@ -297,8 +282,7 @@ class _Section:
     def _work(self, block: int, code: BlockCode) -> None:
         """Residuals and Jacobian into the area; what is set here is not known behind."""
         outside = dict(self._values)
-        for let in (*code.body[code.inner :], *code.jacobian_body):
-            self._let(let)
+        self._write((*code.body[code.inner :], *code.jacobian_body))
         c = self._code
         at, n = self._placement.residuals(block), len(code.tears)
         for i, r in enumerate(code.residuals):
@@ -322,7 +306,6 @@ class _Section:
             seeds.store(1.0, j)
             for i, seed in enumerate(code.tangent.seeds):
                 self._values[seed] = seeds.load(REAL, i)
-            for let in code.tangent.body:
-                self._let(let)
+            self._write(code.tangent.body)
             for i, entry in enumerate(code.tangent.entries):
                 matrix.store(real(c, self._value(entry)), j + i * n)

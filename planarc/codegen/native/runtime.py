@@ -10,7 +10,7 @@ Newton's method (`newton`), looks at the choice of states (`look`) and what the 
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.newton import newton_functions, open_frame
@@ -47,10 +47,9 @@ def runtime_text() -> str:
     return _DECLARED + "\n".join(functions)
 
 
-def _states() -> str:
+@function("void pc_states(ptr frame, double t, ptr y)")
+def _states(c: Code, frame: Value, t: Value, y: Value) -> None:
     """Time and states into the workspace."""
-    c = Code("pc_states", "void", [(POINTER, "frame"), (REAL, "t"), (POINTER, "y")])
-    frame, t, y = c.arguments
     w, numbers, _, _ = open_frame(frame)
     w.store(t)
     numbers.store(c.constant(-1, INT), Number.FAILED)
@@ -59,7 +58,6 @@ def _states() -> str:
     with c.loop(numbers.load(INT, Number.STATES)) as i:
         w.store(y.load(REAL, i), slots.load(INT, i))
     c.give()
-    return c.text()
 
 
 def _try(c: Code, function: str, *arguments: Value) -> None:
@@ -69,10 +67,9 @@ def _try(c: Code, function: str, *arguments: Value) -> None:
         c.give(flag)
 
 
-def _rhs() -> str:
-    c = Code("pc_rhs", FLAG, [(POINTER, "frame"), (REAL, "t"), (POINTER, "y"), (POINTER, "d")])
-    frame, t, y, d = c.arguments
-    c.line(f"call void @pc_states(ptr {frame.text}, double {t.text}, ptr {y.text})")
+@function("i32 pc_rhs(ptr frame, double t, ptr y, ptr d)")
+def _rhs(c: Code, frame: Value, t: Value, y: Value, d: Value) -> None:
+    c.run("pc_states", frame, t, y)
     _try(c, "pc_levels", frame, t)
     w, numbers, _, _ = open_frame(frame)
     states = numbers.load(INT, Number.STATES)
@@ -83,31 +80,25 @@ def _rhs() -> str:
         d.store(value, i)
         total.set(total.get() + value * 0.0)
     c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(-1, FLAG)))
-    return c.text()
 
 
-def _outputs() -> str:
-    c = Code("pc_outputs", FLAG, [(POINTER, "frame"), (REAL, "t"), (POINTER, "y")])
-    frame, t, y = c.arguments
-    c.line(f"call void @pc_states(ptr {frame.text}, double {t.text}, ptr {y.text})")
+@function("i32 pc_outputs(ptr frame, double t, ptr y)")
+def _outputs(c: Code, frame: Value, t: Value, y: Value) -> None:
+    c.run("pc_states", frame, t, y)
     _try(c, "pc_levels", frame, t)
     c.give(c.call(FLAG, "pc_rest", frame, t))
-    return c.text()
 
 
-def _roots() -> str:
-    c = Code("pc_roots", FLAG, [(POINTER, "frame"), (REAL, "t"), (POINTER, "y"), (POINTER, "g")])
-    frame, t, y, g = c.arguments
-    c.line(f"call void @pc_states(ptr {frame.text}, double {t.text}, ptr {y.text})")
+@function("i32 pc_roots(ptr frame, double t, ptr y, ptr g)")
+def _roots(c: Code, frame: Value, t: Value, y: Value, g: Value) -> None:
+    c.run("pc_states", frame, t, y)
     _try(c, "pc_levels", frame, t)
     c.give(c.call(FLAG, "pc_zeros", frame, t, g))
-    return c.text()
 
 
-def _evaluate() -> str:
+@function("i32 pc_evaluate(ptr frame, i64 mode, ptr initial)")
+def _evaluate(c: Code, frame: Value, mode: Value, initial: Value) -> None:
     """Everything, with all candidates as they are in the workspace; gives `initial`."""
-    c = Code("pc_evaluate", FLAG, [(POINTER, "frame"), (INT, "mode"), (POINTER, "initial")])
-    frame, mode, initial = c.arguments
     w, numbers, _, _ = open_frame(frame)
     t = w.load(REAL)
     numbers.store(c.constant(-1, INT), Number.FAILED)
@@ -119,13 +110,11 @@ def _evaluate() -> str:
         with c.when(flag.get().equals(0)):
             flag.set(c.call(FLAG, "pc_initial", frame, t, initial))
     c.give(flag.get())
-    return c.text()
 
 
-def _accept() -> str:
+@function("i32 pc_accept(ptr frame, double t)")
+def _accept(c: Code, frame: Value, t: Value) -> None:
     """The present values of all tears become the last accepted ones."""
-    c = Code("pc_accept", FLAG, [(POINTER, "frame"), (REAL, "t")])
-    frame, t = c.arguments
     w, _, accepted, _ = open_frame(frame)
     table = Value(c, POINTER, "@pc_blocks")
     row = c.variable(c.constant(1, INT), INT)
@@ -142,12 +131,10 @@ def _accept() -> str:
         accepted.store(t, total * 3)
         row.set(row.get() + n * 3 + Record.SLOTS)
     c.give(0)
-    return c.text()
 
 
-def _past() -> str:
-    c = Code("pc_past", REAL, [(POINTER, "frame"), (INT, "delay"), (INT, "order"), (REAL, "s")])
-    frame, delay, order, s = c.arguments
+@function("double pc_past(ptr frame, i64 delay, i64 order, double s)")
+def _past(c: Code, frame: Value, delay: Value, order: Value, s: Value) -> None:
     memory = frame.load(POINTER, Frame.PAST)
     bounds = memory.load(POINTER, Memory.BOUNDS)
     least, most = bounds.load(REAL, delay * 2), bounds.load(REAL, delay * 2 + 1)
@@ -177,7 +164,6 @@ def _past() -> str:
     with c.loop(order):
         value.set(value.get() * scale)
     c.give(value.get(), REAL)
-    return c.text()
 
 
 def _vector(c: Code, frame: Value, vector: Value) -> Value:
@@ -186,17 +172,13 @@ def _vector(c: Code, frame: Value, vector: Value) -> Value:
     return c.emit(POINTER, f"call ptr {get.text}(ptr {vector.text})")
 
 
-def _cv_rhs() -> str:
-    c = Code("pc_cv_rhs", FLAG, [(REAL, "t"), (POINTER, "y"), (POINTER, "d"), (POINTER, "frame")])
-    t, y, d, frame = c.arguments
+@function("i32 pc_cv_rhs(double t, ptr y, ptr d, ptr frame)")
+def _cv_rhs(c: Code, t: Value, y: Value, d: Value, frame: Value) -> None:
     flag = c.call(FLAG, "pc_rhs", frame, t, _vector(c, frame, y), _vector(c, frame, d))
     # A trial point may lie outside a formula's domain: let the integrator try a smaller step.
     c.give(c.select(flag.equals(0), c.constant(0, FLAG), c.constant(1, FLAG)))
-    return c.text()
 
 
-def _cv_roots() -> str:
-    c = Code("pc_cv_roots", FLAG, [(REAL, "t"), (POINTER, "y"), (POINTER, "g"), (POINTER, "frame")])
-    t, y, g, frame = c.arguments
+@function("i32 pc_cv_roots(double t, ptr y, ptr g, ptr frame)")
+def _cv_roots(c: Code, t: Value, y: Value, g: Value, frame: Value) -> None:
     c.give(c.call(FLAG, "pc_roots", frame, t, _vector(c, frame, y), g))
-    return c.text()

@@ -10,7 +10,9 @@ A block stands where it is solved:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from msgspec import Struct, field
 
 from planarc.codegen.numpy.formulas import formula, is_hidden, is_truth
 from planarc.codegen.numpy.names import Names, comment
@@ -59,22 +61,18 @@ class Line(str):
         return line
 
 
-class FunctionText:
+class FunctionText(Struct):
     """A function of the text."""
 
-    def __init__(
-        self,
-        program: Program,
-        names: Names,
-        always: set[Expr],
-        parts: Parts,
-    ) -> None:
-        self._program = program
-        self._names = names
-        self._always = always
-        self._parts = parts
-        self._slots = program.slots
-        self._defined: dict[Expr, None] = {}
+    _program: Program
+    _names: Names
+    _always: set[Expr]
+    _parts: Parts
+    _defined: dict[Expr, None] = field(default_factory=dict)
+
+    @property
+    def _slots(self) -> Mapping[str, int]:
+        return self._program.slots
 
     def lines(self, results: Sequence[Expr]) -> list[str]:
         body: list[str] = []

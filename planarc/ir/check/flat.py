@@ -10,6 +10,8 @@ bindings fit their variables, conditions are Boolean.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from planarc.ir import flat
 from planarc.ir.flatwalk import children
 
@@ -41,6 +43,11 @@ class _Checker:
             if isinstance(node, flat.Comprehension):
                 continue  # its body sees its iterators, which are not declared
             stack.extend(children(node))
+
+    def expressions(self, *roots: flat.Expression | None) -> None:
+        for root in roots:
+            if root is not None:
+                self.expression(root)
 
     def node(self, node: flat.Expression) -> None:
         match node:
@@ -103,47 +110,21 @@ class _Checker:
     def equations(self, equations: tuple[flat.Equation, ...]) -> None:
         for equation in equations:
             self.where = f"an equation of `{equation.component}`"
-            self.equation(equation)
+            self.item(equation)
 
-    def equation(self, equation: flat.Equation) -> None:
-        match equation:
+    def items(self, items: Iterable[flat.Equation | flat.Statement]) -> None:
+        for item in items:
+            self.item(item)
+
+    def item(self, item: flat.Equation | flat.Statement) -> None:
+        match item:
+            case flat.Equality(left=flat.Targets(items=items), right=right):
+                self.expressions(right, *items)
             case flat.Equality(left=left, right=right):
-                self.expression(right)
-                if isinstance(left, flat.Targets):
-                    for item in left.items:
-                        if item is not None:
-                            self.expression(item)
-                    return
-                self.expression(left)
+                assert not isinstance(left, flat.Targets)
+                self.expressions(right, left)
                 if not same_shape(left.type, right.type):
                     self.fail(f"an equation of {left.type} and {right.type}")
-            case flat.IfEquation(branches=branches, otherwise=otherwise):
-                for condition, body in branches:
-                    self.boolean(condition)
-                    self.expression(condition)
-                    self.equations(body)
-                self.equations(otherwise)
-            case flat.WhenEquation(branches=branches):
-                for condition, body in branches:
-                    self.boolean(condition)
-                    self.expression(condition)
-                    self.equations(body)
-            case flat.Assert(condition=condition, message=message):
-                self.boolean(condition)
-                self.expression(condition)
-                self.expression(message)
-            case flat.Terminate(message=message):
-                self.expression(message)
-            case flat.Reinit(variable=variable, value=value):
-                self.expression(variable)
-                self.expression(value)
-
-    def statements(self, statements: tuple[flat.Statement, ...]) -> None:
-        for statement in statements:
-            self.statement(statement)
-
-    def statement(self, statement: flat.Statement) -> None:
-        match statement:
             case flat.Assignment(target=target, value=value):
                 self.target(target)
                 self.expression(value)
@@ -152,30 +133,35 @@ class _Checker:
                     if each is not None:
                         self.target(each)
                 self.expression(call)
-            case flat.IfStatement(branches=branches, otherwise=otherwise):
-                for condition, body in branches:
-                    self.boolean(condition)
-                    self.expression(condition)
-                    self.statements(body)
-                self.statements(otherwise)
-            case flat.WhenStatement(branches=branches):
-                for condition, body in branches:
-                    self.expression(condition)
-                    self.statements(body)
+            case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
+                self.branches(item.branches)
+                self.items(otherwise)
+            case flat.WhenEquation() | flat.WhenStatement():
+                self.branches(item.branches)
             case flat.ForStatement(iterator=iterator, range=range_, body=body):
                 self.expression(range_)
-                hidden = self.types.get(iterator)
-                self.types[iterator] = range_.type.element()
-                self.statements(body)
-                self.types.pop(iterator)
-                if hidden is not None:
-                    self.types[iterator] = hidden
+                outer = self.types
+                self.types = {**outer, iterator: range_.type.element()}
+                self.items(body)
+                self.types = outer
             case flat.WhileStatement(condition=condition, body=body):
+                self.branches(((condition, body),))
+            case flat.Assert(condition=condition, message=message):
                 self.boolean(condition)
-                self.expression(condition)
-                self.statements(body)
-            case flat.Assert() | flat.Terminate() | flat.Reinit():
-                self.equation(statement)
+                self.expressions(condition, message)
+            case flat.Terminate(message=message):
+                self.expression(message)
+            case flat.Reinit(variable=variable, value=value):
+                self.expressions(variable, value)
+
+    def branches(
+        self,
+        branches: Iterable[tuple[flat.Expression, Iterable[flat.Equation | flat.Statement]]],
+    ) -> None:
+        for condition, body in branches:
+            self.boolean(condition)
+            self.expression(condition)
+            self.items(body)
 
     def target(self, target: flat.Expression) -> None:
         """A variable; inside a function also a field, `r.x`; or several ones."""
@@ -188,8 +174,7 @@ class _Checker:
             return
         if target.name not in self.types and target.name.split(".")[0] not in self.types:
             self.fail(f"the target `{target.name}` is not declared")
-        for subscript in target.subscripts:
-            self.expression(subscript)
+        self.expressions(*target.subscripts)
 
     # Declarations -------------------------------------------------------------------------------
 
@@ -213,9 +198,8 @@ class _Checker:
         for variable in own:
             self.variable(variable)
         self.where = f"the function `{function.name}`"
-        self.statements(function.body)
-        for expression in function.given:
-            self.expression(expression)
+        self.items(function.body)
+        self.expressions(*function.given)
         if not set(function.results) <= {v.name for v in function.outputs}:
             self.fail("an external function sets what is no output")
         self.types = outer
@@ -243,13 +227,11 @@ def check_model(model: flat.FlatModel) -> None:
     checker.equations(model.initial_equations)
     for algorithm in (*model.algorithms, *model.initial_algorithms):
         checker.where = f"an algorithm of `{algorithm.component}`"
-        checker.statements(algorithm.statements)
+        checker.items(algorithm.statements)
     for function in model.functions:
         checker.function(function)
     checker.where = "a visual"
     for visual in model.visuals:
-        for _, value in visual.attributes:
-            checker.expression(value)
+        checker.expressions(*(value for _, value in visual.attributes))
     checker.where = "what a component declares"
-    for declared in model.declared:
-        checker.expression(declared.value)
+    checker.expressions(*(declared.value for declared in model.declared))
