@@ -238,14 +238,14 @@ class Run:
             switching = self.schedule.switching(t).items()
             crossing |= {i: truth for i, truth in switching if truth != truths[i]}
         fired = self.schedule.firing(t)
-        if not crossing and on_the_way:
+        if not crossing and march.outcome is not Outcome.ROOT:
             crossing = self.events.crossings.missed(t, self.integrator.y)
-            self._chatter.found_late(crossing)
+            self._chatter.found_late(t, crossing)
         if crossing or fired:
             self._event(t, crossing, fired)
             return True
         if march.outcome is Outcome.ROOT:
-            self.restart(t, self.integrator.y, self.integrator.last_step())
+            self.restart(t, self.integrator.y, self._chatter.step or self.integrator.last_step())
             return True
         if same(self.delays.next(t - 4 * room(t)), t):
             self._come_back(t)
@@ -280,7 +280,7 @@ class Run:
             self.recorder.pass_by(t)
             chattering = self._chatter.judge(t, crossing, causes if not fired else ())
             self.ended = self.ended or chattering
-            self.restart(t, done.y)
+            self.restart(t, done.y, self._chatter.step)
             self._follow(self.states.after_event(t))
         self._check_asserts(self.ended is not None)
 

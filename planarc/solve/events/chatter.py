@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.program import Program
@@ -19,8 +19,13 @@ from planarc.solve.settings import Request
 
 #: Events, and the part of the run within which so many are called chattering.
 CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
+#: An arc between two switches that is not so many times higher than the tolerance may be no
+#: longer than one step; it is begun with this part of the last one.
+LOW, FIRST = 1e3, 0.02
 #: Switches in a row, each smaller than the tolerance resolves, that are chattering too.
 TINY_COUNT = 8
+#: One that is found only after its root counts so often.
+LATE = 4
 
 
 class Chatter:
@@ -28,24 +33,37 @@ class Chatter:
 
     def __init__(self, program: Program, crossings: Crossings, request: Request) -> None:
         self._program, self._crossings = program, crossings
-        self._tolerance, self._span = request.tolerance, request.span
+        self._tolerance, self._span, self._start = request.tolerance, request.span, request.start
+        #: The step to begin with after the present event, where the integrator might step
+        #: over the whole of what is between two switches.
+        self.step: float | None = None
         self._recent: list[tuple[float, tuple[str, ...]]] = []
         self._last_switch: dict[int, float] = {}  # of each relation
+        self._truth: dict[int, bool] = {}  # that it took then
         self._tiny: dict[int, int] = {}  # switches in a row too small to be resolved
 
-    def note(self, t: float, crossing: Iterable[int], rises: Sequence[float]) -> None:
+    def note(self, t: float, crossing: Mapping[int, bool], rises: Sequence[float]) -> None:
         """Relations that cross zero at a root that the integrator found."""
-        for i in crossing:
-            since = t - self._last_switch.get(i, -math.inf)
-            height = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
-            tiny = height < self._tolerance
+        if crossing:
+            self.step = None
+        for i, truth in crossing.items():
+            since = t - self._last_switch.get(i, self._start)
+            part = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
+            tiny = part < self._tolerance and i in self._last_switch
             self._tiny[i] = self._tiny.get(i, 0) + 1 if tiny else 0
             self._last_switch[i] = t
+            again, self._truth[i] = self._truth.get(i, truth) == truth, truth
+            height = part * min(self._crossings.largest[i], 1.0)
+            if again and since > 0 and height < LOW * self._tolerance:
+                self.step = min(since * FIRST, self.step or math.inf)
 
-    def found_late(self, crossing: Iterable[int]) -> None:
+    def found_late(self, t: float, crossing: Mapping[int, bool]) -> None:
         """Relations that were seen to have switched without a root: too small to be found."""
-        for i in crossing:
-            self._tiny[i] = self._tiny.get(i, 0) + 1
+        for i, truth in crossing.items():
+            self._tiny[i] = self._tiny.get(i, 0) + LATE
+            since = t - self._last_switch.get(i, t)
+            if since > 0 and self._truth[i] == truth:
+                self.step = min(since * FIRST, self.step or math.inf)
 
     def judge(
         self, t: float, crossing: Iterable[int], causes: tuple[str, ...]

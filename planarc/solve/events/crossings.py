@@ -93,13 +93,20 @@ class Crossings:
             wrong = {i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * noise[i]}
         return wrong
 
-    def rises(self, t: float, y: Sequence[float]) -> list[float] | None:
-        """How far each zero function moves within a short time from here, to first order."""
+    def rises(self, t: float, y: Sequence[float], bent: bool = False) -> list[float] | None:
+        """How far each zero function moves within a short time from here, to first order;
+        `bent`: to the second."""
         self._ahead = max(self._least, 4 * room(t))
         ydot = [0.0] * len(y)
         if self.kernel.rhs(t, y, ydot) != 0 or self.evaluate(t, y) != 0:
             return None
         later = [a + self._ahead * d for a, d in zip(y, ydot, strict=True)]
+        if bent:
+            last = [0.0] * len(y)
+            if self.kernel.rhs(t + self._ahead, later, last) != 0:
+                return None
+            half = self._ahead / 2
+            later = [a + half * (b + c) for a, b, c in zip(y, ydot, last, strict=True)]
         self._later = (t + self._ahead, later)
         ahead = list(self.now)
         if self.kernel.roots(*self._later, ahead) != 0:

@@ -214,16 +214,18 @@ class Settling:
             for i, now in enumerate(crossings.now)
             if self._turned[i] < 2 and abs(now) <= max(rest[i], NOISE)
         ]
-        if not near:
-            return False
-        rises = crossings.rises(self.t, self.done.y)
+        least = [1e-4 * NOISE * size for size in crossings.largest]
+        rises = crossings.rises(self.t, self.done.y) if near else None
+        if rises is not None and any(abs(rises[i]) <= least[i] for i in near):
+            bent = crossings.rises(self.t, self.done.y, bent=True) or rises
+            rises = [b if abs(a) <= c else a for a, b, c in zip(rises, bent, least, strict=True)]
         if rises is None:
             return False
         changed = False
         for i in near:
             if abs(crossings.now[i]) > max(rest[i], SOON * abs(rises[i])):
                 continue
-            if abs(rises[i]) > 1e-4 * NOISE * crossings.largest[i]:
+            if abs(rises[i]) > least[i]:
                 truth = rises[i] < 0
                 if truth != (w[relations[i].slot] != 0):
                     w[relations[i].slot] = float(truth)

@@ -187,3 +187,47 @@ equation
     assert abs(result["h"]).min() < 1e-3
     assert result["h"].min() > -10 * tolerance
     assert result["v"][-1] == 0
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("keeps", [1.0, 0.9])
+@pytest.mark.parametrize("height", [1e-2, 1e-4, 1e-6])
+def test_a_ball_does_not_fall_through_the_floor(
+    backend: str, solver: str, keeps: float, height: float
+) -> None:
+    """Bounces as high as the tolerance, or lower: they are followed, or the run stops."""
+    model = planarc.load(
+        f"""model M
+  Real h(start={height}, fixed=true), v(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h <= 0 then
+    reinit(v, -{keeps}*pre(v));
+  end when;
+end M;""",
+        backend=backend,
+    )
+    try:
+        result = model.simulate(2.0, intervals=20, solver=solver)
+    except planarc.RunStopped as stopped:
+        assert [d.code for d in stopped.diagnostics] == ["R432"]
+        result = stopped.result
+    assert result["h"].min() > -1e-5
+
+
+@pytest.mark.parametrize("start", ["0", "1"])
+def test_what_leaves_zero_without_speed_is_seen(backend: str, start: str) -> None:
+    """x = 1 - t^2/2, or from zero on: the relation switches at once."""
+    result = run(
+        f"""
+  Real x(start={start}, fixed=true), v(start=0, fixed=true);
+  Boolean below = x < {start};
+equation
+  der(x) = v;
+  der(v) = -1;""",
+        backend,
+        1.0,
+    )
+    assert result.events == ()
+    assert result["below"].all()
