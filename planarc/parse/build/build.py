@@ -12,7 +12,7 @@ from planarc.ir import syntax
 from planarc.parse.build.equations import Equations
 from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
-from planarc.parse.build.parts import Description, Part, cover, nodes
+from planarc.parse.build.parts import Description, Part, cover, made, nodes
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.mistakes import WrongEnd
 
@@ -44,13 +44,11 @@ class Build(Expressions, Modifications, Equations):
             final = isinstance(child, Token) and child.type == "FINAL"
         return syntax.StoredDefinition(self.whole, tuple(classes), c[0].value if c[0] else None)
 
-    def expression_text(self, c: list[Any]) -> syntax.Expression:
-        expression: syntax.Expression = c[0]
-        return expression
+    def expression_text(self, c: list[Any]) -> Any:
+        return c[0]
 
-    def annotation_text(self, c: list[Any]) -> tuple[syntax.Argument, ...]:
-        arguments: tuple[syntax.Argument, ...] = c[0].value
-        return arguments
+    def annotation_text(self, c: list[Any]) -> Any:
+        return c[0].value
 
     def within(self, c: list[Any]) -> Part:
         return Part(c[1].value if c[1] else (), cover(c))
@@ -183,14 +181,9 @@ class Build(Expressions, Modifications, Equations):
 
     # Elements
 
-    def import_as(self, c: list[Any]) -> syntax.Import:
-        return syntax.Import(cover(c), c[3].value, alias=c[1].text)
-
-    def import_class(self, c: list[Any]) -> syntax.Import:
-        return syntax.Import(cover(c), _dotted(c[1:-1]))
-
-    def import_all(self, c: list[Any]) -> syntax.Import:
-        return syntax.Import(cover(c), _dotted(c[1:-2]), wildcard=True)
+    import_as = made(syntax.Import, lambda c: (c[3].value, c[1].text))
+    import_class = made(syntax.Import, lambda c: (_dotted(c[1:-1]),))
+    import_all = made(syntax.Import, lambda c: (_dotted(c[1:-2]), None, True))
 
     def import_some(self, c: list[Any]) -> syntax.Import:
         brace = next(i for i, child in enumerate(c) if child.type == "LBRACE")
@@ -206,25 +199,26 @@ class Build(Expressions, Modifications, Equations):
         self.check_order(c, _ELEMENT_ORDER)
         return syntax.Prefixes(**{token.text: True for token in c})
 
-    def class_element(self, c: list[Any]) -> syntax.ClassDef:
+    def class_element(self, c: list[Any]) -> Any:
         prefixes, definition, clause = c
         if prefixes is None and clause is None:
-            return definition  # type: ignore[no-any-return]
+            return definition
         constraint, description = clause or NO_CLAUSE
-        self._check_constraint(prefixes, constraint)
-        result: syntax.ClassDef = replace(
+        prefixes = prefixes or _NO_PREFIXES
+        self.check_constraint(constraint, prefixes.replaceable)
+        return replace(
             definition,
-            prefixes=prefixes or _NO_PREFIXES,
+            prefixes=prefixes,
             constraint=constraint,
             comment=definition.comment or description.comment,
             annotation=definition.annotation or description.annotation,
         )
-        return result
 
     def component_element(self, c: list[Any]) -> Part:
         prefixes, type_prefix, type_name, subscripts, *declared, clause = c
         constraint, extra = clause or NO_CLAUSE
-        self._check_constraint(prefixes, constraint)
+        prefixes = prefixes or _NO_PREFIXES
+        self.check_constraint(constraint, prefixes.replaceable)
         words = type_prefix.value if type_prefix else {}
         dimensions = subscripts.value if subscripts else ()
         components = []
@@ -239,7 +233,7 @@ class Build(Expressions, Modifications, Equations):
                     own.value if own else (),
                     modification,
                     condition,
-                    prefixes=prefixes or _NO_PREFIXES,
+                    prefixes=prefixes,
                     constraint=constraint,
                     comment=description.comment or extra.comment,
                     annotation=description.annotation or extra.annotation,
@@ -251,17 +245,8 @@ class Build(Expressions, Modifications, Equations):
     def component(self, c: list[Any]) -> list[Any]:
         return c
 
-    def condition(self, c: list[Any]) -> syntax.Expression:
-        expression: syntax.Expression = c[1]
-        return expression
-
-    def _check_constraint(
-        self, prefixes: syntax.Prefixes | None, constraint: syntax.Constraint | None
-    ) -> None:
-        if constraint and not (prefixes and prefixes.replaceable):
-            hint = "write `replaceable` in front of the declaration"
-            message = "only what is replaceable has a constraint"
-            self.refuse("P107", message, constraint.span, hint)
+    def condition(self, c: list[Any]) -> Any:
+        return c[1]
 
 
 def _dotted(c: list[Any]) -> tuple[str, ...]:

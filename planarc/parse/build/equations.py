@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Part, cover, nodes
+from planarc.parse.build.parts import Builder, Part, cover, made, nodes, separated
 from planarc.parse.grammar.lexer import Token
 
 
@@ -13,14 +13,10 @@ class Equations(Builder):
     # Sections: a part whose value is (section, annotations found in it)
 
     def equation_section(self, c: list[Any]) -> Part:
-        initial = c[0] is not None
-        section = syntax.EquationSection(cover(c), nodes(c), initial)
-        return Part((section, _annotations(c)), section.span)
+        return _section(syntax.EquationSection, c)
 
     def algorithm_section(self, c: list[Any]) -> Part:
-        initial = c[0] is not None
-        section = syntax.AlgorithmSection(cover(c), nodes(c), initial)
-        return Part((section, _annotations(c)), section.span)
+        return _section(syntax.AlgorithmSection, c)
 
     # Equations; the last child is always the description
 
@@ -42,22 +38,13 @@ class Equations(Builder):
         after = side.span._replace(start=side.span.end, end=side.span.end + 1)
         self.refuse("P101", "expected `=` after the left side of the equation", after)
 
-    def connect_equation(self, c: list[Any]) -> syntax.Connect:
-        connect: syntax.Connect = c[0]
-        return connect
+    def connect_equation(self, c: list[Any]) -> Any:
+        return c[0]
 
-    def connect_clause(self, c: list[Any]) -> syntax.Connect:
-        return syntax.Connect(cover(c), c[2], c[4])
-
-    def if_equation(self, c: list[Any]) -> syntax.IfEquation:
-        return syntax.IfEquation(cover(c), *_branches(c))
-
-    def when_equation(self, c: list[Any]) -> syntax.WhenEquation:
-        return syntax.WhenEquation(cover(c), _branches(c)[0])
-
-    def for_equation(self, c: list[Any]) -> syntax.ForEquation:
-        iterators, body = _loop(c)
-        return syntax.ForEquation(cover(c), iterators, body)
+    connect_clause = made(syntax.Connect, lambda c: (c[2], c[4]))
+    if_equation = made(syntax.IfEquation, lambda c: _branches(c))
+    when_equation = made(syntax.WhenEquation, lambda c: _branches(c)[:1])
+    for_equation = made(syntax.ForEquation, lambda c: _loop(c))
 
     def equation_branch(self, c: list[Any]) -> Part:
         return Part((c[0], nodes(c[2:])), cover(c))
@@ -70,19 +57,20 @@ class Equations(Builder):
 
     # Statements
 
-    def assignment(self, c: list[Any]) -> syntax.Assignment:
-        return syntax.Assignment(c[0].span.to(c[2].span), c[0], c[2])
+    assignment = made(syntax.Assignment, lambda c: (c[0], c[2]))
+    if_statement = made(syntax.IfStatement, lambda c: _branches(c))
+    when_statement = made(syntax.WhenStatement, lambda c: _branches(c)[:1])
+    for_statement = made(syntax.ForStatement, lambda c: _loop(c))
+    while_statement = made(syntax.WhileStatement, lambda c: (c[1], nodes(c[3:-1])))
+    break_statement = made(syntax.Break, lambda c: ())
+    return_statement = made(syntax.Return, lambda c: ())
 
     def tuple_assignment(self, c: list[Any]) -> syntax.TupleAssignment:
         close = next(i for i, child in enumerate(c) if _is(child, "RPAR"))
-        targets: list[Any] = [None]
-        for child in c[1:close]:
-            if isinstance(child, Token):
-                targets.append(None)
-                continue
-            targets[-1] = child
-            if not isinstance(child, syntax.Ref):
-                self.refuse("P101", "expected a variable on the left of `:=`", child.span)
+        targets = separated(c[1:close])
+        for target in targets:
+            if not isinstance(target, syntax.Ref | None):
+                self.refuse("P101", "expected a variable on the left of `:=`", target.span)
         function, arguments = c[close + 2], c[close + 3]
         call = syntax.Call(function.span.to(arguments.span), function, *arguments.value)
         return syntax.TupleAssignment(c[0].span.to(call.span), tuple(targets), call)
@@ -92,32 +80,14 @@ class Equations(Builder):
         call = syntax.Call(function.span.to(arguments.span), function, *arguments.value)
         return syntax.CallStatement(call.span, call)
 
-    def if_statement(self, c: list[Any]) -> syntax.IfStatement:
-        return syntax.IfStatement(cover(c), *_branches(c))
-
-    def when_statement(self, c: list[Any]) -> syntax.WhenStatement:
-        return syntax.WhenStatement(cover(c), _branches(c)[0])
-
-    def for_statement(self, c: list[Any]) -> syntax.ForStatement:
-        iterators, body = _loop(c)
-        return syntax.ForStatement(cover(c), iterators, body)
-
-    def while_statement(self, c: list[Any]) -> syntax.WhileStatement:
-        return syntax.WhileStatement(cover(c), c[1], nodes(c[3:-1]))
-
-    def break_statement(self, c: list[Any]) -> syntax.Break:
-        return syntax.Break(c[0].span)
-
-    def return_statement(self, c: list[Any]) -> syntax.Return:
-        return syntax.Return(c[0].span)
-
 
 def _is(child: Any, kind: str) -> bool:
     return isinstance(child, Token) and child.type == kind
 
 
-def _annotations(c: list[Any]) -> tuple[Token, ...]:
-    return tuple(child for child in c if _is(child, "ANNOTATION"))
+def _section(kind: type[syntax.EquationSection | syntax.AlgorithmSection], c: list[Any]) -> Part:
+    section = kind(cover(c), nodes(c), c[0] is not None)
+    return Part((section, tuple(child for child in c if _is(child, "ANNOTATION"))), section.span)
 
 
 def _branches(c: list[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:

@@ -11,7 +11,7 @@ import re
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Description, Part, cover, nodes
+from planarc.parse.build.parts import Builder, Description, Part, cover, made, nodes, separated
 from planarc.parse.grammar.lexer import Token
 
 #: Digits of an integer, far beyond what any machine integer holds.
@@ -68,11 +68,8 @@ class Expressions(Builder):
     def boolean(self, c: list[Token]) -> syntax.Boolean:
         return syntax.Boolean(c[0].span, c[0].text == "true")
 
-    def end(self, c: list[Token]) -> syntax.End:
-        return syntax.End(c[0].span)
-
-    def colon(self, c: list[Token]) -> syntax.Colon:
-        return syntax.Colon(c[0].span)
+    end = made(syntax.End, lambda c: ())
+    colon = made(syntax.Colon, lambda c: ())
 
     # Operators
 
@@ -104,12 +101,7 @@ class Expressions(Builder):
 
     def parentheses(self, c: list[Any]) -> syntax.Expression:
         """`(a)` is `a` itself; `(a, , b)` is a tuple."""
-        items: list[Any] = [None]
-        for child in c[1:-1]:
-            if isinstance(child, Token):
-                items.append(None)
-            else:
-                items[-1] = child
+        items = separated(c[1:-1])
         if len(items) > 1:
             return syntax.Tuple(cover(c), tuple(items))
         if items[0] is None:
@@ -124,8 +116,7 @@ class Expressions(Builder):
     def member(self, c: list[Any]) -> syntax.Member:
         return syntax.Member(cover(c), self.parentheses(c[:-2]), c[-1].text)
 
-    def matrix(self, c: list[Any]) -> syntax.Matrix:
-        return syntax.Matrix(cover(c), tuple(row.value for row in c[1::2]))
+    matrix = made(syntax.Matrix, lambda c: (tuple(row.value for row in c[1::2]),))
 
     def array(self, c: list[Any]) -> syntax.Array:
         inner = c[1]
@@ -137,11 +128,8 @@ class Expressions(Builder):
     def expressions(self, c: list[Any]) -> Part:
         return Part(tuple(c[::2]), c[0].span.to(c[-1].span))
 
-    def comprehension(self, c: list[Any]) -> syntax.Comprehension:
-        return syntax.Comprehension(cover(c), c[0], tuple(c[2::2]))
-
-    def iterator(self, c: list[Any]) -> syntax.Iterator:
-        return syntax.Iterator(cover(c), c[0].text, c[2] if len(c) == 3 else None)
+    comprehension = made(syntax.Comprehension, lambda c: (c[0], tuple(c[2::2])))
+    iterator = made(syntax.Iterator, lambda c: (c[0].text, c[2] if len(c) == 3 else None))
 
     # Calls
 
@@ -162,11 +150,8 @@ class Expressions(Builder):
             self.refuse("P107", message, positional[-1].span)
         return Part((positional, named), cover(c))
 
-    def named_argument(self, c: list[Any]) -> syntax.NamedArgument:
-        return syntax.NamedArgument(cover(c), c[0].text, c[2])
-
-    def partial_application(self, c: list[Any]) -> syntax.PartialApplication:
-        return syntax.PartialApplication(cover(c), c[1], nodes(c[2:]))
+    named_argument = made(syntax.NamedArgument, lambda c: (c[0].text, c[2]))
+    partial_application = made(syntax.PartialApplication, lambda c: (c[1], nodes(c[2:])))
 
     # Names
 

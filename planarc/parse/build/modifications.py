@@ -14,6 +14,7 @@ _TYPE_ORDER = (
     ("discrete", "parameter", "constant"),
     ("input", "output"),
 )
+_TYPE_WORDS = (syntax.Flow, syntax.Variability, syntax.Causality)
 #: No constraining clause, and the comment that one would bring.
 NO_CLAUSE: tuple[syntax.Constraint | None, Description] = (None, Description())
 
@@ -106,17 +107,15 @@ class Modifications(Builder):
         if not words & {"redeclare", "replaceable"}:
             hint = "write `redeclare` in front of it"
             self.refuse("P107", "a declaration here must redeclare", prefixes.span, hint)
-        if element.constraint and "replaceable" not in words:
+        self.check_constraint(element.constraint, "replaceable" in words)
+        said = (word in words for word in ("redeclare", "each", "final"))
+        return syntax.ElementRedeclaration(prefixes.span.to(element.span), element, *said)
+
+    def check_constraint(self, constraint: syntax.Constraint | None, replaceable: bool) -> None:
+        if constraint and not replaceable:
             hint = "write `replaceable` in front of the declaration"
             message = "only what is replaceable has a constraint"
-            self.refuse("P107", message, element.constraint.span, hint)
-        return syntax.ElementRedeclaration(
-            prefixes.span.to(element.span),
-            element,
-            "redeclare" in words,
-            "each" in words,
-            "final" in words,
-        )
+            self.refuse("P107", message, constraint.span, hint)
 
     def redeclared_name(self, c: list[Any]) -> Part:
         name, subscripts, modification, description = c
@@ -132,12 +131,8 @@ class Modifications(Builder):
         self.check_order(c, _TYPE_ORDER)
         words: dict[str, Any] = {}
         for token in c:
-            if token.text in _TYPE_ORDER[0]:
-                words["flow"] = syntax.Flow(token.text)
-            elif token.text in _TYPE_ORDER[1]:
-                words["variability"] = syntax.Variability(token.text)
-            else:
-                words["causality"] = syntax.Causality(token.text)
+            kind = next(k for k in _TYPE_WORDS if token.text in {m.value for m in k})
+            words[kind.__name__.lower()] = kind(token.text)
         return Part(words, cover(c))
 
     base_prefix = type_prefix
@@ -148,8 +143,4 @@ def modification_of(arguments: Part | None) -> syntax.Modification | None:
 
 
 def _prefixes(words: frozenset[str]) -> syntax.Prefixes:
-    return syntax.Prefixes(
-        redeclare="redeclare" in words,
-        final="final" in words,
-        replaceable="replaceable" in words,
-    )
+    return syntax.Prefixes(**{word: True for word in words if word != "each"})

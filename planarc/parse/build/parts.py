@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeVar
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir import syntax
 from planarc.parse.grammar.lexer import Token
+
+T = TypeVar("T")
 
 
 class Part(NamedTuple):
@@ -32,6 +34,28 @@ def cover(children: Iterable[Any]) -> Span:
 def nodes(children: Iterable[Any]) -> tuple[Any, ...]:
     """The children without punctuation and without what was left out."""
     return tuple(c for c in children if c is not None and not isinstance(c, Token))
+
+
+def separated(children: Iterable[Any]) -> list[Any]:
+    """The children between commas; None where nothing stands."""
+    items: list[Any] = [None]
+    for child in children:
+        if isinstance(child, Token):
+            items.append(None)
+        else:
+            items[-1] = child
+    return items
+
+
+def made(
+    node: Callable[..., T], fields: Callable[[list[Any]], Iterable[Any]]
+) -> Callable[[Builder, list[Any]], T]:
+    """A builder's method: the node over all children of a rule, with its fields from these."""
+
+    def method(self: Builder, c: list[Any]) -> T:
+        return node(cover(c), *fields(c))
+
+    return method
 
 
 class Builder:

@@ -76,13 +76,13 @@ def _operators_in_a_row(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain relations and powers in a row: they have no associativity (3.2)."""
     token = trouble.token
-    if token.type == "POWER" and "POWER" in trouble.open_symbols:
+    if token.type not in ("POWER", "RELATION") or token.type not in trouble.open_symbols:
+        return None
+    message, hint = "comparisons cannot be chained", "compare two at a time: `a < b and b < c`"
+    if token.type == "POWER":
+        message = f"`{token.text}` cannot be chained"
         hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
-        return Diagnostic("P101", f"`{token.text}` cannot be chained", token.span, hint=hint)
-    if token.type == "RELATION" and "RELATION" in trouble.open_symbols:
-        hint = "compare two at a time: `a < b and b < c`"
-        return Diagnostic("P101", "comparisons cannot be chained", token.span, hint=hint)
-    return None
+    return Diagnostic("P101", message, token.span, hint=hint)
 
 
 def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -131,32 +131,31 @@ _SECTIONS = {
 def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.dropped != 1:
         return None
-    token = trouble.token
-    pair = (token.type, *repair.inserted)
+    pair = (trouble.token.type, *repair.inserted)
+    if pair not in _SIGNS:
+        return None
+    message, hint = _SIGNS[pair]
     if pair == ("ASSIGN", "EQUAL"):
         in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
         what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
-        message = f"{what} is written with `=`; `:=` assigns, in algorithms only"
-        return Diagnostic("P111", message, token.span, hint="write `=`")
-    if pair == ("EQUAL", "ASSIGN"):
-        message = "a statement assigns with `:=`; `=` is for equations"
-        return Diagnostic("P111", message, token.span, hint="write `:=`")
-    if pair == ("EQUAL", "IN"):
-        message = "an iterator takes its values with `in`"
-        return Diagnostic("P111", message, token.span, hint="write `in`")
-    if pair == ("EQUAL", "RELATION"):
-        message = "`=` does not compare"
-        return Diagnostic("P111", message, token.span, hint="write `==`")
-    return None
+        message = f"{what} {message}"
+    return Diagnostic("P111", message, trouble.token.span, hint=hint)
+
+
+#: One sign for another: the one written and the one meant.
+_SIGNS: dict[tuple[str, ...], tuple[str, str]] = {
+    ("ASSIGN", "EQUAL"): ("is written with `=`; `:=` assigns, in algorithms only", "write `=`"),
+    ("EQUAL", "ASSIGN"): ("a statement assigns with `:=`; `=` is for equations", "write `:=`"),
+    ("EQUAL", "IN"): ("an iterator takes its values with `in`", "write `in`"),
+    ("EQUAL", "RELATION"): ("`=` does not compare", "write `==`"),
+}
 
 
 def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token = trouble.token
-    if not repair or repair.inserted != ("IDENT",) or repair.dropped != 1:
-        return None
-    if token.text not in trouble.terminals.keywords:
-        return None
-    if trouble.previous and trouble.previous.type == "END":
+    is_name = repair is not None and repair.inserted == ("IDENT",) and repair.dropped == 1
+    after_end = trouble.previous is not None and trouble.previous.type == "END"
+    if not is_name or after_end or token.text not in trouble.terminals.keywords:
         return None
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
@@ -169,16 +168,16 @@ def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair:
         return None
     opened = trouble.opened
-    related = (Related(f"`{opened.text}` begins here", opened.span),) if opened else ()
     if previous and previous.type == "END" and repair.dropped == 1 and repair.inserted:
         word = BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
         message = f"expected `end {word}`, not `end {token.text}`"
-        return Diagnostic("P102", message, token.span, related=related)
+        return Diagnostic("P102", message, token.span, related=trouble.opening)
     blocks = [kind for kind in repair.inserted if kind in BLOCKS]
     if "END" in repair.inserted and blocks:
         found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
         message = f"missing `end {BLOCKS[blocks[0]]};` before `{found}`"
-        return Diagnostic("P112", message, token.span, hint=_else_if_hint(trouble), related=related)
+        hint, related = _else_if_hint(trouble), trouble.opening
+        return Diagnostic("P112", message, token.span, hint=hint, related=related)
     return None
 
 
@@ -199,9 +198,9 @@ def _first_word(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token, previous = trouble.token, trouble.previous
-    if not repair or repair.inserted or not previous or previous.type != "END":
+    if not repair or repair.inserted or token.type not in BLOCKS:
         return None
-    if token.type not in BLOCKS:
+    if not previous or previous.type != "END":
         return None
     span = previous.span.to(token.span)
     return StrayEnd("P112", f"no `{token.text}` is open for this `end {token.text}`", span)
@@ -234,7 +233,6 @@ def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if trouble.token.type != "$END":
         return None
-    after = trouble.after
     bracket = trouble.open_bracket
     if bracket is not None:
         message = f"this `{bracket.text}` is never closed"
@@ -244,9 +242,8 @@ def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     opened = trouble.opened
     if opened is None:
         return None
-    related = (Related(f"`{opened.text}` begins here", opened.span),)
     message = f"the text ends, `end {opened.text};` is missing"
-    return Diagnostic("P112", message, after, related=related)
+    return Diagnostic("P112", message, trouble.after, related=trouble.opening)
 
 
 def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -269,10 +266,9 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if kind == "TIMES" and previous:
         message = f"expected an operator between `{previous.text}` and {shown(token)}"
         return Diagnostic("P101", message, token.span, hint="write `*` for a product")
+    message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
     if kind == "ELSE":
         message = "an `if` expression needs an `else` part"
-        return Diagnostic("P101", message, trouble.after)
-    message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
     return Diagnostic("P101", message, trouble.after)
 
 
@@ -289,8 +285,7 @@ def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
         return None
     message = f"expected `{opened.text}` after `end`"
-    related = (Related(f"`{opened.text}` begins here", opened.span),)
-    return Diagnostic("P102", message, trouble.after, related=related)
+    return Diagnostic("P102", message, trouble.after, related=trouble.opening)
 
 
 def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
+from planarc.core.diagnostic import Related
 from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Terminals, Token
 from planarc.parse.grammar.machine import Automaton, Stack
@@ -71,6 +72,12 @@ class Trouble(NamedTuple):
     def opened(self) -> Token | None:
         index = self.opened_index
         return None if index is None else self.tokens[index]
+
+    @property
+    def opening(self) -> tuple[Related, ...]:
+        """The note where that stands."""
+        opened = self.opened
+        return (Related(f"`{opened.text}` begins here", opened.span),) if opened else ()
 
     @property
     def open_bracket(self) -> Token | None:
