@@ -337,6 +337,12 @@ class Run:
             t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
+            shown = {c.slot for c in self.program.columns if not c.name.startswith("$")}
+            before = self.recorder.last()
+            if self._row(t, done.y):
+                after = self.recorder.last().items()
+                if all(value == before.get(slot) for slot, value in after if slot in shown):
+                    self.recorder.cut(self.recorder.count - 1)
 
     def result(self) -> Result:
         self.warnings.extend(self.asserts.warnings())

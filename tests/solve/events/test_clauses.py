@@ -155,3 +155,39 @@ equation
         1.0,
     )
     assert result["x"][-1] == pytest.approx(-1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("action", ["e = x", "reinit(x, 5)"])
+def test_what_is_set_at_the_end_stands_in_the_last_row(backend: str, action: str) -> None:
+    result = run(
+        f"""
+  Real x(start=0, fixed=true), e(start=-1, fixed={"true" if "e =" in action else "false"});
+equation
+  der(x) = 1;
+  when {{terminal(), time > 5}} then
+    {action};
+  end when;
+  {"" if "e =" in action else "e = 5 - x;"}""",
+        backend,
+        2.0,
+    )
+    assert result.time[-2:].tolist() == [2.0, 2.0]
+    before, after = (2.0, 2.0) if "e =" in action else (2.0, 5.0)
+    assert result["x"][-2:] == pytest.approx([before, after], abs=1e-9)
+    first, last = (-1.0, 2.0) if "e =" in action else (3.0, 0.0)
+    assert result["e"][-2:] == pytest.approx([first, last], abs=1e-9)
+
+
+def test_an_end_that_sets_nothing_has_no_row_of_its_own(backend: str) -> None:
+    result = run(
+        """
+  Real x(start=0, fixed=true);
+equation
+  der(x) = 1;
+  when terminal() then
+    assert(x > 1, "too short");
+  end when;""",
+        backend,
+        2.0,
+    )
+    assert len(result.time) == 11
