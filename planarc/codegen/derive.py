@@ -4,7 +4,7 @@ In:   the steps that are computed while running, in their order
 Out:  each block as `Derived`
 
 The Jacobian is unrolled where that is short, else one column as code (`jacobian`). A
-linear block is solved from its residuals at zero (`affine`); a large one of the top
+linear block is solved from its residuals at zero (`residuals`); a large one of the top
 level by sparse elimination (`elimination`).
 
 Needs:     every step that a block depends on was seen before it.
@@ -16,9 +16,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planarc.codegen import jacobian as forward
-from planarc.codegen.affine import Steps, at_zero
 from planarc.codegen.factoring import Factoring
 from planarc.codegen.reach import FEWEST, Reach
+from planarc.codegen.residuals import Steps, at_zero
 from planarc.core.data import Data
 from planarc.ir.expr import Expr
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step

@@ -17,7 +17,7 @@ its column at any of a few sample positions of the mechanism (`samples`).
 Needs:     slopes that do not depend on the block's unknowns.
 Promises:  exact but for rounding, where no pivot vanishes. Pivots are not compared
            with each other while running: whoever uses the result must look at the
-           residuals (`rounding` gives their scale), and solve with pivoting when
+           residuals (`residuals` gives their scale), and solve with pivoting when
            they are not small.
 Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursion that
            comes out for chains is R. Featherstone, Robot Dynamics Algorithms, 1987.
@@ -33,7 +33,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from planarc.codegen.jacobian import Local
-from planarc.codegen.rounding import size_terms
+from planarc.codegen.residuals import Steps, size_terms
 from planarc.codegen.samples import SPREAD, Samples
 from planarc.codegen.statements import is_trivial
 from planarc.core.data import Data
@@ -42,8 +42,6 @@ from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
     from planarc.codegen.samples import Values
-
-Steps = tuple[tuple[Expr, Expr], ...]
 
 #: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40

@@ -6,19 +6,22 @@ Dae -> eliminate_aliases -> check_regular -> reduce_index -> expand_equations
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from planarc.core.data import Data
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
 from planarc.structure.algebra import Algebra, Memory
-from planarc.structure.alias import eliminate_aliases, orders_needed
+from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
 from planarc.structure.attributes import hold_states, merge_attributes
 from planarc.structure.discrete import sort_discrete
 from planarc.structure.expand import expand_equations
 from planarc.structure.initial import guess_tears, held_variables, initial_residuals
 from planarc.structure.linear import Contents
 from planarc.structure.numbers import ParameterNumbers
-from planarc.structure.pantelides import reduce_index
+from planarc.structure.pantelides import Offsets, reduce_index
 from planarc.structure.report import check_regular
 from planarc.structure.rewrite import expressions_of_rest, reset_symbols, rewrite_rest
 from planarc.structure.signs import Signs
@@ -32,6 +35,37 @@ from planarc.structure.system import Systems
 from planarc.structure.top import sort_top
 
 
+class Reduced(Data):
+    """A model after alias elimination, by numbers."""
+
+    elimination: Elimination
+    contents: Contents
+    rows: list[list[tuple[int, int]]]  # unknowns of each equation, with their highest orders
+
+    @property
+    def unknowns(self) -> list[list[int]]:
+        return [[v for v, _ in row] for row in self.rows]
+
+    def offsets(self, dae: Dae, held: Sequence[Expr] = ()) -> Offsets:
+        """The differentiations that index reduction asks for; `held` are symbols of states."""
+        others = (self.elimination.rewrite(e) for e in expressions_of_rest(dae))
+        least = orders_needed(self.elimination, self.contents, (*others, *held))
+        return reduce_index(self.rows, [least[name] for name in self.elimination.kept])
+
+
+def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
+    elimination = eliminate_aliases(dae, signs)
+    number = {name: i for i, name in enumerate(elimination.kept)}
+    contents = Contents(number.__contains__)
+    rows = []
+    for e in elimination.live:
+        highest: dict[int, int] = {}
+        for s in contents.ordered(dae.table.sub(e.left, e.right)):
+            highest[number[s.name]] = max(highest.get(number[s.name], 0), s.order)
+        rows.append(list(highest.items()))
+    return Reduced(elimination, contents, rows)
+
+
 def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
     """Raises PlanarcError (codes S3xx) when the model has no solution by its structure.
 
@@ -39,24 +73,16 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
     """
     table = dae.table
     signs = Signs(dae.parameters)
-    elimination = eliminate_aliases(dae, signs)
-    kept = elimination.kept
-    number = {name: i for i, name in enumerate(kept)}
-    contents = Contents(number.__contains__)
-    signature = [
-        highest_orders(contents.ordered(table.sub(e.left, e.right)), number)
-        for e in elimination.live
-    ]
-    check_regular(dae, elimination, [[v for v, _ in row] for row in signature])
+    reduced = reduce_aliases(dae, signs)
+    elimination, contents = reduced.elimination, reduced.contents
+    check_regular(dae, elimination, reduced.unknowns)
     rest = rewrite_rest(dae, elimination.rewrite)
     reset = reset_symbols(rest)
     attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
     attributes = hold_states(dae, attributes, reset)
 
-    others = [elimination.rewrite(e) for e in expressions_of_rest(dae)]
     held = [table.der(s) for s, a in attributes.items() if a.select is StateSelect.ALWAYS]
-    least = orders_needed(elimination, contents, (*others, *held))
-    offsets = reduce_index(signature, [least[name] for name in kept])
+    offsets = reduced.offsets(dae, held)
     expansion = expand_equations(dae, elimination.live, offsets)
     systems = Systems(
         table,
@@ -64,8 +90,8 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
         signs,
         expansion,
         offsets,
-        kept,
-        offsets.active(signature),
+        elimination.kept,
+        offsets.active(reduced.rows),
         Algebra(table, contents, signs, memory),
     )
 
@@ -103,12 +129,3 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
         equations_before=len(dae.equations),
         equations_after=len(elimination.live),
     )
-
-
-def highest_orders(symbols: list[Expr], number: dict[str, int]) -> list[tuple[int, int]]:
-    """The unknowns of an equation, each with its highest order there."""
-    highest: dict[int, int] = {}
-    for s in symbols:
-        v = number[s.name]
-        highest[v] = max(highest.get(v, 0), s.order)
-    return list(highest.items())

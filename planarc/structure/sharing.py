@@ -37,16 +37,12 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import SHARING, Dae, Equation, Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.flat import StateSelect
-from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
+from planarc.structure.alias import Elimination
 from planarc.structure.expand import expand_equations
-from planarc.structure.linear import Contents, coefficients
+from planarc.structure.linear import coefficients
 from planarc.structure.matching import Parts, find_singular_parts, match_equations
-from planarc.structure.pantelides import Offsets, reduce_index
-from planarc.structure.pipeline import highest_orders
-from planarc.structure.rewrite import expressions_of_rest
+from planarc.structure.pipeline import reduce_aliases
 from planarc.structure.signs import Signs
-
-Rows = list[list[tuple[int, int]]]
 
 
 class Shared(Data):
@@ -54,24 +50,12 @@ class Shared(Data):
     open: int  # cut forces and torques that the equations leave open
 
 
-class _Reduced(Data):
-    """The model after alias elimination, by numbers."""
-
-    elimination: Elimination
-    contents: Contents
-    rows: Rows  # the unknowns of each equation, each with its highest order there
-
-    @property
-    def unknowns(self) -> list[list[int]]:
-        return [[v for v, _ in row] for row in self.rows]
-
-
 def surplus_equations(dae: Dae, components: Collection[str] = ()) -> tuple[int, ...]:
     """The equations that find no unknown, as numbers in the Dae: by structure alone.
 
     Where there is a choice, those of the `components` find none: what a signal is stays said.
     """
-    reduced = _reduce(dae)
+    reduced = reduce_aliases(dae, Signs(dae.parameters))
     rows, live = reduced.unknowns, reduced.elimination.live
     count = len(reduced.elimination.kept)
     sources = (dae.equations[entry.index] for entry in live)
@@ -89,11 +73,11 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
 
     Raises PlanarcError S316 where open forces stand in an equation that is not linear in them.
     """
-    reduced = _reduce(dae)
+    reduced = reduce_aliases(dae, Signs(dae.parameters))
     kept = reduced.elimination.kept
     if not match_equations(reduced.unknowns, len(kept)).complete:
         return Shared(dae, 0)
-    offsets = _offsets(dae, reduced)
+    offsets = reduced.offsets(dae)
     active = offsets.active(reduced.rows)
     parts = find_singular_parts(active, len(kept), offsets.matching)
     open_ = {v: dae.table.symbol(kept[v], offsets.highest[v]) for v in parts.under_variables}
@@ -124,23 +108,6 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
         equations=(*dae.equations, *stationary),
     )
     return Shared(full, len(open_) - len(equations))
-
-
-def _reduce(dae: Dae) -> _Reduced:
-    elimination = eliminate_aliases(dae, Signs(dae.parameters))
-    number = {name: i for i, name in enumerate(elimination.kept)}
-    contents = Contents(number.__contains__)
-    rows = [
-        highest_orders(contents.ordered(dae.table.sub(e.left, e.right)), number)
-        for e in elimination.live
-    ]
-    return _Reduced(elimination, contents, rows)
-
-
-def _offsets(dae: Dae, reduced: _Reduced) -> Offsets:
-    others = [reduced.elimination.rewrite(e) for e in expressions_of_rest(dae)]
-    least = orders_needed(reduced.elimination, reduced.contents, others)
-    return reduce_index(reduced.rows, [least[name] for name in reduced.elimination.kept])
 
 
 def _are_forces(active: Sequence[Sequence[int]], parts: Parts, forces: set[int]) -> bool:

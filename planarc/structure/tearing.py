@@ -27,8 +27,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
+from typing import TypeAlias
 
 from planarc.core.data import Data
+from planarc.structure.graph import columns_of
+
+#: The unknowns of each equation, each with whether it can be solved for it.
+Rows: TypeAlias = Sequence[Sequence[tuple[int, bool]]]
 
 
 class Torn(Data):
@@ -37,54 +42,68 @@ class Torn(Data):
     residuals: tuple[int, ...]  # equations, ascending
 
 
-def tear_system(rows: Sequence[Sequence[tuple[int, bool]]], rank: Sequence[int]) -> Torn:
+def tear_system(rows: Rows, rank: Sequence[int]) -> Torn:
     """`rank` has one entry for each unknown."""
     return _Search(rows, rank).run()
 
 
-class _Search:
-    def __init__(self, rows: Sequence[Sequence[tuple[int, bool]]], rank: Sequence[int]) -> None:
-        self.rows = rows
-        self.rank = rank
-        self.known = [False] * len(rank)
+class Propagation:
+    """What follows from unknowns that are known, one equation after the other."""
+
+    def __init__(self, rows: Rows, columns: Sequence[Sequence[int]]) -> None:
+        self.rows, self.columns = rows, columns
+        self.known = [False] * len(columns)
         self.left = [len(row) for row in rows]  # unknowns of each equation not yet known
-        self.used = [False] * len(rows)
+        self.ready = deque(e for e, count in enumerate(self.left) if count == 1)
+        self.tears: list[int] = []
+        self.assignments: list[tuple[int, int]] = []  # (unknown, equation)
+
+    def tear(self, v: int) -> None:
+        self.tears.append(v)
+        self.determine(v)
+        self.propagate()
+
+    def propagate(self) -> None:
+        while self.ready:
+            e = self.ready.popleft()
+            if self.left[e] == 1:
+                v, solvable = next(item for item in self.rows[e] if not self.known[item[0]])
+                if solvable:
+                    self.assignments.append((v, e))
+                    self.determine(v)
+
+    def determine(self, v: int) -> None:
+        self.known[v] = True
+        for e in self.columns[v]:
+            self.left[e] -= 1
+            if self.left[e] == 1:
+                self.ready.append(e)
+
+    def torn(self) -> Torn:
+        used = {e for _, e in self.assignments}
+        residuals = tuple(e for e in range(len(self.rows)) if e not in used)
+        return Torn(tuple(self.tears), tuple(self.assignments), residuals)
+
+
+class _Search(Propagation):
+    """Propagation that chooses the tears by rank and score."""
+
+    def __init__(self, rows: Rows, rank: Sequence[int]) -> None:
+        super().__init__(rows, columns_of([[v for v, _ in row] for row in rows], len(rank)))
+        self.rank = rank
         self.score = [0] * len(rank)  # equations that would become solvable
-        self.columns: list[list[int]] = [[] for _ in rank]
-        for e, row in enumerate(rows):
-            for v, _ in row:
-                self.columns[v].append(e)
-        self.ready: deque[int] = deque()
         self.heap: list[tuple[int, int, int]] = []
-        self.assignments: list[tuple[int, int]] = []
 
     def run(self) -> Torn:
         for e, count in enumerate(self.left):
-            if count == 1:
-                self.ready.append(e)
-            elif count == 2:
+            if count == 2:
                 self._count_pair(e)
         self.heap = [(self.rank[v], -self.score[v], v) for v in range(len(self.rank))]
         heapify(self.heap)
-        tears = []
-        self._propagate()
+        self.propagate()
         while (v := self._choose()) is not None:
-            tears.append(v)
-            self._determine(v)
-            self._propagate()
-        residuals = tuple(e for e, used in enumerate(self.used) if not used)
-        return Torn(tuple(tears), tuple(self.assignments), residuals)
-
-    def _propagate(self) -> None:
-        while self.ready:
-            e = self.ready.popleft()
-            if self.left[e] != 1:
-                continue
-            v, solvable = self._unknown(e)[0]
-            if solvable:
-                self.used[e] = True
-                self.assignments.append((v, e))
-                self._determine(v)
+            self.tear(v)
+        return self.torn()
 
     def _choose(self) -> int | None:
         while self.heap:
@@ -98,7 +117,7 @@ class _Search:
             return v
         return None
 
-    def _determine(self, v: int) -> None:
+    def determine(self, v: int) -> None:
         self.known[v] = True
         for e in self.columns[v]:
             self.left[e] -= 1

@@ -17,61 +17,23 @@ Promises:  tears - residuals stays the same; every unknown is a tear or assigned
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
-from planarc.structure.tearing import Torn
-
-Rows = Sequence[Sequence[tuple[int, bool]]]
+from planarc.structure.graph import columns_of
+from planarc.structure.tearing import Propagation, Rows, Torn
 
 
 def thin_tears(rows: Rows, torn: Torn, droppable: Sequence[int]) -> Torn:
-    columns: list[list[int]] = [[] for _ in range(len(torn.tears) + len(torn.assignments))]
-    for e, row in enumerate(rows):
-        for v, _ in row:
-            columns[v].append(e)
+    count = len(torn.tears) + len(torn.assignments)
+    columns = columns_of([[v for v, _ in row] for row in rows], count)
     for v in droppable:
         if not torn.residuals:
             break
-        tears, assignments = _follow(rows, columns, [u for u in torn.tears if u != v])
-        if len(tears) + len(assignments) == len(columns):
-            used = {e for _, e in assignments}
-            residuals = tuple(e for e in range(len(rows)) if e not in used)
-            torn = Torn(tuple(tears), tuple(assignments), residuals)
+        found = Propagation(rows, columns)
+        found.propagate()
+        for u in torn.tears:
+            if u != v and not found.known[u]:
+                found.tear(u)
+        if len(found.tears) + len(found.assignments) == count:
+            torn = found.torn()
     return torn
-
-
-def _follow(
-    rows: Rows, columns: Sequence[Sequence[int]], tears: Iterable[int]
-) -> tuple[list[int], list[tuple[int, int]]]:
-    """The tears that others do not give, and what they all give: (unknown, equation) in
-    order of evaluation."""
-    known = [False] * len(columns)
-    left = [len(row) for row in rows]
-    ready = deque(e for e, count in enumerate(left) if count == 1)
-    found: list[tuple[int, int]] = []
-
-    def determine(v: int) -> None:
-        known[v] = True
-        for e in columns[v]:
-            left[e] -= 1
-            if left[e] == 1:
-                ready.append(e)
-
-    def propagate() -> None:
-        while ready:
-            e = ready.popleft()
-            if left[e] == 1:
-                v, solvable = next(item for item in rows[e] if not known[item[0]])
-                if solvable:
-                    found.append((v, e))
-                    determine(v)
-
-    propagate()
-    needed = []
-    for v in tears:
-        if not known[v]:
-            needed.append(v)
-            determine(v)
-            propagate()
-    return needed, found
