@@ -66,6 +66,7 @@ def generate(sorted: SortedDae) -> Program:
         equations_before=sorted.equations_before,
         equations_after=sorted.equations_after,
         description=dae.description,
+        span=dae.span,
         inputs=tuple(v.name for v in dae.inputs),
         outputs=tuple(
             v.name

@@ -18,7 +18,7 @@ from typing import TypeAlias
 from msgspec import field
 
 from planarc.core.data import Data
-from planarc.core.source import Span
+from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Action, Assertion, Declared, Function, Kind, Visual
 from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
@@ -292,6 +292,7 @@ class Program(Data):
     outputs: tuple[str, ...] = ()
     delays: tuple[DelayCode, ...] = ()
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
+    span: Span = NOWHERE  # of the model
 
     @property
     def state_count(self) -> int:

@@ -30,6 +30,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT, Variable
 from planarc.ir.flat import StateSelect
+from planarc.ir.places import point_home
 from planarc.ir.program import Condition, Sharing
 from planarc.ir.sorted import Fixed
 from planarc.probe.open import Opened, open_program
@@ -282,15 +283,14 @@ def _does_not_fit(problem: PlanarcError, made: _Made) -> PlanarcError:
     if misfit is None:
         return problem
     first, (message, info) = problem.diagnostics[0], misfit
-    return PlanarcError(
-        Diagnostic(
-            "R417",
-            message,
-            info.span,
-            hint="give the parts lengths with which they fit, or leave one out",
-            related=(Related(first.message, first.span),),
-        )
+    found = Diagnostic(
+        "R417",
+        message,
+        info.span,
+        hint="give the parts lengths with which they fit, or leave one out",
+        related=(Related(first.message, first.span),),
     )
+    return PlanarcError(point_home(made.program, found, info.component))
 
 
 def _nothing(made: _Made) -> Diagnostic:
@@ -299,10 +299,11 @@ def _nothing(made: _Made) -> Diagnostic:
     misfit = None if made.program.state_count else _misfit(made)
     if misfit is None:
         return Diagnostic("R419", message, severity=Severity.NOTE)
-    return Diagnostic(
+    found = Diagnostic(
         "R419",
         f"{message}, and nothing can move; {misfit[0]}",
         misfit[1].span,
         Severity.WARNING,
         hint="a bar that shall repeat others must have the length with which it fits",
     )
+    return point_home(made.program, found, misfit[1].component)

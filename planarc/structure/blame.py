@@ -24,7 +24,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import counted, listed, shortened
-from planarc.core.source import NOWHERE, Span
+from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, Variable
 from planarc.ir.expr import Op, postorder, text
 from planarc.structure.graph import Rows, columns_of
@@ -77,7 +77,7 @@ def explain_misfit(
     if misfit.rivals:
         over = (_too_many(dae, misfit, head),)
     known = {v.name: v for v in dae.variables}
-    own = [n for n in misfit.undecided if _is_here(dae, known[n].span)]
+    own = [n for n in misfit.undecided if places.is_own(dae, known[n].span)]
     open_inputs = [n for n in misfit.undecided if n in inputs]
     if open_inputs:
         under = tuple(_not_connected(dae, name, head) for name in open_inputs[:_SHOWN])
@@ -138,11 +138,7 @@ def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
 
 def is_own(dae: Dae, equation: Equation) -> bool:
     """Whether an equation was written in the model's own file, and not as a connection."""
-    return not equation.generated and _is_here(dae, equation.span)
-
-
-def _is_here(dae: Dae, span: Span) -> bool:
-    return span is not NOWHERE and span.source is dae.span.source
+    return not equation.generated and places.is_own(dae, equation.span)
 
 
 def _own(dae: Dae, equations: Iterable[int]) -> tuple[Equation, ...]:
@@ -174,6 +170,6 @@ def _ranks_of_unknowns(dae: Dae, inputs: Collection[str]) -> list[int]:
     def rank(v: Variable) -> int:
         if v.name in inputs:
             return 3
-        return (1 if v.name in given else 2) if _is_here(dae, v.span) else 0
+        return (1 if v.name in given else 2) if places.is_own(dae, v.span) else 0
 
     return [rank(v) for v in dae.variables]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae
+from planarc.ir.places import own_part, owner
 
 
 def owner_span(dae: Dae, name: str) -> Span | None:
-    """The declaration of the component that holds a variable, or of the variable."""
-    for length in range(1, name.count(".") + 1):
-        prefix = ".".join(name.split(".")[:length])
-        for part in dae.parts:
-            if part.name == prefix and part.span is not NOWHERE:
-                return part.span
-    found = next((v.span for v in dae.variables if v.name == name), NOWHERE)
-    return None if found is NOWHERE else found
+    """The declaration of the user's component that holds a variable, or of the variable."""
+    part = own_part(dae, owner(name))
+    if part is not None:
+        return part.span
+    top = name.partition(".")[0] if "." in name else ""
+    spans = [p.span for p in dae.parts if p.name == top]
+    spans += [v.span for v in dae.variables if v.name == name]
+    return next((s for s in spans if s is not NOWHERE), None)

@@ -18,6 +18,7 @@ from planarc.core.prose import counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import text
+from planarc.ir.places import point_home
 from planarc.structure.alias import Elimination
 from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
@@ -57,13 +58,16 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
             equation = dae.equations[entry.index]
             shown = f"`{text(entry.left)} = {text(entry.right)}`"
             wrong.append(
-                Diagnostic(
-                    "S301",
-                    f"{equation.shown} determines nothing: with the other equations it comes "
-                    f"to {shown}{_inside(equation)}",
-                    _span(equation),
-                    hint=_contradiction_hint(equation),
-                    related=_declared(dae, equation.component),
+                point_home(
+                    dae,
+                    Diagnostic(
+                        "S301",
+                        f"{equation.shown} determines nothing: with the other equations it comes "
+                        f"to {shown}{_inside(equation)}",
+                        _span(equation),
+                        hint=_contradiction_hint(equation),
+                    ),
+                    equation.component,
                 )
             )
     if wrong:
@@ -131,12 +135,6 @@ def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"
-
-
-def _declared(dae: Dae, component: str) -> tuple[Related, ...]:
-    """The place in the user's model that an equation of a library belongs to."""
-    span = owner_span(dae, f"{component}.x") if component else None
-    return (Related(f"`{component}` is declared here", span),) if span else ()
 
 
 def _listed(equations: Sequence[Equation]) -> tuple[Related, ...]:

@@ -19,6 +19,7 @@ import pytest
 import planarc
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Source, Span
+from planarc.ir import mechanism
 from planarc.ir.calculus import Differentiator
 from planarc.ir.dae import Action, Assertion, Kind
 from planarc.ir.expr import Expr, Exprs, Op, postorder, symbol_text
@@ -503,6 +504,7 @@ class _Writer:
                 EquationInfo(f"initial {i + 1}", line(45 + i), "") for i in range(len(initial))
             ),
             experiment=Experiment(stop=m.stop),
+            mechanism=mechanism.Mechanism((mechanism.Link("ground", ()),), ()),
         )
 
 

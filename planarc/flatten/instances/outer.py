@@ -83,7 +83,7 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     session.warn(
         "F262",
         f"no `inner {definition.type} {element.name}` is declared: a default one is used",
-        definition.span,
+        root.cls.definition.name_span,
         f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`",
     )
     return made
@@ -96,11 +96,18 @@ def _is_taken(root: Instance, name: str) -> bool:
 
 
 def _missing(element: Element, definition: syntax.Component) -> Exception:
+    root = element.scope.session.root
+    inner = f"`inner {definition.type} {element.name};`"
+    if root is None:
+        message = f"no enclosing `inner` component `{element.name}` for this `outer` one"
+        hint = f"declare {inner} in an enclosing model"
+        return error("F261", message, definition.span, hint=hint)
     return error(
         "F261",
-        f"no enclosing `inner` component `{element.name}` for this `outer` one",
-        definition.span,
-        hint=f"declare `inner {definition.type} {element.name};` in an enclosing model",
+        f"no {inner[:-2]}` is declared, which a part of the model asks for",
+        root.cls.definition.name_span,
+        hint=f"declare {inner} in `{root.cls.name}`",
+        related=(Related("it is asked for here", definition.span),),
     )
 
 

@@ -152,7 +152,9 @@ class AssertWatch:
             )
             for part in assertion.message.parts
         ]
-        return assertion_diagnostic(float(columns.time[row]), assertion, "".join(parts))
+        return assertion_diagnostic(
+            self._program, float(columns.time[row]), assertion, "".join(parts)
+        )
 
 
 @once
@@ -198,7 +200,7 @@ def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnos
                 part if isinstance(part, str) else formatted(float(read(part[0])), part[1])
                 for part in assertion.message.parts
             )
-            return assertion_diagnostic(t, assertion, "".join(parts))
+            return assertion_diagnostic(program, t, assertion, "".join(parts))
     return None
 
 

@@ -78,7 +78,7 @@ class Whens:
                     try:
                         w[slots[action.name]] = float(read(action.value))
                     except (ArithmeticError, ValueError):
-                        return no_value(t, action.name, action)
+                        return no_value(self.program, t, action.name, action)
                     kept.pop(slots[action.name], None)
         for slot, pre in kept.items():
             w[slot] = w[pre]
@@ -106,9 +106,11 @@ class Whens:
                     try:
                         moved.append((index, float(read(action.value))))
                     except (ArithmeticError, ValueError):
-                        done.ended = done.ended or no_value(t, repr(action.symbol), action)
+                        done.ended = done.ended or no_value(
+                            self.program, t, repr(action.symbol), action
+                        )
                 elif isinstance(action, Assertion) and not read(action.condition):
-                    _assertion(t, action, read, done)
+                    _assertion(self.program, t, action, read, done)
                 elif isinstance(action, Terminate) and done.ended is None:
                     done.ended = Diagnostic(
                         "R431",
@@ -123,8 +125,10 @@ class Whens:
         return bool(moved)
 
 
-def _assertion(t: float, action: Assertion, read: Reader, done: Processed) -> None:
-    found = assertion_diagnostic(t, action, text_of(action.message, read))
+def _assertion(
+    program: Program, t: float, action: Assertion, read: Reader, done: Processed
+) -> None:
+    found = assertion_diagnostic(program, t, action, text_of(action.message, read))
     if action.warning:
         done.warnings.append(found)
     elif done.ended is None:

@@ -9,6 +9,7 @@ from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete
 from planarc.ir.kernel import Kernel
+from planarc.ir.places import point_home
 from planarc.ir.program import Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
@@ -20,21 +21,25 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
     block = kernel.failed_block
     if block < 0:
         return not_finite(program, kernel, Place(t), t)
-    infos = [info for _, info in trouble.worst_equations(program, kernel, t, block)]
-    names = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
+    worst = trouble.worst_equations(program, kernel, t, block)
+    infos = [info for _, info in worst]
+    names = trouble.components(program, infos)
     message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
     message += "be solved"
-    hint = "the mechanism may be stretched or jammed here: look at its position at this time"
+    hint = "these equations may have no solution after the event: look at what it changes"
+    if program.mechanism is not None:
+        hint = "the mechanism may be stretched or jammed here: look at its position at this time"
     if reset:
         message += f" with what `reinit` gives to {trouble.names(reset)}"
         hint = "reinit to a value that the closed loops allow, near to the one before"
-    return Diagnostic(
+    found = Diagnostic(
         "R422",
         message,
         infos[0].span if infos else None,
         hint=hint,
-        related=tuple(Related(f"`{i.text}` is one of them", i.span) for i in infos[:3]),
+        related=tuple(Related(trouble.told(v, i), i.span) for v, i in worst),
     )
+    return point_home(program, found, infos[0].component if infos else "")
 
 
 def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Diagnostic:
@@ -42,16 +47,19 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     names = [_named(r) for r in program.relations]
     names += [f"`{d.name}`" for d in program.discretes]
     spans = [r.span for r in program.relations] + [None for _ in program.discretes]
+    owners = [r.component for r in program.relations]
+    owners += [d.name.rpartition(".")[0] for d in program.discretes]
     columns = zip(*values, strict=True)
     restless = [i for i, found in enumerate(columns) if len(set(found)) > 1]
     culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
     switch = "switches" if len(restless) == 1 else "switch"
-    return Diagnostic(
+    found = Diagnostic(
         "R433",
         f"the events at t = {t:.6g} s do not come to rest: {culprits} {switch} to and fro",
         spans[restless[0]] if restless else None,
         hint="break the loop with `pre(...)`, or make the relation's two sides agree",
     )
+    return point_home(program, found, owners[restless[0]] if restless else "")
 
 
 def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
@@ -60,7 +68,7 @@ def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
     told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
     first = relations.get(often[0]) if often else None
     switch = "switches" if len(told) == 1 else "switch"
-    return Diagnostic(
+    found = Diagnostic(
         "R432",
         f"events follow each other without end at t = {t:.6g} s: {listed(told)} {switch} "
         "to and fro",
@@ -68,6 +76,7 @@ def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
         hint="let the model come to rest there (a stuck or resting mode), or smooth the "
         "relation, or put it in `noEvent(...)`",
     )
+    return point_home(program, found, first.component if first else "")
 
 
 def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnostic:
@@ -94,20 +103,24 @@ def _named(relation: RelationSlot) -> str:
     return f"`{relation.text}`{place}"
 
 
-def no_value(t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:
-    return Diagnostic(
+def no_value(program: Program, t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:
+    found = Diagnostic(
         "R421",
         f"at t = {t:.6g} s the value that the event gives `{name}` is no finite number",
         action.span,
         hint="look for a division by zero, or the root of a negative number",
     )
+    return point_home(program, found, name.rpartition(".")[0])
 
 
-def assertion_diagnostic(t: float, assertion: Assertion, message: str) -> Diagnostic:
+def assertion_diagnostic(
+    program: Program, t: float, assertion: Assertion, message: str
+) -> Diagnostic:
     place = f" in `{assertion.component}`" if assertion.component else ""
-    return Diagnostic(
+    found = Diagnostic(
         "R430",
         f"assertion failed at t = {t:.6g} s{place}: {message}",
         assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
     )
+    return point_home(program, found, assertion.component, "the assertion stands here")

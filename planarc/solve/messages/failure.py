@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.ir.kernel import Kernel
+from planarc.ir.places import point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.effort import STRETCH
 from planarc.solve.messages import trouble
@@ -65,8 +66,8 @@ def stopped(
             block, place = kernel.failed_block, replace(place, when="right after")
         elif cause is not Cause.BLOCK or block < 0:
             if scene.way is not None:
-                return _creeps(place, scene.way, scene.span, worst)
-            return _given_up(place, cause or Cause.STEP, worst)
+                return _creeps(program, place, scene.way, scene.span, worst)
+            return _given_up(program, place, cause or Cause.STEP, worst)
     if flag < 0:
         return not_finite(program, kernel, place, t)
     stretched = _stretched(program, kernel, scene.selection)
@@ -174,26 +175,21 @@ def _finite(values: Sequence[float]) -> bool:
     return all(map(math.isfinite, values))
 
 
-#: An equation that is off by less is as good as met with the values from before.
-_MET = 1e-6
-
-
-def _off(value: float) -> bool:
-    return math.isfinite(value) and abs(value) > _MET
-
-
 # Messages -------------------------------------------------------------------------------------
 
 
-def _given_up(place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None) -> Diagnostic:
+def _given_up(
+    program: Program, place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None
+) -> Diagnostic:
     """The integrator found no step, though everything has a value."""
     message = f"the integration stopped {place}: {cause.value}{_moved_by(worst)}"
     code = "R421" if cause is Cause.NOT_FINITE else "R420"
-    return Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint())
+    found = Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint())
+    return point_home(program, found, worst[1].component if worst else "")
 
 
 def _creeps(
-    place: Place, way: float, span: float, worst: tuple[str, EquationInfo] | None
+    program: Program, place: Place, way: float, span: float, worst: tuple[str, EquationInfo] | None
 ) -> Diagnostic:
     """The integrator goes on, but a stretch of steps brings the run forward by next to nothing."""
     gone = max(way, 0.0)
@@ -206,7 +202,8 @@ def _creeps(
         "smooth what jumps"
     )
     where = worst[1].span if worst else None
-    return Diagnostic("R426", message + _moved_by(worst), where, hint=place.hint(advice))
+    found = Diagnostic("R426", message + _moved_by(worst), where, hint=place.hint(advice))
+    return point_home(program, found, worst[1].component if worst else "")
 
 
 def _moved_by(worst: tuple[str, EquationInfo] | None) -> str:
@@ -221,7 +218,8 @@ def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diag
         name = trouble.without_value(program, kernel)
         return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))
     message = f"{place} `{info.text}` gives no finite number"
-    return Diagnostic("R421", message, info.span, hint=place.hint(advice))
+    found = Diagnostic("R421", message, info.span, hint=place.hint(advice))
+    return point_home(program, found, info.component)
 
 
 def _block(
@@ -231,21 +229,19 @@ def _block(
     worst = []
     if 0 <= block < len(program.blocks):
         worst = trouble.worst_equations(program, kernel, place.t if t is None else t, block)
-    parts = list(dict.fromkeys(i.component for _, i in worst if i.component))
-    names = trouble.names(parts)
+    names = trouble.components(program, [i for _, i in worst])
     advice = "these equations may have no solution from here on: look for what comes to its end"
     if program.mechanism is not None:
         advice = "the mechanism may be stretched or jammed here: look at its position at this time"
-    return Diagnostic(
+    found = Diagnostic(
         "R422",
         f"{place} the equations of {names or 'the model'} could not be solved",
         worst[0][1].span if worst else None,
         hint=place.hint(advice),
-        related=tuple(Related(_told(v, i), i.span) for v, i in worst if len(worst) > 1 or _off(v)),
+        related=tuple(
+            Related(trouble.told(v, i), i.span)
+            for v, i in worst
+            if len(worst) > 1 or trouble.is_off(v)
+        ),
     )
-
-
-def _told(value: float, info: EquationInfo) -> str:
-    if _off(value):
-        return f"`{info.text}` is off by {value:.3g}"
-    return f"`{info.text}` is one of them"
+    return point_home(program, found, worst[0][1].component if worst else "")

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.ir.expr import text
 from planarc.ir.kernel import Kernel
+from planarc.ir.places import point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
 
@@ -46,26 +47,31 @@ def judge_open(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -
         abs(a - b) > DEPENDS * max(1.0, abs(a)) for a, b in zip(rates, moved_rates, strict=True)
     )
     infos = [program.equations[e] for e in program.blocks[block].equations]
-    return _undetermined(t, names, infos) if depends else _shared(t, names, infos)
+    found = (_undetermined if depends else _shared)(program, t, names, infos)
+    return point_home(program, found, infos[0].component if infos else "")
 
 
 def _tears(program: Program, block: int) -> list[str]:
     return [text(tear) for tear in program.blocks[block].tears]
 
 
-def _undetermined(t: float, names: str, infos: Sequence[EquationInfo]) -> Diagnostic:
+def _undetermined(
+    program: Program, t: float, names: str, infos: Sequence[EquationInfo]
+) -> Diagnostic:
     return Diagnostic(
         "R424",
         f"at t = {t:.6g} s the motion is not determined: in this mode the equations leave "
         f"{names} open",
         infos[0].span if infos else None,
-        hint="look for a part without mass that nothing holds in this mode",
+        hint="look for a part without mass that nothing holds in this mode"
+        if program.mechanism is not None
+        else "look for an unknown that no equation holds in this mode",
         related=tuple(Related(f"`{i.text}`", i.span) for i in infos[:_MOST]),
     )
 
 
-def _shared(t: float, names: str, infos: Sequence[EquationInfo]) -> Diagnostic:
-    parts = trouble.names(list(dict.fromkeys(i.component for i in infos if i.component)))
+def _shared(program: Program, t: float, names: str, infos: Sequence[EquationInfo]) -> Diagnostic:
+    parts = trouble.components(program, infos)
     return Diagnostic(
         "R425",
         f"at t = {t:.6g} s the equations of {parts or 'the model'} leave {names} open: "

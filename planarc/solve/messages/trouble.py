@@ -7,7 +7,14 @@ from collections.abc import Sequence
 
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import EquationInfo, Let, Program, Solve, Statement
+from planarc.ir.places import own_names
+from planarc.ir.program import (
+    EquationInfo,
+    Let,
+    Program,
+    Solve,
+    Statement,
+)
 from planarc.solve.messages.replay import Replay
 
 _MOST_NAMES = 6
@@ -19,6 +26,25 @@ def names(items: Sequence[str]) -> str:
     if len(items) > _MOST_NAMES:
         shown.append(f"{len(items) - _MOST_NAMES} more")
     return listed(shown)
+
+
+def components(program: Program, infos: Sequence[EquationInfo]) -> str:
+    """The components in which equations stand, as the user knows them."""
+    return names(own_names(program, (i.component for i in infos if i.component)))
+
+
+#: An equation that is off by less is as good as met with the values from before.
+_MET = 1e-6
+
+
+def is_off(value: float) -> bool:
+    return math.isfinite(value) and abs(value) > _MET
+
+
+def told(value: float, info: EquationInfo) -> str:
+    if is_off(value):
+        return f"`{info.text}` is off by {value:.3g}"
+    return f"`{info.text}` is one of them"
 
 
 def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
 from planarc.ir.dae import MISFIT
-from planarc.ir.program import EquationInfo, Program
+from planarc.ir.places import declaration, owner, point_home
+from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
+from planarc.solve.messages.loops import loop_names
 from planarc.solve.start import newton
 from planarc.solve.start.held import Choice, places
 from planarc.solve.start.stage import solve_stage
@@ -40,37 +44,37 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
         return _block_failed(system, kernel.failed_block)
     where = trouble.first_not_finite(system.program, kernel, system.t)
     message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
-    related: tuple[Related, ...] = ()
     if where is not None:
-        message += f": `{where.text}` gives no finite number"
-        related = (Related(f"in {where.component or 'the model'}", where.span),)
-    return NotEvaluated(
-        Diagnostic(
-            "R413",
-            message,
-            where.span if where else None,
-            hint="check parameters and start values for a division by zero or a root of a "
-            "negative number",
-            related=related,
-        )
+        place = f" in `{where.component}`" if where.component else ""
+        message += f": `{where.text}`{place} gives no finite number"
+    found = Diagnostic(
+        "R413",
+        message,
+        where.span if where else None,
+        hint="check parameters and start values for a division by zero or a root of a "
+        "negative number",
     )
+    return NotEvaluated(point_home(system.program, found, where.component if where else ""))
 
 
 def _block_failed(system: System, block: int) -> PlanarcError:
-    infos = [system.program.equations[e] for e in system.program.blocks[block].equations]
-    names = trouble.names(_components(infos))
-    return NotEvaluated(
-        Diagnostic(
-            "R410",
-            f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
-            if names
-            else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
-            infos[0].span if infos else None,
-            hint="look for a part without mass that nothing holds, a joint that constrains "
-            "what another one constrains already, or a stretched (singular) position",
-            related=tuple(Related(f"`{i.text}`", i.span) for i in infos[:_WORST]),
-        )
+    program = system.program
+    worst = trouble.worst_equations(program, system.kernel, system.t, block, _WORST)
+    infos = [i for _, i in worst]
+    names = trouble.components(program, infos)
+    found = Diagnostic(
+        "R410",
+        f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
+        if names
+        else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
+        infos[0].span if infos else None,
+        hint="look for a part without mass that nothing holds, a joint that constrains "
+        "what another one constrains already, or a stretched (singular) position"
+        if program.mechanism is not None
+        else "check whether these equations have a solution, or give start values near to it",
+        related=tuple(Related(trouble.told(v, i), i.span) for v, i in worst),
     )
+    return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
 
 
 def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
@@ -152,13 +156,7 @@ def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector
                 names[owner(c.display)] = None
             names |= dict.fromkeys(_components([program.equations[e] for e in block.equations]))
     names.pop("", None)
-    return trouble.names(list(names))
-
-
-def owner(display: str) -> str:
-    """The component that a variable belongs to: `rev` of `rev.phi` and of `der(rev.s)`."""
-    name = display.removeprefix("der(").removesuffix(")")
-    return name.rpartition(".")[0]
+    return loop_names(program, list(names))
 
 
 def _not_assembled(
@@ -166,22 +164,33 @@ def _not_assembled(
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
-    return NotAssembled(
+    is_loop = bool(loop) and system.program.mechanism is not None
+    what = (
+        f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
+    )
+    return _at_home(
+        system.program,
         Diagnostic(
             "R412",
-            f"the loop of {loop} cannot be assembled"
-            if loop
-            else "the start conditions cannot be met",
-            worst[0][1].span if worst else None,
+            f"the loop of {loop} cannot be assembled" if is_loop else what,
             hint=(
                 "check lengths: the parts do not reach each other"
-                if loop
+                if is_loop
                 else "change a parameter, or start nearer to a solution"
             )
             + _largest_move(system.program, columns, root.point, u0),
-            related=_related(worst),
-        )
+        ),
+        worst,
     )
+
+
+def _at_home(
+    program: Program, found: Diagnostic, worst: Sequence[tuple[float, EquationInfo]]
+) -> NotAssembled:
+    """The message at the part whose equation is farthest from being met."""
+    span = worst[0][1].span if worst else None
+    told = replace(found, span=span, related=_related(worst))
+    return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
 
 
 def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: Vector) -> str:
@@ -212,18 +221,19 @@ def _not_reachable(
     nearest = listed(
         f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
-    return NotAssembled(
+    length = "a length" if program.mechanism is not None else "a parameter"
+    return _at_home(
+        program,
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot be assembled with {wanted}"
             if held
             else f"the loop of {loop} cannot be assembled from its start values",
-            worst[0][1].span if worst else None,
-            hint=f"start with {nearest}, where it assembles, or change a length"
+            hint=f"start with {nearest}, where it assembles, or change {length}"
             if held
             else "change the start values towards an assembled position",
-            related=_related(worst),
-        )
+        ),
+        worst,
     )
 
 
@@ -239,22 +249,22 @@ def _contradiction(
     without = _best(system, u0, rows, columns, held)
     extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
     first = program.candidates[extra]
-    others = [(program.candidates[i].display, program.candidates[i].span) for i in partners]
-    others += [
-        (f.display, f.span) for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)
-    ]
-    names = trouble.names([*(n for n, _ in others), first.display])
+    others: list[CandidateSlot | FixedSlot] = [program.candidates[i] for i in partners]
+    others += [f for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)]
+    names = trouble.names([*(o.display for o in others), first.display])
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
-    return NotAssembled(
-        Diagnostic(
-            "R411",
-            f"the fixed start values of {names} contradict each other"
-            if others
-            else f"the fixed start value of {names} contradicts the equations",
-            first.span,
-            hint=hint,
-            related=tuple(Related(f"`{n}` is fixed here", s) for n, s in others[:_WORST]),
-        )
+    found = Diagnostic(
+        "R411",
+        f"the fixed start values of {names} contradict each other"
+        if others
+        else f"the fixed start value of {names} contradicts the equations",
+        declaration(program, first.display, first.span),
+        hint=hint,
+        related=tuple(
+            Related(f"`{o.display}` is fixed here", declaration(program, o.display, o.span))
+            for o in others[:_WORST]
+        ),
     )
+    return NotAssembled(found)

@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
+from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode
-from planarc.solve.messages import trouble
-from planarc.solve.start.failure import owner
+from planarc.solve.messages.loops import loop_names
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, gradients
 
@@ -102,18 +102,17 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]
     joints = _joints(system, i, block, chosen)
-    return Redundant(
-        Diagnostic(
-            "R415",
-            f"a constraint in the loops of {trouble.names(joints)} follows from the others in "
-            "every position: joints or bars hold the same motion twice, and their forces are "
-            "not determined",
-            infos[0].span if infos else None,
-            hint="leave a parallel bar out, replace one of these joints by a freer one, or accept "
-            f"them with {ACCEPTING}",
-            related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
-        )
+    found = Diagnostic(
+        "R415",
+        f"a constraint in the loops of {loop_names(program, joints)} follows from the others in "
+        "every position: joints or bars hold the same motion twice, and their forces are "
+        "not determined",
+        infos[0].span if infos else None,
+        hint="leave a parallel bar out, replace one of these joints by a freer one, or accept "
+        f"them with {ACCEPTING}",
+        related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
     )
+    return Redundant(point_home(program, found, joints[-1] if joints else infos[0].component))
 
 
 def _joints(system: System, i: int, block: BlockCode, chosen: Sequence[int]) -> list[str]:

@@ -20,6 +20,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.prose import be
 from planarc.ir.dae import MISFIT, SHARING
 from planarc.ir.kernel import Kernel
+from planarc.ir.places import point_home
 from planarc.ir.program import Condition, Program
 from planarc.solve.messages import trouble
 
@@ -82,10 +83,10 @@ def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]
     moved = _moved(program, change)
     largest = max((size for _, size in moved), default=0.0)
     moving = max((change[c.derivative] for c in program.candidates), default=0.0)
-    names = trouble.names([name for name, size in moved if size > DEPENDS * largest])
+    sharing = [name for name, size in moved if size > DEPENDS * largest]
     if moving > DEPENDS * max(largest, 1.0):
-        raise _depends(names)
-    return _shared(program, names)
+        raise _depends(program, sharing)
+    return _shared(program, trouble.names(sharing))
 
 
 def _moved(program: Program, change: Sequence[float]) -> list[tuple[str, float]]:
@@ -118,15 +119,14 @@ def _shared(program: Program, names: str) -> Diagnostic:
     )
 
 
-def _depends(names: str) -> PlanarcError:
-    return PlanarcError(
-        Diagnostic(
-            "R418",
-            f"{names} hold motions more than once, and the motion depends on how they share their "
-            "forces, as with friction",
-            hint="replace one of these joints by a freer one",
-        )
+def _depends(program: Program, names: Sequence[str]) -> PlanarcError:
+    found = Diagnostic(
+        "R418",
+        f"{trouble.names(names)} hold motions more than once, and the motion depends on how they "
+        "share their forces, as with friction",
+        hint="replace one of these joints by a freer one",
     )
+    return PlanarcError(point_home(program, found, names[-1] if names else ""))
 
 
 def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> Diagnostic | None:
@@ -140,16 +140,17 @@ def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> 
         wrong = np.flatnonzero(~(np.abs(off) <= FITS))
         if len(wrong):
             first = int(wrong[0])
-            return _does_not_hold(condition, float(times[first]), float(off[first]))
+            return _does_not_hold(program, condition, float(times[first]), float(off[first]))
     return None
 
 
-def _does_not_hold(condition: Condition, t: float, off: float) -> Diagnostic:
+def _does_not_hold(program: Program, condition: Condition, t: float, off: float) -> Diagnostic:
     info = condition.info
-    return Diagnostic(
+    found = Diagnostic(
         "R417",
         f"at t = {t:.6g} s `{info.component or 'the model'}` does not fit: `{info.text}`, which "
         f"was left out because it followed from other conditions, is off by {off:.2g}",
         info.span,
         hint="joints repeat each other in some positions only: replace one of them by a freer one",
     )
+    return point_home(program, found, info.component)

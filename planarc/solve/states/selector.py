@@ -38,12 +38,13 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.prose import both
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel
 from planarc.ir.newton import NEGLIGIBLE
+from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
 from planarc.solve.solvers.watch import WORST, Watch, bound_after
@@ -256,12 +257,13 @@ class Selector:
             if self._must_stay(block, j)
         ]
         names = both(c.display for c in forced)
-        return error(
+        found = Diagnostic(
             "R423",
             f"{names} cannot all be states: constraints tie them together",
-            forced[0].span if forced else None,
+            declaration(self._program, forced[-1].display, forced[-1].span) if forced else None,
             hint="take `stateSelect = StateSelect.always` or a `reinit` away from one of them",
         )
+        return PlanarcError(found)
 
     def _exchange(self, i: int, worst: float) -> tuple[bool, Lost | None, float]:
         """Whether candidates were exchanged, a state that is lost, the largest sensitivity."""
@@ -414,7 +416,7 @@ def lost_diagnostic(program: Program, t: float, lost: Lost) -> Diagnostic:
         "R423",
         f"at t = {t:.6g} s `{state.display}` can no longer be a state: in this position it "
         f"hardly moves while `{other.display}` does (a dead centre)",
-        state.span,
+        declaration(program, state.display, state.span),
         hint=f"let `{other.display}` be the state: take `StateSelect.always` or the `reinit` "
         f"away from `{state.display}`",
     )

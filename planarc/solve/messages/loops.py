@@ -1,0 +1,54 @@
+"""The parts of a closed loop, as the user knows them: bars first, then the joints between them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
+from planarc.ir.places import own_names
+from planarc.ir.program import Program
+from planarc.solve.messages import trouble
+
+
+def loop_names(program: Program, components: Sequence[str]) -> str:
+    """The loops through these components, in words; only these where they are in none."""
+    mechanism = program.mechanism
+    joints: list[Joint] = []
+    for joint in mechanism.joints if mechanism else ():
+        if joint.name in components:
+            joints += shortest_loop(mechanism, joint) if mechanism else ()
+    if mechanism is None or not joints:
+        return trouble.names(own_names(program, components))
+    names = own_names(program, (j.name for j in joints))
+    links = {i for j in joints for i in j.links} - {GROUND}
+    bars = own_names(program, (b for i in sorted(links) for b in _bars(mechanism.links[i])))
+    bars = [b for b in bars if b not in names]
+    if not bars:
+        return trouble.names(names)
+    kind = "joint" if len(names) == 1 else "joints"
+    return f"{trouble.names(bars)} ({kind} {trouble.names(names)})"
+
+
+def shortest_loop(mechanism: Mechanism, joint: Joint) -> list[Joint]:
+    """A joint and the fewest others that lead from one of its links back to the other."""
+    if len(joint.links) != 2:
+        return []
+    first, last = joint.links
+    ways: dict[int, list[Joint]] = {first: [joint]}
+    front = [first]
+    while front and last not in ways:
+        at = front.pop(0)
+        for other in mechanism.joints:
+            if other is not joint and at in other.links:
+                for link in other.links:
+                    if link not in ways:
+                        ways[link] = [*ways[at], other]
+                        front.append(link)
+    return ways.get(last, [])
+
+
+def _bars(link: Link) -> Iterable[str]:
+    """Components with two frames or more of a link: they give it its lengths."""
+    owners = Counter(frame.rpartition(".")[0] for frame in link.frames)
+    return (owner for owner, frames in owners.items() if frames > 1)
