@@ -11,7 +11,10 @@ from planarc.cli import arguments as arg
 from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.options import FIXED_STEP, Backend, Redundant, RunOptions, Solver
+from planarc.core.prose import listed
+
+_FIXED_STEP = f"Steps of this length, with {listed(FIXED_STEP, 'or')}."
 
 
 def simulate(
@@ -29,7 +32,7 @@ def simulate(
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Steps of this length, with euler or rk4."),
+        typer.Option(metavar="SECONDS", help=_FIXED_STEP),
     ] = None,
     backend: Annotated[
         Backend | None,

@@ -23,13 +23,15 @@ def fastest_backend() -> Backend:
 
 
 class Solver(StrEnum):
-    """An integrator by its name; `home` is the module of `solve/solvers` that makes it."""
+    """An integrator by its name; `home` is the module of `solve/solvers` that makes it, `fixed`
+    whether its steps have one length, which the user gives."""
 
     home: str
+    fixed: bool
 
-    def __new__(cls, name: str, home: str) -> Solver:
+    def __new__(cls, name: str, home: str, fixed: bool = False) -> Solver:
         member = str.__new__(cls, name)
-        member._value_, member.home = name, home
+        member._value_, member.home, member.fixed = name, home, fixed
         return member
 
     AUTO = "auto", "cvode"
@@ -38,12 +40,12 @@ class Solver(StrEnum):
     LSODA = "lsoda", "scipy"
     SCIPY_BDF = "scipy-bdf", "scipy"
     IDA = "ida", "ida"
-    EULER = "euler", "fixed"
-    RK4 = "rk4", "fixed"
+    EULER = "euler", "fixed", True
+    RK4 = "rk4", "fixed", True
 
 
 #: Those that take steps of one length.
-FIXED_STEP = tuple(solver for solver in Solver if solver.home == "fixed")
+FIXED_STEP = tuple(solver for solver in Solver if solver.fixed)
 
 
 class Units(StrEnum):

@@ -1,0 +1,1 @@
+"""Text to syntax tree: `grammar` reads tokens, `build` makes nodes, `repair` explains mistakes."""

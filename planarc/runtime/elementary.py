@@ -5,7 +5,8 @@ it needs it; a new function is a new row of `TABLE`. A formula is written once, 
 it is handed: `x` and `y` understand + - * / < <= >, and `f` has the functions of the table,
 `f.trunc(x)` and `f.where(condition, a, b)`. So the slopes serve expressions (`ir.calculus`)
 and numbers alike, and `built` serves NumPy's arrays (`evaluate.rows`) and compiled
-code (`codegen.native.formulas`).
+code (`codegen.native.formulas`). Slopes are differentiated again: where a quotient has no value
+that the function has, a series belongs in its place, and no constant.
 
 Reference: Modelica Language Specification 3.6, sections 3.7.1 and 3.7.3.
 """

@@ -98,7 +98,7 @@ def _solver(options: RunOptions) -> Solver:
         raise _usage(
             "R407",
             f"the solver `{solver}` chooses its steps itself",
-            "take `--solver euler` or `--solver rk4` with a fixed step",
+            f"take {either(f'--solver {s}' for s in FIXED_STEP)} with a fixed step",
         )
     return solver
 

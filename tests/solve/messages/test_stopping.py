@@ -15,11 +15,12 @@ import pytest
 import planarc
 from planarc.cli.app import run
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.options import FIXED_STEP
 
 Stopped = Callable[..., tuple[Diagnostic, planarc.Result]]
 
 ADAPTIVE = ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"]
-FIXED = ["euler", "rk4"]
+FIXED = [solver.value for solver in FIXED_STEP]
 BACKENDS = ["numpy", "native"]
 
 #: x = 1/(1 - t)^2: no integrator comes beyond t = 1.
