@@ -22,8 +22,10 @@ from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
+from planarc.ir.dae import Kind
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
+from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, QUIET, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
@@ -32,6 +34,8 @@ from planarc.solve.messages import event as event_failure
 MOST_ITERATIONS = 100
 #: Last iterations of which the changes are named then: one round may take several.
 LAST_ITERATIONS = 16
+#: Passes after which a loop of numbers is not left to come to rest by itself.
+PATIENCE = 12
 #: Relations of which all choices are tried when they chase each other.
 MOST_SEARCHED = 10
 #: Instants of crossings are found so exactly that a function is this part of its largest
@@ -74,6 +78,7 @@ class Settling:
         self.bound = {i: 2 * abs(now[i]) + NOISE * largest[i] for i in crossing}
         self._before, self._known_noise = before, [0.0][:0]
         self._turned: Counter[int] = Counter()
+        self._closed: dict[int, float] = {}  # numbers of a loop, as a pass leaves them
 
     def settle(self, moved: bool) -> bool:
         """Iterate with fixed pre-values until nothing changes; false where that fails.
@@ -84,7 +89,7 @@ class Settling:
         careful = False
         restless: set[int] = set()
         trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
-        for _ in range(MOST_ITERATIONS):
+        for count in range(MOST_ITERATIONS):
             before = snapshot(self.program, self.kernel)
             trail.append(before)
             if not self._evaluate():
@@ -96,7 +101,13 @@ class Settling:
             now = snapshot(self.program, self.kernel)
             if now == before:
                 return True
-            if now in seen:
+            loop = self._changed_numbers(before, now)
+            if count >= PATIENCE and loop:
+                w = self.kernel.w
+                if not close_loop(w, loop, self._evaluate):
+                    return self.done.ended is None and self.endless([*trail, now])
+                self._closed = {slot: w[slot] for slot in loop}
+            elif now in seen:
                 if careful:
                     return self._search(sorted(restless), trail)
                 careful = True
@@ -104,6 +115,17 @@ class Settling:
                 restless.clear()
             seen.add(now)
         return self.endless(trail)
+
+    def _changed_numbers(self, before: Snapshot, now: Snapshot) -> list[int]:
+        """The slots that a pass changed, where these are real numbers and nothing else."""
+        first, found = len(self.program.relations), []
+        for i, (old, new) in enumerate(zip(before, now, strict=True)):
+            if old == new:
+                continue
+            if i < first or self.program.discretes[i - first].kind is not Kind.REAL:
+                return []
+            found.append(self.program.discretes[i - first].slot)
+        return found
 
     def endless(self, trail: Iterable[Snapshot]) -> bool:
         """The iteration ends without rest: the values that changed in it are named."""
@@ -127,6 +149,9 @@ class Settling:
         if problem is not None:
             self.done.ended = problem
             return False
+        for slot, value in self._closed.items():
+            if same_number(self.kernel.w[slot], value):
+                self.kernel.w[slot] = value
         return self.crossings.evaluate(t, y) == 0 or self.failed()
 
     def _search(self, restless: Sequence[int], trail: Iterable[Snapshot]) -> bool:
