@@ -18,8 +18,8 @@ CLOSED = 1e-11
 #: Part of its size by which a number is moved for differences.
 MOVE = 1e-4
 MOST_STEPS = 20
-#: Condition number of a loop that has no solution but for rounding.
-WORST = 1e8
+#: The least singular value, as a part of the largest, of a loop that has a solution.
+LEAST = 1e-8
 
 
 def same_number(a: float, b: float) -> bool:
@@ -54,7 +54,10 @@ def close_loop(
                 return False
             columns.append([(b - a) / step for a, b in zip(found, moved, strict=True)])
         matrix = np.eye(len(x)) - np.array(columns).T
-        if not np.isfinite(matrix).all() or np.linalg.cond(matrix) > WORST:
+        if not np.isfinite(matrix).all():
+            return False
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        if sizes[-1] < LEAST * max(1.0, sizes[0]):
             return False
         x = (np.array(x) + np.linalg.solve(matrix, np.subtract(found, x))).tolist()
     return False
