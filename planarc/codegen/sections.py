@@ -24,10 +24,9 @@ from planarc.codegen.derive import Derived, Deriver
 from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
 from planarc.codegen.modes import Modes
-from planarc.codegen.parts import name_parts
 from planarc.codegen.reach import Reach, is_constant, needed_steps, split_steps, values
 from planarc.codegen.starts import start_values
-from planarc.codegen.statements import Lister, Temporaries
+from planarc.codegen.statements import Lister, Temporaries, name_parts
 from planarc.core.data import Data
 from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.expr import Expr, Op, symbols

@@ -75,6 +75,29 @@ def invariants(values: Iterable[Expr], varying: set[Expr]) -> list[Expr]:
     return list(found)
 
 
+def name_parts(table: Exprs, formulas: Iterable[Expr], names: set[str]) -> dict[Expr, Expr]:
+    """The largest parts that parameters alone make, with symbols, in the order of evaluation.
+
+    They are computed once, before the run: tau = -m*g*(L/2)*sin(phi) becomes
+    $p1 := L/2, tau = -m*g*$p1*sin(phi). `names` are parameters and constant unknowns.
+    """
+    constant: set[Expr] = set()
+    found: dict[Expr, None] = {}
+    roots = list(formulas)
+    for e in postorder(roots):
+        if not e.args:
+            if e.is_const or (e.is_symbol and e.order == 0 and e.name in names):
+                constant.add(e)
+        elif constant.issuperset(e.args):
+            constant.add(e)
+        elif not constant.isdisjoint(e.args):
+            for a in e.args:
+                if a in constant and not is_trivial(a):
+                    found[a] = None
+    found.update((e, None) for e in roots if e in constant and not is_trivial(e))
+    return {e: table.symbol(f"$p{i}") for i, e in enumerate(found, 1)}
+
+
 class Lister:
     """Writes the statements of one section; remembers what is computed already."""
 

@@ -192,26 +192,18 @@ def _mechanism(
     ]
     number = {root: i for i, root in enumerate(roots)}
     names = {h.component for h in held}
-    return Mechanism(
-        tuple(
-            Link(
-                "ground" if root == ground else _name(members[root], names),
-                tuple(members[root]),
-                0 if root == ground else 3 if root in turned else 2,
-            )
-            for root in roots
-        ),
-        tuple(
-            Joint(
-                h.component,
-                h.conditions,
-                h.count,
-                tuple(sorted(number[r] for r in h.roots)),
-                h.frames,
-            )
-            for h in held
-        ),
-    )
+
+    def link(root: str) -> Link:
+        own = tuple(members[root])
+        if root == ground:
+            return Link("ground", own, 0)
+        return Link(_name(own, names), own, 3 if root in turned else 2)
+
+    def joint(h: _Held) -> Joint:
+        ends = tuple(sorted(number[r] for r in h.roots))
+        return Joint(h.component, h.conditions, h.count, ends, h.frames)
+
+    return Mechanism(tuple(map(link, roots)), tuple(map(joint, held)))
 
 
 class _Held(Data):

@@ -20,6 +20,8 @@ from planarc.core.prose import counted
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
+_INSIDE = " " * 8
+
 Parts = Sequence[tuple[str, tuple[Statement, ...]]]  # with titles
 
 
@@ -187,38 +189,33 @@ class FunctionText(Struct):
 
     def _direct(self, block: str, code: BlockCode) -> list[str]:
         assert code.direct is not None
-        indent = " " * 8
         tears = _tuple(self._formula(e, careful=True) for e in code.direct.tears)
+        lines = self._until_done(block, f"take({tears})", code, code.body)
+        lines += [self._let(s, _INSIDE) for s in code.direct.check]
         residuals = _tuple(self._names(r) for r in code.direct.residuals)
         sizes = _tuple(self._names(s) for s in code.direct.sizes)
-        return [
-            f"    block = {block}",
-            f"    tears = block.take({tears})",
-            "    while True:",
-            f"{indent}{self._tears(code)} = tears",
-            *(self._let(s, indent) for s in code.body),
-            f"{indent}if block.done:",
-            f"{indent}    break",
-            *(self._let(s, indent) for s in code.direct.check),
-            f"{indent}if block.fits({residuals}, {sizes}):",
-            f"{indent}    break",
-            *(self._let(s, indent) for s in code.jacobian_body),
-            *self._matrix(code, indent, "tears = block.solve"),
-        ]
+        lines += [f"{_INSIDE}if block.fits({residuals}, {sizes}):", f"{_INSIDE}    break"]
+        lines += [self._let(s, _INSIDE) for s in code.jacobian_body]
+        return lines + self._matrix(code, _INSIDE, "tears = block.solve")
 
     def _nonlinear(self, block: str, code: BlockCode) -> list[str]:
-        inner, outer = code.body[: code.inner], code.body[code.inner :]
-        indent = " " * 8
+        lines = self._until_done(block, "start(t)", code, code.body[: code.inner])
+        rest = (*code.body[code.inner :], *code.jacobian_body)
+        lines += [self._let(s, _INSIDE) for s in rest]
+        return lines + self._matrix(code, _INSIDE, "tears = block.step")
+
+    def _until_done(
+        self, block: str, start: str, code: BlockCode, inner: Iterable[Let]
+    ) -> list[str]:
+        """The head of a loop that gives the unknowns once more when the tears are found."""
         return [
             f"    block = {block}",
-            "    tears = block.start(t)",
+            f"    tears = block.{start}",
             "    while True:",
-            f"{indent}{self._tears(code)} = tears",
-            *(self._let(s, indent) for s in inner),
-            f"{indent}if block.done:",
-            f"{indent}    break",
-            *(self._let(s, indent) for s in (*outer, *code.jacobian_body)),
-            *self._matrix(code, indent, "tears = block.step"),
+            f"{_INSIDE}{self._tears(code)} = tears",
+            *(self._let(s, _INSIDE) for s in inner),
+            f"{_INSIDE}if block.done:",
+            f"{_INSIDE}    break",
         ]
 
     def _tears(self, code: BlockCode) -> str:

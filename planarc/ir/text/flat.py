@@ -18,7 +18,7 @@ Example:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
@@ -29,6 +29,7 @@ from planarc.ir.flatwalk import (
     functions_called,
     nodes_of,
 )
+from planarc.ir.text.compound import Compound
 
 _PLAIN = re.compile(r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$")
 
@@ -268,68 +269,33 @@ def print_variable(variable: flat.Variable) -> str:
 # Equations and statements ---------------------------------------------------------------------
 
 
-def _lines(item: flat.Equation | flat.Statement, indent: int, records: frozenset[str]) -> list[str]:
-    """The lines of an equation or a statement, each ended by `;`. `records` are local variables
-    whose fields are assigned."""
-    pad = " " * indent
+def _body(
+    items: Iterable[flat.Equation | flat.Statement], records: frozenset[str] = frozenset()
+) -> Iterator[str]:
+    """The lines of equations or statements. `records` are local variables whose fields are
+    assigned."""
+
+    def head(loop: flat.ForStatement) -> str:
+        return f"{quoted(loop.iterator)} in {print_expression(loop.range)}"
+
+    return Compound(print_expression, head, lambda item: _plain(item, records)).body(items)
+
+
+def _plain(item: flat.Equation | flat.Statement, records: frozenset[str]) -> str:
     match item:
+        case flat.Equality(left=flat.Targets(items=items), right=right):
+            shown = ["" if i is None else print_expression(i) for i in items]
+            return f"{_several(shown, '=')}{print_expression(right)};"
         case flat.Equality(left=left, right=right):
-            if isinstance(left, flat.Targets):
-                shown = ["" if i is None else print_expression(i) for i in left.items]
-                start = f"({', '.join(shown)}) = " if shown else ""
-                return [f"{pad}{start}{print_expression(right)};"]
-            side = f"({print_expression(left)})" if isinstance(left, flat.If) else ""
-            return [f"{pad}{side or print_expression(left)} = {print_expression(right)};"]
+            assert not isinstance(left, flat.Targets)
+            side = print_expression(left)
+            side = f"({side})" if isinstance(left, flat.If) else side
+            return f"{side} = {print_expression(right)};"
         case flat.Assignment(target=target, value=value):
-            return [f"{pad}{_target(target, records)} := {print_expression(value)};"]
+            return f"{_target(target, records)} := {print_expression(value)};"
         case flat.TupleAssignment(targets=targets, value=call):
             shown = ["" if t is None else _target(t, records) for t in targets]
-            start = f"({', '.join(shown)}) := " if shown else ""
-            return [f"{pad}{start}{print_expression(call)};"]
-        case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
-            lines = _branches("if", item.branches, indent, records)
-            if otherwise:
-                lines += [f"{pad}else", *_body(otherwise, indent, records)]
-            return [*lines, f"{pad}end if;"]
-        case flat.WhenEquation() | flat.WhenStatement():
-            return [*_branches("when", item.branches, indent, records), f"{pad}end when;"]
-        case flat.ForStatement(iterator=iterator, range=range_, body=body):
-            head = f"{pad}for {quoted(iterator)} in {print_expression(range_)} loop"
-            return [head, *_body(body, indent, records), f"{pad}end for;"]
-        case flat.WhileStatement(condition=condition, body=body):
-            head = f"{pad}while {print_expression(condition)} loop"
-            return [head, *_body(body, indent, records), f"{pad}end while;"]
-        case flat.Break():
-            return [f"{pad}break;"]
-        case flat.Return():
-            return [f"{pad}return;"]
-    return [pad + _special(item)]
-
-
-def _branches(
-    word: str,
-    branches: Iterable[tuple[flat.Expression, Iterable[flat.Equation | flat.Statement]]],
-    indent: int,
-    records: frozenset[str],
-) -> list[str]:
-    lines = []
-    for index, (condition, body) in enumerate(branches):
-        start = f"else{word}" if index else word
-        lines.append(f"{' ' * indent}{start} {print_expression(condition)} then")
-        lines += _body(body, indent, records)
-    return lines
-
-
-def _body(
-    items: Iterable[flat.Equation | flat.Statement],
-    indent: int,
-    records: frozenset[str] = frozenset(),
-) -> list[str]:
-    return [line for item in items for line in _lines(item, indent + 2, records)]
-
-
-def _special(equation: flat.Equation | flat.Statement) -> str:
-    match equation:
+            return f"{_several(shown, ':=')}{print_expression(call)};"
         case flat.Assert(condition=condition, message=message, warning=warning):
             level = ", AssertionLevel.warning" if warning else ""
             return f"assert({print_expression(condition)}, {print_expression(message)}{level});"
@@ -337,7 +303,12 @@ def _special(equation: flat.Equation | flat.Statement) -> str:
             return f"terminate({print_expression(message)});"
         case flat.Reinit(variable=variable, value=value):
             return f"reinit({print_expression(variable)}, {print_expression(value)});"
-    raise TypeError(f"not an equation: {equation!r}")
+    raise TypeError(f"not an equation: {item!r}")
+
+
+def _several(shown: list[str], sign: str) -> str:
+    """The left side of a call with several results; nothing where there are none."""
+    return f"({', '.join(shown)}) {sign} " if shown else ""
 
 
 def _target(target: flat.Target, records: frozenset[str]) -> str:
@@ -368,7 +339,7 @@ def print_function(function: flat.Function) -> str:
     elif not function.partial:
         own = (*function.outputs, *function.locals)
         records = frozenset(v.name for v in own if v.type.base is flat.Base.RECORD)
-        lines += ["algorithm", *_body(function.body, 0, records)]
+        lines += ["algorithm", *_body(function.body, records)]
     if function.derivatives:
         shown = ", ".join(f"derivative(order = {o}) = {quoted(n)}" for n, o in function.derivatives)
         lines.append(f"  annotation({shown});")
@@ -439,11 +410,11 @@ def print_model(model: flat.FlatModel) -> str:
         ("equation", model.equations),
     ):
         if equations:
-            lines += [head, *_body(equations, 0)]
+            lines += [head, *_body(equations)]
     for head, algorithms in (
         ("initial algorithm", model.initial_algorithms),
         ("algorithm", model.algorithms),
     ):
         for algorithm in algorithms:
-            lines += [head, *_body(algorithm.statements, 0)]
+            lines += [head, *_body(algorithm.statements)]
     return "\n\n".join([*blocks, "\n".join([*lines, f"end {name};"])]) + "\n"

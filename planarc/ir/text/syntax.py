@@ -23,9 +23,9 @@ Promises:  `parse(definition_text(tree)) == tree` for every tree of the parser.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TypeAlias
 
 from planarc.ir import syntax
+from planarc.ir.text.compound import Compound
 from planarc.ir.text.expression import (
     expression_text,
     iterators_text,
@@ -105,7 +105,7 @@ def _composition_lines(body: syntax.Composition) -> Iterator[str]:
         if here is not None and here is not protected:
             protected = here
             yield "protected" if protected else "public"
-        yield from _indented(_element_lines(element))
+        yield from (_INDENT + line for line in _element_lines(element))
     for section in body.sections:
         initial = "initial " if section.initial else ""
         if isinstance(section, syntax.EquationSection):
@@ -241,63 +241,25 @@ def _redeclaration(argument: syntax.ElementRedeclaration) -> str:
 # Equations and statements -------------------------------------------------------------------
 
 
-def _indented(lines: Iterable[str]) -> Iterator[str]:
-    return (_INDENT + line for line in lines)
-
-
 def _connect(equation: syntax.Connect) -> str:
     return f"connect({ref_text(equation.left)}, {ref_text(equation.right)})"
 
 
-_Item: TypeAlias = syntax.Equation | syntax.Statement
-
-
-def _lines(item: _Item) -> Iterator[str]:
+def _plain(item: syntax.Equation | syntax.Statement) -> str:
     match item:
         case syntax.Equality():
             sides = f"{simple_text(item.left)} = {expression_text(item.right)}"
-            yield f"{sides}{_comment(item.comment)};"
+            return f"{sides}{_comment(item.comment)};"
         case syntax.Assignment():
-            yield f"{ref_text(item.target)} := {expression_text(item.value)};"
+            return f"{ref_text(item.target)} := {expression_text(item.value)};"
         case syntax.TupleAssignment():
             targets = ", ".join("" if t is None else ref_text(t) for t in item.targets)
-            yield f"({targets}) := {expression_text(item.value)};"
+            return f"({targets}) := {expression_text(item.value)};"
         case syntax.CallEquation() | syntax.CallStatement():
-            yield f"{expression_text(item.call)};"
+            return f"{expression_text(item.call)};"
         case syntax.Connect():
-            yield f"{_connect(item)};"
-        case syntax.IfEquation() | syntax.IfStatement():
-            yield from _branches("if", item.branches)
-            if item.otherwise:
-                yield "else"
-                yield from _body(item.otherwise)
-            yield "end if;"
-        case syntax.WhenEquation() | syntax.WhenStatement():
-            yield from _branches("when", item.branches)
-            yield "end when;"
-        case syntax.ForEquation() | syntax.ForStatement():
-            yield f"for {iterators_text(item.iterators)} loop"
-            yield from _body(item.body)
-            yield "end for;"
-        case syntax.WhileStatement():
-            yield f"while {expression_text(item.condition)} loop"
-            yield from _body(item.body)
-            yield "end while;"
-        case syntax.Break():
-            yield "break;"
-        case syntax.Return():
-            yield "return;"
+            return f"{_connect(item)};"
+    raise TypeError(f"not an equation: {item!r}")
 
 
-def _branches(
-    word: str,
-    branches: Iterable[tuple[syntax.Expression, Iterable[_Item]]],
-) -> Iterator[str]:
-    for index, (condition, body) in enumerate(branches):
-        yield f"{'else' if index else ''}{word} {expression_text(condition)} then"
-        yield from _body(body)
-
-
-def _body(items: Iterable[_Item]) -> Iterator[str]:
-    for item in items:
-        yield from _indented(_lines(item))
+_body = Compound(expression_text, lambda loop: iterators_text(loop.iterators), _plain).body
