@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from planarc.api.result import Result, RunStopped
-from planarc.api.values import Value, count, finite, parameter_values, start_values
+from planarc.api.values import Value, finite, parameter_values, run_options, start_values
 from planarc.api.variables import Names, Parameter, Variable
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
@@ -28,7 +28,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_er
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
 from planarc.core.unknown import unknown_name
-from planarc.request.request import Request
+from planarc.request.request import Request, names_class
 
 if TYPE_CHECKING:
     from planarc.api.analysis.assemble import Assembly
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
 _TEXT = re.compile(r"[\n;]")
 #: Endings of files that planarc writes, and that hold no model.
 _RESULTS = (".csv", ".mat", ".html")
-_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
 class Recompiled(UserWarning):
@@ -83,9 +82,7 @@ def load(
         raise usage_error("C206", "a model is a file, a class or a text, not nothing")
     elif _TEXT.search(source):
         request = Request(None, class_name, folders, text=source)
-    elif source.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(source):
-        request = Request(Path(source), class_name, folders)
-    elif class_name is None:
+    elif class_name is None and names_class(source):
         request = Request(None, source, folders)
     else:
         request = Request(Path(source), class_name, folders)
@@ -95,8 +92,7 @@ def load(
             f"`{request.file}` is a result, not a model",
             hint=f"`planarc view {request.file}` shows it; load the model that made it",
         )
-    choice = _choice(Redundant, "treatment of redundant joints", redundant)
-    return Model(replace(request, redundant=choice), _backend(backend))
+    return Model(replace(request, redundant=_treatment(redundant)), _backend(backend))
 
 
 class Model:
@@ -222,18 +218,16 @@ class Model:
                 "C202", f"`progress` takes a function of time, not `{progress!r:.40}`"
             )
         model, settable = self.with_parameters(parameters)
-        options = RunOptions(
-            start=_time("start_time", start_time),
-            stop=_time("stop_time", stop_time),
-            interval=_time("interval", interval),
-            intervals=count("intervals", intervals),
-            tolerance=_time("tolerance", tolerance),
+        options = run_options(
+            self.backend if backend is None else _backend(backend),
+            start_time,
+            stop_time,
+            tolerance,
+            intervals,
+            interval=None if interval is None else finite("interval", interval),
             solver=_choice(Solver, "solver", solver),
-            fixed_step=_time("fixed_step", fixed_step),
-            backend=self.backend if backend is None else _backend(backend),
-            redundant=None
-            if redundant is None
-            else _choice(Redundant, "treatment of redundant joints", redundant),
+            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step),
+            redundant=None if redundant is None else _treatment(redundant),
             values=settable,
             starts=start_values(model.program, start),
         )
@@ -395,13 +389,7 @@ class Model:
         from planarc.api.analysis.drive import drive
 
         motions = dict(motion) if isinstance(motion, Mapping) else {motion: signal}
-        options = RunOptions(
-            start=_time("start_time", start_time),
-            stop=_time("stop_time", stop_time),
-            tolerance=_time("tolerance", tolerance),
-            intervals=count("intervals", intervals),
-            backend=self.backend,
-        )
+        options = run_options(self.backend, start_time, stop_time, tolerance, intervals)
         return drive(self, motions, options, parameters, start)
 
     def driven(
@@ -433,20 +421,15 @@ class Model:
         from planarc.api.analysis.sensitivity import sensitivities
 
         model, settable = self.with_parameters(values)
-        options = RunOptions(
-            start=_time("start_time", start_time),
-            stop=_time("stop_time", stop_time),
-            tolerance=_time("tolerance", tolerance),
-            intervals=count("intervals", intervals),
-            backend=self.backend,
-            values=settable,
-            starts=start_values(model.program, start),
-        )
+        times = (start_time, stop_time, tolerance, intervals)
+        starts = start_values(model.program, start)
+        options = run_options(self.backend, *times, values=settable, starts=starts)
         return sensitivities(model, parameters, options)
 
 
-def _time(name: str, value: Any) -> float | None:
-    return None if value is None else finite(name, value)
+def _treatment(redundant: str | Redundant) -> Redundant:
+    choice: Redundant = _choice(Redundant, "treatment of redundant joints", redundant)
+    return choice
 
 
 def _choice(kind: Any, name: str, value: Any) -> Any:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import replace
+from msgspec.structs import fields, replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
@@ -159,31 +159,10 @@ def _bare(table: Table, name: str) -> Result:
         Column(n, i, 1, Kind.REAL, table.units.get(n, ""), constant=_same(table[n]))
         for n, i in slots.items()
     )
-    empty: Any = ()
-    program = Program(
-        name=table.model or name,
-        table=Exprs(),
-        size=len(slots),
-        slots=slots,
-        columns=columns,
-        parameter_slots=empty,
-        candidates=empty,
-        fixed=empty,
-        discretes=empty,
-        relations=empty,
-        samplers=empty,
-        whens=empty,
-        assertions=empty,
-        blocks=empty,
-        parameters=empty,
-        levels=empty,
-        rest=empty,
-        initial=empty,
-        initial_residuals=empty,
-        roots=empty,
-        discrete=empty,
-        equations=empty,
-    )
+    # All else that a program must hold is a list, here an empty one.
+    empty: dict[str, Any] = {field.name: () for field in fields(Program) if field.required}
+    own = {"name": table.model or name, "table": Exprs(), "size": len(slots), "slots": slots}
+    program = Program(**empty | own | {"columns": columns})
     moving = [c for c in columns if not c.constant]
     data = np.empty((len(table.time), len(moving)))
     for i, column in enumerate(moving):

@@ -355,7 +355,7 @@ class Result:
 
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
-        from planarc.view.page import write_report
+        from planarc.view.page.report import write_report
         from planarc.view.scene import make_scene
         from planarc.view.storage import with_ending
 
@@ -396,10 +396,9 @@ class Page:
         self.text = text
 
     def save(self, path: str | Path) -> Path:
-        from planarc.view.storage import replacing
+        from planarc.view.storage import write_text
 
-        with replacing(Path(path)) as file:
-            file.write(self.text.encode())
+        write_text(Path(path), self.text)
         return Path(path)
 
     def _repr_html_(self) -> str:

@@ -160,31 +160,14 @@ class ForcedKernel:
         """None: every evaluation comes by here, to see the values of its time."""
         return Capabilities()
 
-    @property
-    def failed_block(self) -> int:
-        return self.inner.failed_block
-
-    @property
-    def failed_equation(self) -> int:
-        return self.inner.failed_equation
-
-    @property
-    def open_block(self) -> int:
-        return self.inner.open_block
-
-    def sway(self, block: int, amount: float) -> None:
-        self.inner.sway(block, amount)
+    def __getattr__(self, name: str) -> Any:
+        """Whatever takes no time is the kernel's own."""
+        return getattr(self.inner, name)
 
     def parameters(self) -> int:
         flag = self.inner.parameters()
         self.force(self._begin)
         return flag
-
-    def select(self, selection: Sequence[int]) -> None:
-        self.inner.select(selection)
-
-    def accept(self, t: float) -> None:
-        self.inner.accept(t)
 
     def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
         self.force(t)
@@ -198,12 +181,6 @@ class ForcedKernel:
         self.force(t)
         return self.inner.residuals(t, u, r)
 
-    def jacobian(self, block: int) -> Sequence[Sequence[float]]:
-        return self.inner.jacobian(block)
-
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         self.force(t)
         return self.inner.roots(t, y, g)
-
-    def discrete(self) -> int:
-        return self.inner.discrete()

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
+from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
@@ -84,6 +85,27 @@ def count(name: str, value: Any) -> int | None:
     if number != int(number):
         raise usage_error("C202", f"`{name}` takes an integer, not {number:g}")
     return int(number)
+
+
+def run_options(
+    backend: Backend,
+    start_time: Any,
+    stop_time: Any,
+    tolerance: Any,
+    intervals: Any,
+    **checked: Any,
+) -> RunOptions:
+    """What a user asks of a run, with more options that were checked already."""
+    asked = {"start_time": start_time, "stop_time": stop_time, "tolerance": tolerance}
+    start, stop, exact = (v if v is None else finite(n, v) for n, v in asked.items())
+    return RunOptions(
+        start=start,
+        stop=stop,
+        tolerance=exact,
+        intervals=count("intervals", intervals),
+        backend=backend,
+        **checked,
+    )
 
 
 def by_name(given: Any) -> Mapping[str, Any]:

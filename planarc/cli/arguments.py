@@ -67,7 +67,6 @@ Pattern: TypeAlias = Annotated[
     ),
 ]
 
-_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 Settings: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
@@ -121,9 +120,9 @@ def open_classes(
 
 def names_file(target: str) -> bool:
     """Whether an argument means a file; otherwise it is the name of a class."""
-    if target.endswith((".pmo", ".mo")) or not _DOTTED_NAME.fullmatch(target):
-        return True
-    return Path(target).exists()
+    from planarc.request.request import names_class
+
+    return not names_class(target) or Path(target).exists()
 
 
 def read_pattern(text: str | None) -> re.Pattern[str] | None:

@@ -101,10 +101,9 @@ def _format_file(path: Path, check: bool) -> bool:
     if formatted == text:
         return False
     if not check:
-        from planarc.view.storage import replacing
+        from planarc.view.storage import write_text
 
-        with replacing(path) as file:
-            file.write(formatted.encode())
+        write_text(path, formatted)
     return True
 
 

@@ -47,7 +47,7 @@ def gallery(
     from planarc.catalog.examples import find_examples, run_examples
     from planarc.cli.progress import counting_line
     from planarc.view.page.gallery import render_gallery
-    from planarc.view.storage import replacing
+    from planarc.view.storage import write_text
 
     named = tuple(targets or (_LIBRARY,))
     path = page_destination("gallery", output)
@@ -62,8 +62,7 @@ def gallery(
         )
     with counting_line() as progress:
         shown = [(s, _card(s, reports, path)) for s in run_examples(examples, progress)]
-    with replacing(path) as file:
-        file.write(render_gallery(" and ".join(named), [card for _, card in shown]).encode())
+    write_text(path, render_gallery(" and ".join(named), [card for _, card in shown]))
     bad = [s for s, _ in shown if s.problem is not None and s.problem.severity is Severity.ERROR]
     console.complain([s.problem for s in bad if s.problem is not None])
     if not console.is_quiet():

@@ -166,7 +166,7 @@ class Run:
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
     from planarc import stages
-    from planarc.view.page import write_report
+    from planarc.view.page.report import write_report
     from planarc.view.scene import make_scene
 
     rows = []

@@ -13,7 +13,10 @@ from planarc.core.diagnostic import usage_error
 if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.api.result import Result
+    from planarc.compiled import Compiled
     from planarc.ir.result import Result as Rows
+    from planarc.request.request import Request
+    from planarc.view.table.table import Table
 
 
 def named_output(output: Path | None, example: str) -> Path:
@@ -37,17 +40,11 @@ def read_result(
     path: Path, model: str | None, class_name: str | None, library: list[Path] | None
 ) -> Rows:
     """A result that was written before, with the model that says what is drawn."""
-    from planarc.api.restore import compile_guess, compile_request, find_request, restore
+    from planarc.api.restore import restore
     from planarc.view.table.files import read_table
 
     table = read_table(path)
-    compiled = None
-    if model is not None:
-        compiled = compile_request(make_request(model, class_name, library))
-    else:
-        name = class_name or table.model or path.stem
-        guess = find_request(name, (path.parent, Path()), tuple(library or ()))
-        compiled = None if guess is None else compile_guess(guess, table)
+    _, compiled = find_model(path, table, model, class_name, library)
     if compiled is None:
         raise usage_error(
             "C273",
@@ -55,6 +52,24 @@ def read_result(
             hint="name it with `--model FILE`",
         )
     return restore(table, path.name, compiled).result
+
+
+def find_model(
+    path: Path,
+    table: Table,
+    model: str | None = None,
+    class_name: str | None = None,
+    library: list[Path] | None = None,
+) -> tuple[Request | None, Compiled | None]:
+    """The model of a result: the one that is named, or one that is called as the result says."""
+    from planarc.api.restore import compile_guess, compile_request, find_request
+
+    if model is not None:
+        request = make_request(model, class_name, library)
+        return request, compile_request(request)
+    name = class_name or table.model or path.stem
+    guess = find_request(name, (path.parent, Path()), tuple(library or ()))
+    return guess, None if guess is None else compile_guess(guess, table)
 
 
 def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Result:

@@ -12,7 +12,7 @@ from planarc.cli.analysis import open_model
 from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
-from planarc.cli.motion import named_output, run_of
+from planarc.cli.motion import find_model, named_output, run_of
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -75,13 +75,9 @@ def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
     """The table with units: its own, or those of the model where that is found."""
     from msgspec.structs import replace
 
-    from planarc.api.restore import compile_guess, find_request
-
     if table.units:
         return table
-    name = table.model or path.stem
-    request = find_request(name, (path.parent, Path()), tuple(library or ()))
-    compiled = None if request is None else compile_guess(request, table)
+    _, compiled = find_model(path, table, library=library)
     if compiled is None:
         return table
     return replace(table, units={c.name: c.unit for c in compiled.program.columns})

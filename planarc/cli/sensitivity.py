@@ -58,8 +58,11 @@ def sensitivity(
     variables = list(variable or model.states)
     pairs = {(v, p): found[v, p] for v in variables for p in found.parameters}
     if output is not None:
-        columns = {f"d({v})/d({p})": x.tolist() for (v, p), x in pairs.items()}
-        save(output, lambda path: _write(path, columns, found.time.tolist()))
+        from planarc.view.storage import write_rows
+
+        head = ("time", *(f"d({v})/d({p})" for v, p in pairs))
+        columns = (found.time.tolist(), *(x.tolist() for x in pairs.values()))
+        save(output, lambda path: write_rows(path, head, zip(*columns, strict=True)))
     if as_json:
         table = [
             {"variable": v, "parameter": p, "values": x.tolist()} for (v, p), x in pairs.items()
@@ -81,17 +84,3 @@ def sensitivity(
     if output is not None:
         console.say(f"{output} ({len(found.time)} rows)")
     return 0
-
-
-def _write(path: Path, columns: dict[str, list[float]], time: list[float]) -> None:
-    import csv
-    import io
-
-    from planarc.view.storage import replacing
-
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow(["time", *columns])
-    writer.writerows(zip(time, *columns.values(), strict=True))
-    with replacing(path) as file:
-        file.write(text.getvalue().encode())

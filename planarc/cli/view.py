@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, make_request, output_option
+from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
+from planarc.cli.motion import find_model
 from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
-    from planarc.compiled import Compiled
-    from planarc.request.request import Request
     from planarc.view.table.table import Table
 
 
@@ -47,8 +46,8 @@ def view(
     curves only.
     """
     from planarc import stages
-    from planarc.api.restore import compile_guess, compile_request, restore
-    from planarc.view.page import write_report
+    from planarc.api.restore import restore
+    from planarc.view.page.report import write_report
     from planarc.view.scene import make_scene
     from planarc.view.table.files import read_table
 
@@ -61,12 +60,7 @@ def view(
             "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
         )
     _refuse_unknown(curves, table)
-    guessed = None if model is not None else _guess(table, result, library)
-    compiled: Compiled | None = None
-    if model is not None:
-        compiled = compile_request(make_request(model, class_name, library))
-    elif guessed is not None:
-        compiled = compile_guess(guessed, table)
+    request, compiled = find_model(result, table, model, class_name, library)
     restored = restore(table, result.name, compiled)
     rows = restored.result
     insight = stages.study(rows, restored.kernel) if compiled is not None else None
@@ -78,7 +72,11 @@ def view(
         ("rows", f"{len(table.time)}, t = {table.time[0]:.6g} to {table.time[-1]:.6g} s"),
     ]
     write_report(path, rows, scene, [s for s in summary if s[1]], curves, insight, notes)
-    told = [("model", _where(guessed, model) if compiled is not None else "unknown: curves only")]
+    where = "unknown: curves only"
+    if compiled is not None and request is not None:
+        file = f" in {request.file}" if request.file else ""
+        where = model or f"{request.class_name}{file}"
+    told = [("model", where)]
     if not console.is_quiet():
         console.say_rows([*told, ("written", str(path)), *(("note", n) for n in notes)])
     if not no_open:
@@ -90,19 +88,6 @@ _WITHOUT = (
     "This file holds numbers only. With its model the mechanism is drawn, too: "
     "planarc view RESULT --model FILE"
 )
-
-
-def _guess(table: Table, result: Path, library: list[Path] | None) -> Request | None:
-    from planarc.api.restore import find_request
-
-    name = table.model or result.stem
-    return find_request(name, (result.parent, Path()), tuple(library or ()))
-
-
-def _where(guessed: Request | None, model: str | None) -> str:
-    if guessed is None:
-        return str(model)
-    return f"{guessed.class_name} in {guessed.file}" if guessed.file else str(guessed.class_name)
 
 
 def _refuse_unknown(curves: list[str] | None, table: Table) -> None:

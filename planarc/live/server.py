@@ -23,18 +23,24 @@ import secrets
 from collections.abc import Callable, Iterator, Mapping
 from queue import Empty, Queue
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from werkzeug.exceptions import HTTPException
+from msgspec import convert
+from msgspec.json import encode
+from msgspec.structs import replace
+from werkzeug.exceptions import BadRequest, HTTPException, UnsupportedMediaType
 from werkzeug.serving import BaseWSGIServer, WSGIRequestHandler, make_server
 from werkzeug.wrappers import Request, Response
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.live.session import Order, Overtaken, Session
 from planarc.live.watch import Watch
 
 if TYPE_CHECKING:
     from planarc.request import request as requests
+
+Asked = TypeVar("Asked")
 
 HOST = "127.0.0.1"
 #: The most bytes of an order.
@@ -202,8 +208,7 @@ class LiveServer:
         return self._file(request, "text/csv", write)
 
     def _svg(self, request: Request) -> Response:
-        time = float(_number(_body(request).get("time")) or 0.0)
-        dark = bool(_body(request).get("dark"))
+        asked = _read(request, _Picture)
 
         def draw(result: Any) -> bytes:
             from planarc.view.picture.camera import fit_camera
@@ -212,9 +217,9 @@ class LiveServer:
             from planarc.view.scene import make_scene
 
             scene = make_scene(result.rows)
-            within = min(max(time, float(scene.time[0])), float(scene.time[-1]))
+            within = min(max(asked.time or 0.0, float(scene.time[0])), float(scene.time[-1]))
             camera = fit_camera(scene.box, 960)
-            return render_svg(still(scene, within), camera, result.name, dark).encode()
+            return render_svg(still(scene, within), camera, result.name, bool(asked.dark)).encode()
 
         return self._file(request, "image/svg+xml", draw)
 
@@ -256,72 +261,31 @@ class _Handler(WSGIRequestHandler):
         pass
 
 
+class _Picture(Data):
+    """The instant of a picture, and its ground."""
+
+    time: float | None = None
+    dark: Any = False
+
+
 def _order(request: Request) -> Order:
-    """The order of a request; 400 where it is none."""
-    body = _body(request)
-    return Order(
-        values=_numbers(body.get("values")),
-        starts=_numbers(body.get("starts")),
-        choices=_texts(body.get("choices")),
-        stop=_number(body.get("stop")),
-        known=str(body.get("known", "")),
-        changed=str(body.get("changed", "")),
-        page=str(body.get("page", ""))[:100],
-    )
+    order = _read(request, Order)
+    return replace(order, page=order.page[:100])
 
 
-def _body(request: Request) -> Mapping[str, Any]:
-    from werkzeug.exceptions import BadRequest, UnsupportedMediaType
-
+def _read(request: Request, kind: type[Asked]) -> Asked:
+    """What a request asks for; 400 where it is not of that kind."""
     if request.mimetype != "application/json":
         raise UnsupportedMediaType
     try:
-        body = json.loads(request.get_data())
+        return convert(json.loads(request.get_data()), kind)
     except ValueError:
         raise BadRequest from None
-    if not isinstance(body, dict):
-        raise BadRequest
-    return body
-
-
-def _numbers(value: Any) -> dict[str, float]:
-    found = _texts(value, (int, float))
-    return {k: float(v) for k, v in found.items()}
-
-
-def _texts(value: Any, kinds: Any = str) -> dict[str, Any]:
-    from werkzeug.exceptions import BadRequest
-
-    if value is None:
-        return {}
-    if not isinstance(value, dict) or not all(isinstance(v, kinds) for v in value.values()):
-        raise BadRequest
-    return value
-
-
-def _number(value: Any) -> float | None:
-    from werkzeug.exceptions import BadRequest
-
-    if value is None:
-        return None
-    if not isinstance(value, (int, float)):
-        raise BadRequest
-    return float(value)
 
 
 def _json(value: Any) -> Response:
-    return Response(json.dumps(_finite(value), allow_nan=False), mimetype="application/json")
-
-
-def _finite(value: Any) -> Any:
-    """The data with None in the place of infinity, which JSON does not know."""
-    if isinstance(value, float):
-        return value if value - value == 0.0 else None
-    if isinstance(value, Mapping):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return value
+    """The data with null in the place of infinity, which JSON does not know."""
+    return Response(encode(value, enc_hook=float), mimetype="application/json")
 
 
 def _plain(status: int, text: str) -> Response:

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
@@ -157,9 +158,15 @@ class Session:
                 raise self._trouble
             return self._run(order, number, [])[1]
 
-    def _turn(self, order: Order) -> _Turn:
-        self._latest[order.page] = self._latest.get(order.page, 0) + 1
-        return _Turn(self, order.page, self._latest[order.page])
+    @contextmanager
+    def _turn(self, order: Order) -> Iterator[int]:
+        """Wait until the session is free; go on only if nothing later was ordered. Gives the
+        number of the order."""
+        number = self._latest[order.page] = self._latest.get(order.page, 0) + 1
+        with self._lock:
+            if self.overtaken(order.page, number):
+                raise Overtaken
+            yield number
 
     def overtaken(self, page: str, number: int) -> bool:
         return self._latest.get(page, 0) != number
@@ -193,16 +200,9 @@ class Session:
     ) -> tuple[Variant, dict[str, float]]:
         """The model with other classes and structural values, and the values left to set."""
         chosen = self._compiled(order.choices, {}, notes)
-        structural = {
-            n: v
-            for n, v in order.values.items()
-            if n in chosen.names and chosen.names[n].structural and chosen.names[n].value != v
-        }
-        plain = {
-            n: v
-            for n, v in order.values.items()
-            if not (n in chosen.names and chosen.names[n].structural)
-        }
+        fixed = {n: f.value for n, f in chosen.names.items() if f.structural}
+        structural = {n: v for n, v in order.values.items() if n in fixed and fixed[n] != v}
+        plain = {n: v for n, v in order.values.items() if n not in fixed}
         if not structural:
             return chosen, plain
         return self._compiled(order.choices, structural, notes, chosen.model), plain
@@ -318,24 +318,6 @@ class Session:
             for d in diagnostics
             if d.severity is not Severity.NOTE
         ]
-
-
-class _Turn:
-    """Waits until the session is free; then goes only if nothing later was ordered.
-    Gives the number of the order."""
-
-    def __init__(self, session: Session, page: str, number: int) -> None:
-        self._session, self._page, self._number = session, page, number
-
-    def __enter__(self) -> int:
-        self._session._lock.acquire()
-        if self._session.overtaken(self._page, self._number):
-            self._session._lock.release()
-            raise Overtaken
-        return self._number
-
-    def __exit__(self, *_: object) -> None:
-        self._session._lock.release()
 
 
 def _field_name(f: Field) -> str:

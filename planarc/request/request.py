@@ -8,6 +8,7 @@ user gives, then in those of MODELICAPATH, then in planarc's own.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 _DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 #: Kinds of classes that can be simulated.
 MODELS = ("model", "block", "class")
+_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
 class Request(Data):
@@ -52,6 +54,11 @@ class Target(Data):
     reader: Reader
     warnings: tuple[Diagnostic, ...] = ()  # of the request, such as versions of libraries
     units: Units = Units.WARN
+
+
+def names_class(text: str) -> bool:
+    """Whether a text can be the name of a class; otherwise it is that of a file."""
+    return not text.endswith((".pmo", ".mo")) and _DOTTED_NAME.fullmatch(text) is not None
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:

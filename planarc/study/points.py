@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
     from planarc.api.values import Value
@@ -22,14 +22,14 @@ Point: TypeAlias = "Mapping[str, Value]"
 def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     """Every combination; the last name changes fastest. Raises UsageError (C230)."""
     if not isinstance(values, Mapping):
-        raise _wrong(f"a grid takes values by name, not {type(values).__name__}")
+        raise usage_error("C230", f"a grid takes values by name, not {type(values).__name__}")
     axes: list[list[Any]] = []
     for name, axis in values.items():
         if isinstance(axis, str | bytes) or not hasattr(axis, "__iter__"):
-            raise _wrong("C230", f"`{name}` takes a sequence of values, not {axis!r:.40}")
+            raise usage_error("C230", f"`{name}` takes a sequence of values, not {axis!r:.40}")
         items = axis.tolist() if hasattr(axis, "tolist") else list(axis)
         if not items:
-            raise _wrong("C239", f"`{name}` has no values")
+            raise usage_error("C239", f"`{name}` has no values")
         axes.append(items)
     return [dict(zip(values, point, strict=True)) for point in product(*axes)]
 
@@ -69,7 +69,7 @@ def _range(name: str, given: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = math.nan
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise _wrong(
+        raise usage_error(
             "C237", f"the range of `{name}` is two finite numbers, low and high: {given!r:.40}"
         )
     return low, high
@@ -77,9 +77,5 @@ def _range(name: str, given: Any) -> tuple[float, float]:
 
 def _count(count: int) -> int:
     if not isinstance(count, int) or count < 1:
-        raise _wrong("C238", f"the number of points is an integer above 0, not {count!r:.20}")
+        raise usage_error("C238", f"the number of points is an integer above 0, not {count!r:.20}")
     return count
-
-
-def _wrong(code: str, message: str) -> UsageError:
-    return usage_error(code, message)

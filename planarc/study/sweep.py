@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from msgspec.structs import replace
 
-from planarc.api.values import Value, count, finite, parameter_values, start_values
+from planarc.api.values import Value, finite, parameter_values, run_options, start_values
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName
@@ -79,14 +79,9 @@ def sweep(
     limit = _asked(model, client, limit)
     table = _points(points)
     model, settable = model.with_parameters(parameters)
-    options = RunOptions(
-        start=None if start_time is None else finite("start_time", start_time),
-        stop=None if stop_time is None else finite("stop_time", stop_time),
-        tolerance=None if tolerance is None else finite("tolerance", tolerance),
-        intervals=count("intervals", intervals),
-        backend=model.backend,
-        values=settable,
-        starts=start_values(model.program, start),
+    starts = start_values(model.program, start)
+    options = run_options(
+        model.backend, start_time, stop_time, tolerance, intervals, values=settable, starts=starts
     )
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
@@ -150,6 +145,8 @@ def _points(points: Any) -> list[dict[str, Any]]:
 
 def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:
     """Points as numbers. Raises UsageError for a wrong name, before anything runs."""
+    from planarc.solve.settings import resolve
+
     program = model.program
     parameters = {p.name: p for p in program.parameter_slots}
     plain = {n for n, p in parameters.items() if p.settable and not p.structural}
@@ -174,16 +171,10 @@ def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions
         names = (*values, *starts)
         if names not in checked:
             given = {**options.values, **values}, {**options.starts, **starts}
-            _check(model, replace(options, values=given[0], starts=given[1]))
+            resolve(model.program, replace(options, values=given[0], starts=given[1]))
             checked.add(names)
         tasks.append(Task(i, values, starts))
     return tasks
-
-
-def _check(model: Model, options: RunOptions) -> None:
-    from planarc.solve.settings import resolve
-
-    resolve(model.program, options)
 
 
 def _study(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,14 +68,9 @@ class Study(Data):
 
     def to_csv(self, path: str | Path) -> Path:
         """A row for each point, with numbers of full precision."""
-        from planarc.view.storage import replacing
+        from planarc.view.storage import write_rows
 
-        text = io.StringIO(newline="")
-        writer = csv.writer(text)
-        writer.writerow(self.columns)
-        writer.writerows(list(row.values()) for row in self)
-        with replacing(Path(path)) as file:
-            file.write(text.getvalue().encode())
+        write_rows(Path(path), self.columns, (row.values() for row in self))
         return Path(path)
 
     def _repr_html_(self) -> str:

@@ -161,26 +161,25 @@ def _arrow_of(kind: Kind) -> Any:
 
 
 def _frame(component: str, a: dict[str, Any]) -> Item:
-    (x, y), height = a["r"], _number(a["heightShift"])
-    size = a["axisLength"], a["axisWidth"]
     labels = str(a["label1"]), str(a["label2"])
-    return Item(component, Kind.FRAME, x, y, a["phi"], *size, _color(a), height, labels=labels)
+    return _placed(component, Kind.FRAME, a, a["axisLength"], a["axisWidth"], labels=labels)
 
 
 def _curve(component: str, a: dict[str, Any]) -> Item:
-    (x, y), height = a["r"], _number(a["heightShift"])
-    points = tuple((_number(px), _number(py)) for px, py in a["points"])
-    return Item(
-        component, Kind.CURVE, x, y, a["phi"], 0.0, a["width"], _color(a), height, points=points
-    )
+    points = tuple((_number(x), _number(y)) for x, y in a["points"])
+    return _placed(component, Kind.CURVE, a, 0.0, a["width"], points=points)
 
 
 def _text(component: str, a: dict[str, Any]) -> Item:
+    return _placed(component, Kind.TEXT, a, 0.0, a["width"], labels=(str(a["text"]),))
+
+
+def _placed(
+    component: str, kind: Kind, a: dict[str, Any], length: Track, width: Track, **more: Any
+) -> Item:
+    """An item at the frame of its visual."""
     (x, y), height = a["r"], _number(a["heightShift"])
-    labels = (str(a["text"]),)
-    return Item(
-        component, Kind.TEXT, x, y, a["phi"], 0.0, a["width"], _color(a), height, labels=labels
-    )
+    return Item(component, kind, x, y, a["phi"], length, width, _color(a), height, **more)
 
 
 _MAKERS: dict[Kind, Callable[[str, dict[str, Any]], Item]] = {

@@ -6,9 +6,11 @@ power cut leaves the old file as it was.
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -65,6 +67,21 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         raise CannotWrite(
             Diagnostic("V501", f"cannot write `{path}`: {_reason(target, problem)}", hint=_hint)
         ) from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a whole file, as `replacing` does."""
+    with replacing(path) as file:
+        file.write(text.encode())
+
+
+def write_rows(path: Path, head: Iterable[object], rows: Iterable[Iterable[object]]) -> None:
+    """Write comma-separated values below their names, with numbers of full precision."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(head)
+    writer.writerows(rows)
+    write_text(path, text.getvalue())
 
 
 _hint = "give another place to write to"

@@ -16,10 +16,9 @@ import pytest
 from planarc.core.diagnostic import UsageError
 from planarc.ir.expr import Exprs
 from planarc.ir.flat import Part
-from planarc.view.page import write_report
 from planarc.view.page.data import ROWS, curve_data, thin_rows
 from planarc.view.page.figures import choose_figures
-from planarc.view.page.report import render_page
+from planarc.view.page.report import render_page, write_report
 from planarc.view.scene import make_scene
 
 EVIL = "</script><script>alert(1)</script>&<img src=x onerror=alert(2)>"

@@ -45,15 +45,13 @@ def write_report(
     them; `notes` stand at the top. Raises UsageError where the file cannot be written or a name
     is unknown.
     """
-    from planarc.view.storage import replacing
+    from planarc.view.storage import write_text
 
     unknown = [name for name in curves or () if name not in result]
     if unknown:
         raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))
     chosen = None if curves is None else tuple(curves)
-    text = render_page(result, scene, summary, chosen, insight, notes)
-    with replacing(path) as file:
-        file.write(text.encode())
+    write_text(path, render_page(result, scene, summary, chosen, insight, notes))
 
 
 def render_page(

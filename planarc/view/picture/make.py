@@ -21,10 +21,9 @@ from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.view.picture.camera import Camera, fit_camera
 from planarc.view.picture.motion import Motion, When, sample_motion, still
-from planarc.view.picture.overlays import with_layers
-from planarc.view.picture.traces import trace_items
+from planarc.view.picture.overlays import trace_items, with_layers
 from planarc.view.scene import Scene, make_scene
-from planarc.view.storage import replacing
+from planarc.view.storage import replacing, write_text
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -45,7 +44,7 @@ class PictureOptions(Data):
     """`at`: one instant (s) instead of a motion. `width` in pixels; the height follows.
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
-    points whose paths are drawn: see `traces`. `layers` are ids of those of the report
+    points whose paths are drawn: see `overlays`. `layers` are ids of those of the report
     (`forces`, `velocities`, `accelerations`, `paths`).
     """
 
@@ -85,9 +84,7 @@ def write_picture(
     if suffix == ".svg":
         from planarc.view.picture.svg import render_svg
 
-        text = render_svg(motion, camera, result.program.name, options.dark)
-        with replacing(path) as file:
-            file.write(text.encode())
+        write_text(path, render_svg(motion, camera, result.program.name, options.dark))
     else:
         _write_images(path, suffix, scene, motion, camera, options)
     span = float(motion.times[-1] - motion.times[0])

@@ -133,3 +133,31 @@ def _span(scene: Scene, when: When) -> tuple[float, float]:
             "V703", f"the picture ends, at {end:g} s, before it begins, at {begin:g} s"
         )
     return begin, end
+
+
+def thin_polyline(times: Vector, values: Vector, tolerance: float) -> list[int]:
+    """Rows, ascending with both ends, from which straight lines give all others.
+
+    `values` has a row for each of `times`; no row is farther than `tolerance` from the line
+    between its neighbours that are kept, at its own time.
+
+    Reference: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973, 112-122; here the
+    distance is taken at equal time, since a picture runs through its points by time.
+    """
+    import numpy as np
+
+    keep = {0, len(times) - 1}
+    stack = [(0, len(times) - 1)]
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        share = ((times[a + 1 : b] - times[a]) / (times[b] - times[a]))[:, None]
+        straight = values[a] + share * (values[b] - values[a])
+        off = np.linalg.norm(values[a + 1 : b] - straight, axis=1)
+        worst = int(np.argmax(off))
+        if off[worst] > tolerance:
+            middle = a + 1 + worst
+            keep.add(middle)
+            stack += [(a, middle), (middle, b)]
+    return sorted(keep)

@@ -1,17 +1,24 @@
-"""Paths and vectors that the report lays over the mechanism, as items of a scene.
+"""What is laid over the mechanism, as items of a scene: the report's layers, paths of points.
 
 The largest vector of a layer is a good quarter of the mechanism's size, as on the page.
+
+A point is named by a vector of the model (`couplerBody.r_0CM`), by a component that has one
+(`couplerBody`: its centre of mass, or the origin of its frame), or by a frame.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from planarc.core.unknown import unknown_name
-from planarc.ir.insight import Layer, Mark
+from planarc.ir.insight import Layer, Track
 from planarc.view.item import Item, Kind
 from planarc.view.scene import Scene, with_items
+
+if TYPE_CHECKING:
+    from planarc.ir.result import Result
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
 _COLORS = {
@@ -24,6 +31,12 @@ _COLORS = {
 _LONGEST, _THICK = 0.28, 0.009
 #: The height of what covers all else.
 _TOP = 1e6
+
+#: The endings with which a name is tried, in this order.
+_VECTORS = ("", ".r_0CM", ".r", ".frame_a.r", ".frame_b.r")
+_TRACE = (214.0, 69.0, 65.0)
+#: The most points of a path; no picture shows more.
+_POINTS = 600
 
 
 def with_layers(scene: Scene, layers: Sequence[Layer], names: Sequence[str]) -> Scene:
@@ -48,7 +61,7 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
 
     marks = [mark for mark in layer.members if mark.on]
     if layer.kind == "paths":
-        yield from (_path(mark, _COLORS[layer.id]) for mark in marks)
+        yield from (_path(m.name, m.x, m.y, _COLORS[layer.id]) for m in marks)
         return
     sizes = [np.hypot(mark.u, mark.v) for mark in marks]
     largest = max((float(np.nanmax(s, initial=0.0)) for s in sizes), default=0.0)
@@ -71,9 +84,32 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
         )
 
 
-def _path(mark: Mark, color: tuple[float, float, float]) -> Item:
+def _path(name: str, x: Track, y: Track, color: tuple[float, float, float]) -> Item:
     import numpy as np
 
-    x, y = np.broadcast_arrays(np.atleast_1d(mark.x), np.atleast_1d(mark.y))
-    points = tuple((float(a), float(b)) for a, b in zip(x, y, strict=True) if np.isfinite(a + b))
-    return Item(mark.name, Kind.CURVE, 0.0, 0.0, 0.0, 0.0, 0.0, color, points=points)
+    places = zip(*np.broadcast_arrays(np.atleast_1d(x), np.atleast_1d(y)), strict=True)
+    points = tuple((float(a), float(b)) for a, b in places if np.isfinite(a + b))
+    return Item(name, Kind.CURVE, 0.0, 0.0, 0.0, 0.0, 0.0, color, points=points)
+
+
+def trace_items(result: Result, names: Sequence[str]) -> tuple[Item, ...]:
+    """The paths of named points. Raises UnknownName (a UsageError) for a name that is none."""
+    return tuple(_trace(result, name) for name in names)
+
+
+def _trace(result: Result, name: str) -> Item:
+    import numpy as np
+
+    vector = next((name + v for v in _VECTORS if f"{name}{v}[1]" in result), None)
+    if vector is None or f"{vector}[2]" not in result:
+        vectors = (n[:-3] for n in result.columns if n.endswith("[1]") and n[:-3] + "[2]" in result)
+        parts = (p.name for p in result.program.parts if _has_point(result, p.name))
+        raise unknown_name("point", name, dict.fromkeys((*parts, *vectors)))
+    x, y = result[f"{vector}[1]"], result[f"{vector}[2]"]
+    times = np.linspace(result.time[0], result.time[-1], min(_POINTS, 4 * len(x)))
+    path = np.interp(times, result.time, x), np.interp(times, result.time, y)
+    return _path(name, *path, _TRACE)
+
+
+def _has_point(result: Result, part: str) -> bool:
+    return any(f"{part}{v}[1]" in result for v in _VECTORS[1:])

@@ -16,8 +16,7 @@ from planarc.view.item import Item
 from planarc.view.marks.draw import marks_of, visible
 from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.picture.camera import Camera
-from planarc.view.picture.motion import Motion, item_at
-from planarc.view.picture.thin import thin_polyline
+from planarc.view.picture.motion import Motion, item_at, thin_polyline
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planarc.core.diagnostic import UsageError
-from planarc.view.picture.motion import When, choose_speed, sample_motion, still
-from planarc.view.picture.thin import thin_polyline
+from planarc.view.picture.motion import When, choose_speed, sample_motion, still, thin_polyline
 from planarc.view.scene import Scene, make_scene
 
 TIME = np.linspace(0.0, 4.0, 401)
