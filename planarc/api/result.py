@@ -12,17 +12,14 @@ from planarc.core.extras import need
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas
     import xarray
-    from numpy.typing import NDArray
 
     from planarc.compiled import Compiled
+    from planarc.core.arrays import Vector
     from planarc.ir.insight import Insight, Layer
     from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
     from planarc.ir.result import Result as Rows
-
-    Vector = NDArray[np.float64]
 
 
 class RunStopped(RunError):

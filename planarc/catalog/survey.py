@@ -56,11 +56,6 @@ class Finding(Data):
     def errors(self) -> tuple[Diagnostic, ...]:
         return tuple(d for d in self.diagnostics if d.severity is Severity.ERROR)
 
-    @property
-    def is_model(self) -> bool:
-        """Whether it counts: what cannot be read may be a model."""
-        return self.verdict is not Verdict.READ
-
 
 class Count(Data):
     """Models that are good and bad, and the other classes, of one package."""

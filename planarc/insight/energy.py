@@ -29,7 +29,7 @@ from planarc.insight.values import Values, integral
 from planarc.ir.mechanism import GROUND
 
 if TYPE_CHECKING:
-    from planarc.insight.values import Vector
+    from planarc.core.arrays import Vector
     from planarc.ir.insight import Track
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.result import Result

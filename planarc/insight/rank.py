@@ -21,14 +21,10 @@ from typing import TYPE_CHECKING, Any
 from planarc.core.data import Data
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
     from planarc.ir.result import Result
-
-    Vector = NDArray[np.float64]
 
 #: The share of the largest singular value below which others count as zero.
 RANK = 1e-8

@@ -12,12 +12,9 @@ from planarc.evaluate.rows import RowValues, applied
 from planarc.ir.expr import Expr, Op, symbol_text
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.ir.insight import Track
     from planarc.ir.result import Result
-
-    Vector = NDArray[np.float64]
 
 
 class Values:

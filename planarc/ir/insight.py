@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 from planarc.core.data import Data
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
 
 #: A number, or one number for each row of the result.
-Track: TypeAlias = "float | NDArray[np.float64]"
+Track: TypeAlias = "float | Vector"
 
 
 class Series(Data):
@@ -23,7 +22,7 @@ class Series(Data):
     name: str
     unit: str
     description: str
-    values: NDArray[np.float64]
+    values: Vector
 
 
 class Mark(Data):

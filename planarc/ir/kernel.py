@@ -26,10 +26,7 @@ from planarc.core.data import Data
 from planarc.runtime.history import History
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 
 class Formulas(Protocol):

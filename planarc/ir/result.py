@@ -14,9 +14,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.ir.insight import Track
     from planarc.ir.program import Column, Program
 
@@ -63,8 +61,8 @@ class Result(Data, dict=True):
     """`data` has a row for each of `time` and a column for each of `stored`, the slots."""
 
     program: Program
-    time: NDArray[np.float64]
-    data: NDArray[np.float64]
+    time: Vector
+    data: Vector
     stored: Mapping[int, int]  # slot -> column of data
     constants: Mapping[int, float]  # slot -> value, of slots that never change
     statistics: Statistics
@@ -79,7 +77,7 @@ class Result(Data, dict=True):
     def columns(self) -> Mapping[str, Column]:
         return {c.name: c for c in self.program.columns}
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """The values of a variable over `time` (shape: rows); KeyError if there is none."""
         import numpy as np
 
@@ -87,7 +85,7 @@ class Result(Data, dict=True):
             return self.time
         column = self.columns[name]
         if column.slot in self.stored:
-            values: NDArray[np.float64] = self.data[:, self.stored[column.slot]]
+            values: Vector = self.data[:, self.stored[column.slot]]
             return values if column.sign > 0 else -values
         return np.full(len(self.time), column.sign * self.constants[column.slot])
 

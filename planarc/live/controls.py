@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,12 +24,12 @@ from planarc.api.variant import whole_name
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
+from planarc.view.page.data import shown_unit
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.ir.program import Column, ParameterSlot, Program
 
-_DEGREES = 180 / math.pi
 #: The least share of its length at which the value of a slider from bound to bound stands.
 _NEAR = 0.02
 REST = "Without effect on the motion"
@@ -110,23 +110,10 @@ def _is_public(name: str, known: dict[str, Column]) -> bool:
 
 
 def _parameter(p: ParameterSlot, column: Column | None, label: str, value: float) -> Field:
-    factor, unit = _shown(column, p.unit)
-    low, high = slider(p.kind, value, p.minimum, p.maximum, p.unit)
-    return Field(
-        name=p.name,
-        label=label,
-        kind=p.kind.value,
-        value=value,
-        unit=unit,
-        factor=factor,
-        minimum=p.minimum,
-        maximum=p.maximum,
-        low=low,
-        high=high,
-        description=p.description,
-        literals=tuple(n.rpartition(".")[2] for n in p.literals),
-        structural=p.structural,
-    )
+    bounds = p.minimum, p.maximum
+    literals = tuple(n.rpartition(".")[2] for n in p.literals)
+    told = {"literals": literals, "structural": p.structural}
+    return _field(p.name, label, p.kind, value, p.unit, column, bounds, p.description, **told)
 
 
 def _starts(program: Program, known: dict[str, Column], w: object) -> Iterator[Field]:
@@ -136,24 +123,32 @@ def _starts(program: Program, known: dict[str, Column], w: object) -> Iterator[F
         if not (c.start_written or c.fixed) or column is None or column.slot != c.slot:
             continue
         value = column.sign * float(w[c.start])  # type: ignore[index]
-        factor, unit = _shown(column, column.unit)
-        low, high = slider(Kind.REAL, value, None, None, column.unit)
         label = c.display.partition(".")[2] or c.display
         held = "held exactly" if c.fixed else "a hint"
-        yield Field(
-            name=c.display,
-            label=label,
-            kind=Kind.REAL.value,
-            value=value,
-            unit=unit,
-            factor=factor,
-            minimum=None,
-            maximum=None,
-            low=low,
-            high=high,
-            description=f"{column.description or c.display} at the start, {held}",
-            start=True,
+        told = f"{column.description or c.display} at the start, {held}"
+        bounds = None, None
+        yield _field(
+            c.display, label, Kind.REAL, value, column.unit, column, bounds, told, start=True
         )
+
+
+def _field(
+    name: str,
+    label: str,
+    kind: Kind,
+    value: float,
+    unit: str,
+    column: Column | None,
+    bounds: tuple[float | None, float | None],
+    description: str,
+    **more: Any,
+) -> Field:
+    """A field with its slider, as the page shows it: degrees where the library says so."""
+    factor, shown = (1.0, unit) if column is None else shown_unit(column)
+    if factor == 1.0:
+        shown = "" if unit == "1" else unit
+    ends = slider(kind, value, *bounds, unit)
+    return Field(name, label, kind.value, value, shown, factor, *bounds, *ends, description, **more)
 
 
 def _scaled(groups: tuple[Group, ...]) -> tuple[Group, ...]:
@@ -179,13 +174,6 @@ def _around_zero(f: Field, group: Group, everywhere: dict[str, list[float]]) -> 
     low = -size if f.minimum is None else max(f.minimum, -size)
     high = size if f.maximum is None else min(f.maximum, size)
     return replace(f, low=low, high=high) if low < high else f
-
-
-def _shown(column: Column | None, unit: str) -> tuple[float, str]:
-    """Factor and unit of a quantity: degrees where the library says so."""
-    if column is not None and column.unit == "rad" and column.display_unit == "deg":
-        return _DEGREES, "deg"
-    return 1.0, "" if unit == "1" else unit
 
 
 def slider(

@@ -10,9 +10,9 @@ from planarc.core.data import Data
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas
-    from numpy.typing import NDArray
+
+    from planarc.core.arrays import Vector
 
 
 class Failure(Data):
@@ -46,7 +46,7 @@ class Study(Data):
             found = {n: point.get(n) for n in self.parameters}
             yield found | {n: nan if values is None else values.get(n, nan) for n in self.metrics}
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """The column of a name, NaN where a point failed."""
         import numpy as np
 

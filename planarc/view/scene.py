@@ -33,9 +33,7 @@ from planarc.view.item import Item, Kind, plain, smooth
 from planarc.view.skeleton import skeleton
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.ir.dae import Visual
     from planarc.ir.result import Result
 
@@ -43,7 +41,7 @@ if TYPE_CHECKING:
 class Scene(Data):
     """Items over time; `box` is (left, bottom, right, top) of all at any time, or None."""
 
-    time: NDArray[np.float64]
+    time: Vector
     items: tuple[Item, ...]
     box: tuple[float, float, float, float] | None
     notes: tuple[str, ...] = ()

@@ -25,13 +25,9 @@ from planarc.core.diagnostic import error, usage_error
 from planarc.core.options import RunOptions
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
+    from planarc.core.arrays import Vector
     from planarc.solve.start.system import System
-
-    Vector = NDArray[np.float64]
 
 #: Two solutions nearer than this (radians, metres) are the same.
 SAME = 1e-5

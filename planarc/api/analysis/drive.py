@@ -32,12 +32,10 @@ from planarc.core.prose import both, ticked
 from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
     from planarc.api.signals import Motion, Signal
     from planarc.compiled import Compiled
+    from planarc.core.arrays import Vector
     from planarc.ir.dae import Dae, Equation
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
@@ -54,7 +52,7 @@ class Driven(Data):
     result: Result
     efforts: Mapping[str, str]
 
-    def effort(self, coordinate: str | None = None) -> NDArray[np.float64]:
+    def effort(self, coordinate: str | None = None) -> Vector:
         """In N.m or N; without a name, of the only driven coordinate."""
         if coordinate is None and len(self.efforts) == 1:
             coordinate = next(iter(self.efforts))
@@ -62,12 +60,12 @@ class Driven(Data):
             raise unknown_name("driven coordinate", coordinate, self.efforts)
         return self.result[self.efforts[coordinate]]
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """Any variable, as of a Result."""
         return self.result[name]
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Vector:
         return self.result.time
 
     def _repr_html_(self) -> str:

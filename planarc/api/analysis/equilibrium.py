@@ -31,13 +31,9 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.options import RunOptions
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
     from planarc.api.signals import Signal
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 STEPS = 500
 #: Longest change of a coordinate in one step (radians, metres).

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.api.result import Page, Result
     from planarc.api.signals import Signal
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 
 class Mode(Data):

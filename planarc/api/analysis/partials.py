@@ -29,13 +29,9 @@ from planarc.core.options import RunOptions
 from planarc.solve.settings import resolve
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
+    from planarc.core.arrays import Vector
     from planarc.ir.program import CandidateSlot, FixedSlot
-
-    Vector = NDArray[np.float64]
 
 #: Steps of central differences, relative: of order two by parameters, four by states.
 STEP, STATE_STEP = 1e-5, 3e-6

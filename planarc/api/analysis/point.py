@@ -9,7 +9,7 @@ Time and inputs stand still at a point; relations keep their truth until `settle
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from planarc.api.signals import ForcedKernel
 from planarc.core.diagnostic import PlanarcError, error
@@ -17,17 +17,13 @@ from planarc.ir.program import CandidateSlot
 from planarc.runtime.differences import central
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
     from planarc.api.signals import Signal
+    from planarc.core.arrays import Vector
     from planarc.core.options import RunOptions
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import FixedSlot, Program
     from planarc.solve.run import Run
-
-    Vector: TypeAlias = NDArray[np.float64]
 
 #: Steps of differences, relative to max(1, |x|). Those of order four err by about 1e-13.
 STEP = 1e-3

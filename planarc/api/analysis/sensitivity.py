@@ -34,13 +34,10 @@ from planarc.core.unknown import unknown_name
 from planarc.solve.states.selector import lost_diagnostic
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas
-    from numpy.typing import NDArray
 
     from planarc.api.model import Model
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 #: The relative change of a parameter whose effect is as exact as the motion.
 CHANGE = 1e-5

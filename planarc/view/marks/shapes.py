@@ -112,9 +112,9 @@ def _shape(
             return Shape((Form("label", ((ZERO, ZERO),), _PLAIN, radius=W, text=labels[0]),))
     if shape == "ground":
         return Shape(tuple(_ground()))
-    if upright:
-        return Shape(tuple(_ENDS.get(shape, _box_end)(extra)))
-    return Shape(tuple(_SIDES.get(shape, _box)(extra)), "lw")
+    known = _ENDS if upright else _SIDES
+    forms = known.get(shape, known["box"])
+    return Shape(tuple(forms(extra)) if callable(forms) else forms, "" if upright else "lw")
 
 
 def _first(value: Track) -> float:
@@ -131,39 +131,13 @@ def _line(points: tuple[Place, ...], width: Measure, least: float, line: Tint) -
     return Form("line", points, None, line, width, least, closed=False)
 
 
-# Solids seen from their side ----------------------------------------------------------------
-
+_ORIGIN = (ZERO, ZERO)
 _SIDE = ((ZERO, -0.5 * W), (L, 0.5 * W))
 _END = ((-0.5 * W, -0.5 * W), (0.5 * W, 0.5 * W))
-_ORIGIN = (ZERO, ZERO)
 
 
-def _box(_: float) -> Iterator[Form]:
-    yield _solid("bar", *_SIDE)
-
-
-def _beam(_: float) -> Iterator[Form]:
-    yield Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W)
-
-
-def _cylinder(_: float) -> Iterator[Form]:
-    yield _solid("tube", *_SIDE)
-
-
-def _sphere(_: float) -> Iterator[Form]:
-    yield _solid("oval", *_SIDE)
-
-
-def _cone(_: float) -> Iterator[Form]:
-    top = 0.5 * EXTRA
-    yield _solid("line", (ZERO, -0.5 * W), (L, -top), (L, top), (ZERO, 0.5 * W))
-
-
-def _gear_side(_: float) -> Iterator[Form]:
-    yield from _box(0.0)
-    for i in range(1, 8):
-        y = math.cos(i * math.pi / 8) / 2 * W
-        yield _line(((ZERO, y), (L, y)), ZERO, 1.2, _EDGE)
+def _round(hole: Measure = ZERO) -> Form:
+    return Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W, hole=hole)
 
 
 def _spring(extra: float) -> Iterator[Form]:
@@ -175,34 +149,6 @@ def _spring(extra: float) -> Iterator[Form]:
         for i in range(steps + 1)
     )
     yield _line((_ORIGIN, *wave, (L, ZERO)), 1 / 14 * W, 1.8, _PLAIN)
-
-
-# Solids seen from their end -----------------------------------------------------------------
-
-
-def _box_end(_: float) -> Iterator[Form]:
-    yield _solid("bar", *_END)
-
-
-def _disc_end(_: float) -> Iterator[Form]:
-    yield Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W)
-
-
-def _pin(_: float) -> Iterator[Form]:
-    yield from _disc_end(0.0)
-    yield Form("disc", (_ORIGIN,), (0.75, 0.75), radius=1 / 6 * W)
-
-
-def _ring(hole: Measure) -> Form:
-    return Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W, hole=hole)
-
-
-def _pipe_end(_: float) -> Iterator[Form]:
-    yield _ring(0.5 * EXTRA)
-
-
-def _spring_end(_: float) -> Iterator[Form]:
-    yield _ring(0.4 * W)
 
 
 def _gear_end(extra: float) -> Iterator[Form]:
@@ -256,25 +202,33 @@ def _frame(labels: tuple[str, ...]) -> Iterator[Form]:
             yield Form("label", (place,), _PLAIN, radius=13.0 * PIXEL, text=labels[i])
 
 
-_Maker: TypeAlias = Callable[[float], Iterator[Form]]
-_SIDES: dict[str, _Maker] = {
-    "box": _box,
-    "beam": _beam,
-    "cylinder": _cylinder,
-    "pipe": _cylinder,
-    "sphere": _sphere,
-    "cone": _cone,
-    "gearwheel": _gear_side,
+_Forms: TypeAlias = "tuple[Form, ...] | Callable[[float], Iterator[Form]]"
+_TOP = 0.5 * EXTRA  # of a cone
+_PIN = (_round(), Form("disc", (_ORIGIN,), (0.75, 0.75), radius=1 / 6 * W))
+_RIBS = tuple(math.cos(i * math.pi / 8) / 2 * W for i in range(1, 8))
+#: Solids seen from their side.
+_SIDES: dict[str, _Forms] = {
+    "box": (_solid("bar", *_SIDE),),
+    "beam": (Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W),),
+    "cylinder": (_solid("tube", *_SIDE),),
+    "pipe": (_solid("tube", *_SIDE),),
+    "sphere": (_solid("oval", *_SIDE),),
+    "cone": (_solid("line", (ZERO, -0.5 * W), (L, -_TOP), (L, _TOP), (ZERO, 0.5 * W)),),
+    "gearwheel": (
+        _solid("bar", *_SIDE),
+        *(_line(((ZERO, y), (L, y)), ZERO, 1.2, _EDGE) for y in _RIBS),
+    ),
     "spring": _spring,
 }
-_ENDS: dict[str, _Maker] = {
-    "box": _box_end,
-    "beam": _pin,
-    "cylinder": _pin,
-    "sphere": _disc_end,
-    "cone": _disc_end,
-    "pipe": _pipe_end,
-    "spring": _spring_end,
+#: The same seen from their end.
+_ENDS: dict[str, _Forms] = {
+    "box": (_solid("bar", *_END),),
+    "beam": _PIN,
+    "cylinder": _PIN,
+    "sphere": (_round(),),
+    "cone": (_round(),),
+    "pipe": (_round(0.5 * EXTRA),),
+    "spring": (_round(0.4 * W),),
     "gearwheel": _gear_end,
 }
 #: Shapes that are measured by `extra`: its bounds, and what stands for 0.

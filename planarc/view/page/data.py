@@ -26,9 +26,7 @@ from planarc.view.page.columns import Columns, encode, number
 from planarc.view.page.shapes import shape_data
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.ir.insight import Layer, Series, Track
     from planarc.ir.program import Column
     from planarc.ir.result import Result
@@ -121,7 +119,7 @@ def shown_unit(column: Column) -> tuple[float, str]:
 def _values(result: Result, column: Column) -> Track:
     """The values without the sign, so that opposite variables share a column."""
     if column.slot in result.stored:
-        values: NDArray[np.float64] = result.data[:, result.stored[column.slot]]
+        values: Vector = result.data[:, result.stored[column.slot]]
         return values
     return float(result.constants[column.slot])
 
@@ -134,7 +132,7 @@ def choose_rows(result: Result, figures: Sequence[Figure], tracks: int) -> Any:
     return thin_rows(len(result.time), [result[name] for name in shown], limit)
 
 
-def thin_rows(count: int, columns: Sequence[NDArray[np.float64]], limit: int = ROWS) -> Any:
+def thin_rows(count: int, columns: Sequence[Vector], limit: int = ROWS) -> Any:
     """The rows to keep, ascending: all, or at most about `limit`.
 
     A third are spread evenly, for the motion; the others are where a column is lowest and

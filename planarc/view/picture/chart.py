@@ -6,7 +6,7 @@ the labels where they are known.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +15,9 @@ from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.core.unknown import unknown_name
 from planarc.view.storage import replacing
-from planarc.view.table.table import Table
+from planarc.view.table.table import Columns, Table
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.ir.result import Result
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -37,24 +34,8 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
 
 def table_of(result: Result) -> Table:
     """A result as a table, like those that are read from files."""
-    return Table(result.time, _Columns(result), {n: c.unit for n, c in result.columns.items()})
-
-
-class _Columns(Mapping[str, "NDArray[np.float64]"]):
-    def __init__(self, result: Result) -> None:
-        self._result = result
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        return self._result[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._result.columns
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._result.columns)
-
-    def __len__(self) -> int:
-        return len(self._result.columns)
+    columns = Columns({n: n for n in result.columns}, result.__getitem__)
+    return Table(result.time, columns, {n: c.unit for n, c in result.columns.items()})
 
 
 def write_chart(

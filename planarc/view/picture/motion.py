@@ -22,10 +22,7 @@ from planarc.view.item import Item
 from planarc.view.scene import Scene
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 #: The shortest and the longest motion (s) shown at its own pace: longer runs are shown faster,
 #: shorter ones slower, by 2, 5, 10 ...

@@ -19,10 +19,7 @@ from planarc.view.picture.camera import Camera
 from planarc.view.picture.motion import Motion, item_at, thin_polyline
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 PAPER, DARK_PAPER = Paint(255, 255, 255), Paint(20, 23, 29)
 #: The greatest error (pixels) of a moving thing between the instants that are written.

@@ -23,10 +23,7 @@ from planarc.core.data import Data
 from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+    from planarc.core.arrays import Vector
 
 
 class Parting(Data):
@@ -75,7 +72,7 @@ def compare_tables(
 class _Tube:
     """The windows in time that are the same for all variables."""
 
-    def __init__(self, a: Floats, b: Floats, width: float) -> None:
+    def __init__(self, a: Vector, b: Vector, width: float) -> None:
         import numpy as np
 
         length = float(a[-1] - a[0]) if len(a) else 0.0
@@ -94,7 +91,7 @@ class _Tube:
         first = np.searchsorted(a, self.left, "left")
         self.windows = np.stack([first, np.searchsorted(a, self.right, "right")], axis=1)
 
-    def parting(self, name: str, a: Floats, b: Floats, tolerance: float) -> Parting | None:
+    def parting(self, name: str, a: Vector, b: Vector, tolerance: float) -> Parting | None:
         """The place where B's values leave the tube around A's."""
         import numpy as np
 
@@ -124,7 +121,7 @@ class _Tube:
             float(self.time[worst]),
         )
 
-    def _bounds(self, a: Floats) -> tuple[Floats, Floats]:
+    def _bounds(self, a: Vector) -> tuple[Vector, Vector]:
         """The least and the greatest value of A's curve in each window."""
         import numpy as np
 

@@ -16,8 +16,7 @@ from planarc.ir.result import Result
 from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
 
 
 _END = b"\r\n"
@@ -43,7 +42,7 @@ def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> NDArray[np.float64]:
+def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> Vector:
     """Time and the columns, side by side."""
     import numpy as np
 
@@ -58,7 +57,7 @@ def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> NDArray[
     return numbers
 
 
-def _text(numbers: NDArray[np.float64], whole: Sequence[int]) -> bytes:
+def _text(numbers: Vector, whole: Sequence[int]) -> bytes:
     """Rows with the shortest texts that read back as the same numbers; `whole` are the
     columns of whole numbers."""
     rows: list[list[float]] = numbers.tolist()
@@ -86,7 +85,7 @@ def read(file: BinaryIO) -> Table:
     names, first = _header(file)
     values = _body(file, len(names), first)
     units: dict[str, str] = {}
-    columns: dict[str, NDArray[np.float64]] = {}
+    columns: dict[str, Vector] = {}
     for i, text in enumerate(names[1:], 1):
         found = _UNIT.fullmatch(text)
         name = found[1] if found else text
@@ -111,7 +110,7 @@ def _header(file: BinaryIO) -> tuple[list[str], int]:
     return names, lines.line_num + 1
 
 
-def _body(file: BinaryIO, width: int, line: int) -> NDArray[np.float64]:
+def _body(file: BinaryIO, width: int, line: int) -> Vector:
     """The numbers of all rows, one below the other."""
     import numpy as np
 
@@ -132,7 +131,7 @@ def _body(file: BinaryIO, width: int, line: int) -> NDArray[np.float64]:
     return values[:count]
 
 
-def _fast(rows: Sequence[bytes], width: int) -> NDArray[np.float64] | None:
+def _fast(rows: Sequence[bytes], width: int) -> Vector | None:
     """All numbers of some rows, made in C; None if they are not just numbers and commas."""
     import warnings
 
@@ -153,7 +152,7 @@ def _fast(rows: Sequence[bytes], width: int) -> NDArray[np.float64] | None:
     return numbers.reshape(len(rows), width) if numbers.size == len(rows) * width else None
 
 
-def _careful(lines: Sequence[bytes], width: int, first: int) -> NDArray[np.float64]:
+def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
     """The same one by one, to allow quotes and to say where something is wrong."""
     import numpy as np
 

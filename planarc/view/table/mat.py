@@ -16,16 +16,18 @@ from __future__ import annotations
 import mmap
 import re
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from planarc.ir.program import Column
 from planarc.ir.result import Result
-from planarc.view.table.table import Table
+from planarc.view.table.table import Columns, Table
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from planarc.core.arrays import Vector
 
 
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
@@ -111,31 +113,16 @@ _UNIT = re.compile(r"(?:^| )\[([^\[\]|]+)(?:\|[^\[\]]*)?\]$")
 _FORMS = ("f8", "f4", "i4", "i2", "u2", "u1")
 
 
-class _Columns(Mapping[str, "NDArray[np.float64]"]):
-    """The columns of a file, each read when it is asked for."""
+def _column(place: tuple[NDArray[Any], int, bool], rows: int) -> Vector:
+    """The values of a matrix's column with its sign; `place` also says whether it is constant."""
+    import numpy as np
 
-    def __init__(self, places: Mapping[str, tuple[NDArray[Any], int, bool]], rows: int) -> None:
-        self._places = places  # matrix, column with its sign, whether it is constant
-        self._rows = rows
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        import numpy as np
-
-        points, place, constant = self._places[name]
-        values = points[:, abs(place) - 1]
-        if constant:
-            return np.full(self._rows, float(values[0]) * (1 if place > 0 else -1))
-        own = values.astype(float)
-        return own if place > 0 else -own
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._places
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
+    points, at, constant = place
+    values = points[:, abs(at) - 1]
+    if constant:
+        return np.full(rows, float(values[0]) * (1 if at > 0 else -1))
+    own = values.astype(float)
+    return own if at > 0 else -own
 
 
 def read(data: bytes | mmap.mmap) -> Table:
@@ -172,7 +159,7 @@ def read(data: bytes | mmap.mmap) -> Table:
             raise ValueError(f"`{name}` refers to data that is not there")
         places[name] = points[matrix], place, matrix == 1
     remark = kind[2] if len(kind) == 4 else ""
-    return Table(time, _Columns(places, len(time)), units, remark)
+    return Table(time, Columns(places, lambda place: _column(place, len(time))), units, remark)
 
 
 def _lines(matrix: NDArray[Any]) -> list[str]:

@@ -2,26 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from planarc.core.data import Data
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
+
+
+Place = TypeVar("Place")
+
+
+class Columns(Mapping[str, "Vector"], Generic[Place]):
+    """Columns by name, each read from its place when it is asked for."""
+
+    def __init__(self, places: Mapping[str, Place], read: Callable[[Place], Vector]) -> None:
+        self._places, self._read = places, read
+
+    def __getitem__(self, name: str) -> Vector:
+        return self._read(self._places[name])
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
 
 
 class Table(Data):
     """Columns over time. `units` only holds those that the file told; `model` is the class
     of the model, where it is said."""
 
-    time: NDArray[np.float64]
-    columns: Mapping[str, NDArray[np.float64]]
+    time: Vector
+    columns: Mapping[str, Vector]
     units: Mapping[str, str]
     model: str = ""
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         return self.time if name == "time" else self.columns[name]
 
     def __contains__(self, name: str) -> bool:
