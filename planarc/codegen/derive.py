@@ -83,15 +83,14 @@ class Deriver:
         ]
 
     def _assignment(self, a: Assignment) -> Assignment:
-        self._factoring.learn(a.target, a.value)
+        self._learn((a,))
         if self._samples is not None:
             self._samples.assign(a.target, a.value)
         return a
 
     def _block(self, block: Block, height: int) -> Derived:
-        table, first = self._table, -1
-        if height and block.tears:
-            first = self._first[block.tears[0]]
+        table = self._table
+        first = self._first[block.tears[0]] if height and block.tears else -1
         own = tuple(a for a in block.inner if a.target not in self._late)
         residuals = tuple(r.value for r in block.residuals)
         linear = block.linear and bool(residuals)

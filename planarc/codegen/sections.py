@@ -19,11 +19,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from planarc.codegen.aliases import Aliases
-from planarc.codegen.blocks import BlockWriter
+from planarc.codegen.blocks import BlockWriter, Modes
 from planarc.codegen.derive import Derived, Deriver
 from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
-from planarc.codegen.modes import Modes
 from planarc.codegen.reach import Reach, is_constant, needed_steps, split_steps, values
 from planarc.codegen.starts import start_values
 from planarc.codegen.statements import Lister, Temporaries, name_parts

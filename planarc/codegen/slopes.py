@@ -225,12 +225,10 @@ class _Deriver:
     def _needed(self) -> set[Expr]:
         """Targets that what is asked for depends on."""
         wanted = {r for piece in self._pieces for r in piece.residuals}
-        targets = [let.target for piece in self._pieces for let in piece.lets]
-        if self._scope is Scope.ALL:
-            wanted.update(e for e in targets if self._slot(e) >= 0)
-        else:
-            rates = {c.derivative for c in self._program.candidates}
-            wanted.update(e for e in targets if self._slot(e) in rates)
+        rates = {c.derivative for c in self._program.candidates}
+        slots = range(self._program.size) if self._scope is Scope.ALL else rates
+        targets = (let.target for piece in self._pieces for let in piece.lets)
+        wanted.update(e for e in targets if self._slot(e) in slots)
         for piece in reversed(self._pieces):
             for let in reversed(piece.lets):
                 if let.target in wanted:
@@ -270,16 +268,12 @@ class _Deriver:
     def _terms(self, let: Let) -> tuple[tuple[int, Expr], ...]:
         found = []
         for s in sorted(s for s in symbols(let.value) if s in self._numbers):
-            slope = self._partial(s)(let.value)
+            if s not in self._partials:
+                self._partials[s] = partial(self._table, s)
+            slope = self._partials[s](let.value)
             if slope is not self._table.zero:
                 found.append((self._numbers[s], slope))
         return tuple(found)
-
-    def _partial(self, symbol: Expr) -> Differentiator:
-        found = self._partials.get(symbol)
-        if found is None:
-            found = self._partials[symbol] = partial(self._table, symbol)
-        return found
 
     # Coefficients
 

@@ -15,6 +15,7 @@ are ordered by `id`, their number of creation, never by address or hash.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TypeVar
@@ -300,22 +301,19 @@ class Exprs:
 
     # Truth
 
-    def less(self, a: Expr, b: Expr) -> Expr:
+    def _compared(self, op: Op, holds: Callable[[Any, Any], Any], a: Expr, b: Expr) -> Expr:
         if a.is_const and b.is_const:
-            return self.const(bool(a.data < b.data))
-        return self.node(Op.LESS, (a, b))
+            return self.const(bool(holds(a.data, b.data)))
+        return self.node(op, (a, b))
+
+    def less(self, a: Expr, b: Expr) -> Expr:
+        return self._compared(Op.LESS, operator.lt, a, b)
 
     def less_equal(self, a: Expr, b: Expr) -> Expr:
-        if a.is_const and b.is_const:
-            return self.const(bool(a.data <= b.data))
-        return self.node(Op.LESS_EQUAL, (a, b))
+        return self._compared(Op.LESS_EQUAL, operator.le, a, b)
 
     def equal(self, a: Expr, b: Expr) -> Expr:
-        if a is b:
-            return self.true
-        if a.is_const and b.is_const:
-            return self.const(bool(a.data == b.data))
-        return self.node(Op.EQUAL, (a, b))
+        return self.true if a is b else self._compared(Op.EQUAL, operator.eq, a, b)
 
     def and_(self, a: Expr, b: Expr) -> Expr:
         if self.false in (a, b):

@@ -33,6 +33,12 @@ def declarations() -> str:
 LARGEST_PRODUCT = 16
 
 
+_BINARY = {
+    Op.DIV: Value.__truediv__,
+    Op.LESS: Value.__lt__,
+    Op.LESS_EQUAL: Value.__le__,
+    Op.EQUAL: Value.equals,
+}
 _CONST, _ADD, _MUL, _NEG = Op.CONST, Op.ADD, Op.MUL, Op.NEG
 
 
@@ -84,16 +90,10 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
             return _choice(c, args)
     numbers = [real(c, x) for x in args]
     match e.op:
-        case Op.DIV:
-            return numbers[0] / numbers[1]
+        case Op.DIV | Op.LESS | Op.LESS_EQUAL | Op.EQUAL:
+            return _BINARY[e.op](*numbers)
         case Op.POW:
             return _power(c, e.args[1], numbers)
-        case Op.LESS:
-            return numbers[0] < numbers[1]
-        case Op.LESS_EQUAL:
-            return numbers[0] <= numbers[1]
-        case Op.EQUAL:
-            return numbers[0].equals(numbers[1])
         case Op.CALL:
             return _call(c, e.data, numbers)
         case Op.PAST:
