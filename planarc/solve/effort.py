@@ -6,6 +6,9 @@ whatever else it does.
 
 from __future__ import annotations
 
+import math
+from enum import Enum
+
 from planarc.ir.program import Program
 
 #: Steps of the first march, and of the first after a restart, of which nothing is known yet.
@@ -16,9 +19,21 @@ GROWTH = 64
 WORK_NATIVE, WORK_PYTHON = 1_000_000, 50_000
 #: Most steps of a march, in general and where relations are to be looked at after it.
 MOST, MOST_WITH_RELATIONS = 1 << 16, 64
-#: Steps after which the way that they went is judged, and the part of the run that it must be:
-#: at a slower pace a run takes ten thousand million. A short stiff transient takes some hundred.
-STRETCH, CREEP_TIME = 10_000, 1e-6
+#: Steps after which the way that they went is judged.
+STRETCH = 10_000
+#: Parts of the run that such a way is at most where a run would take 10,000 million steps, which is
+#: refused, and 10 million and half a million, of which one warns where there is a reason. A short
+#: stiff transient takes some hundred.
+CREEP_PART, ABSURD_PART, LONG_PART = 1e-6, 1e-3, 2e-2
+
+
+class Pace(Enum):
+    """What is to be thought of a stretch."""
+
+    ORDINARY = "ordinary"
+    LONG = "long, if nothing but a jump is the reason"
+    ABSURD = "absurd, whatever the reason"
+    CREEPING = "without end"
 
 
 class Effort:
@@ -26,7 +41,7 @@ class Effort:
 
     def __init__(self, program: Program, native: bool, start: float, span: float) -> None:
         self._most = most_steps(program, native)
-        self._least = CREEP_TIME * span
+        self._span = span
         self._steps, self._room, self._place = FIRST, STRETCH, start
 
     @property
@@ -39,13 +54,19 @@ class Effort:
         self._steps = min(FIRST, self._most)
 
     def take(self, t: float, steps: int) -> float | None:
-        """The way of a stretch that ends here, after so many steps more, if it creeps."""
+        """The way of the stretch that ends here, after so many steps more; None within one."""
         self._steps = min(GROWTH * self._steps, self._most)
         self._room -= steps
         if self._room > 0:
             return None
         way, self._place, self._room = t - self._place, t, STRETCH
-        return way if way <= self._least else None
+        return way
+
+    def pace(self, way: float) -> Pace:
+        """What is to be thought of a stretch, by the part of the run that it was."""
+        part = way / (self._span or math.inf)
+        limits = ((CREEP_PART, Pace.CREEPING), (ABSURD_PART, Pace.ABSURD), (LONG_PART, Pace.LONG))
+        return next((pace for limit, pace in limits if part <= limit), Pace.ORDINARY)
 
 
 def most_steps(program: Program, native: bool) -> int:

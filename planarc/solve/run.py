@@ -20,13 +20,14 @@ from planarc.core.interruption import Interruption
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
-from planarc.solve.effort import Effort
+from planarc.solve.effort import Effort, Pace
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
+from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
@@ -71,6 +72,7 @@ class Run:
         looks, delayed = self.integrator.looks, self.delays.present
         self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)
+        self.labour = Labour(program, kernel)
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
@@ -213,10 +215,21 @@ class Run:
                 step = self.integrator.last_step()
                 self._follow(self.states.look(self.integrator.t, self.integrator.y, step))
             if way is not None and self.ended is None and march.outcome is not Outcome.LIMIT:
-                t, y = self.integrator.t, self.integrator.y
-                self.ended = self._stopped(t, y, Cause.STEP, way=way)
+                self._judge(way)
         if self.ended is None:
             self._finish()
+
+    def _judge(self, way: float) -> None:
+        """End a run that creeps, and note what one may warn of."""
+        t, y, tolerance = self.integrator.t, self.integrator.y, self.request.tolerance
+        pace = self.effort.pace(way)
+        if pace is Pace.CREEPING:
+            self.ended = self._stopped(t, y, Cause.STEP, way=way)
+        elif pace is not Pace.ORDINARY and self.request.fixed_step is None:
+            absolute = self.states.absolute(tolerance)
+            sizes = [a + tolerance * abs(v) for a, v in zip(absolute, y, strict=True)]
+            names = [self.program.candidates[i].display for i in self.states.selection]
+            self.labour.note(Stretch(t - way, t, names, y, sizes, pace is Pace.ABSURD))
 
     def _rescue(self, march: March) -> None:
         """The integrator failed: other states may help, else the run ends here."""
@@ -346,6 +359,8 @@ class Run:
 
     def result(self) -> Result:
         self.warnings.extend(self.asserts.warnings())
+        if (found := self.labour.warning()) is not None:
+            self.warnings.append(found)
         times, data = self.recorder.rows()
         w = self.kernel.w
         constants = {slot: float(w[slot]) for slot in constant_slots(self.program)}

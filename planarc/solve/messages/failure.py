@@ -12,7 +12,7 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
 from planarc.ir.program import EquationInfo, Program
-from planarc.solve.effort import STRETCH
+from planarc.solve import effort
 from planarc.solve.messages import trouble
 from planarc.solve.solvers.integrator import Cause
 
@@ -193,10 +193,10 @@ def _creeps(
 ) -> Diagnostic:
     """The integrator goes on, but a stretch of steps brings the run forward by next to nothing."""
     gone = max(way, 0.0)
-    message = f"the integration stopped {place}: {STRETCH:,} steps bring the run forward by "
+    message = f"the integration stopped {place}: {effort.STRETCH:,} steps bring the run forward by "
     message += f"{gone:.3g} s of {span:g} s"
     if gone > 0:
-        message += f": it would take {STRETCH * span / gone:.0e} steps".replace("e+", "e")
+        message += f": it would take {effort.STRETCH * span / gone:.0e} steps".replace("e+", "e")
     advice = (
         "ask for a shorter run or a larger `--tolerance`; slow down what is fast, or make "
         "smooth what jumps"

@@ -38,6 +38,13 @@ class Replay:
         values = [self._values.get(r, math.nan) for r in code.residuals]
         return self._linear(code, values) if code.linear else values
 
+    def values(self, wanted: Iterable[Expr]) -> list[float]:
+        """The values of expressions that statements hold; nan where there is none."""
+        if not self._values:
+            for _ in self._run(self._program.levels):
+                pass
+        return [self._value(e) for e in wanted]
+
     def _linear(self, code: BlockCode, at_zero: Sequence[float]) -> list[float]:
         """Its residuals are known where all tears are zero, and how they change with these."""
         if not code.jacobian and code.tears:
