@@ -24,7 +24,6 @@ from planarc.codegen.derive import Derived, Deriver
 from planarc.codegen.factoring import shorten_levels
 from planarc.codegen.layout import Layout
 from planarc.codegen.reach import Reach, is_constant, needed_steps, split_steps, values
-from planarc.codegen.starts import start_values
 from planarc.codegen.statements import Lister, Temporaries, name_parts
 from planarc.core.data import Data
 from planarc.ir.dae import INITIAL, TERMINAL
@@ -172,7 +171,7 @@ class _Writer:
         lets.extend((a.target, a.value, a.equation) for a in reach.constant)
         lets.extend((symbol, value, None) for symbol, value in aliases)
         lets.extend((symbol, value, None) for value, symbol in self._parts.items())
-        starts = start_values(self._sorted, self._aliases)
+        starts = _start_values(self._sorted, self._aliases)
         lets.extend((symbol, value, None) for symbol, value in starts)
         layout.add(*(target for target, _, _ in lets))
         lister = Lister(table, self._temporaries, [v for _, v, _ in lets])
@@ -241,3 +240,26 @@ class _Writer:
 
 def _formulas(step: Derived | Assignment) -> Sequence[Expr]:
     return (step.value,) if isinstance(step, Assignment) else step.formulas
+
+
+def _start_values(sorted: SortedDae, aliases: Aliases) -> list[tuple[Expr, Expr]]:
+    """`start(rev.phi)`, `nominal(rev.phi)` with their formulas of parameters: of candidates, held
+    variables, unknowns of blocks at the top, and discrete values."""
+    table = sorted.dae.table
+    zero = table.zero
+    found: dict[str, Expr] = {}
+    for c in sorted.candidates:
+        found[f"start({c.symbol})"] = c.start or zero
+    for f in sorted.fixed:
+        found.setdefault(f"start({f.symbol})", f.start)
+    for symbol, start in sorted.guesses:
+        found.setdefault(f"start({symbol})", start)
+    for step in sorted.levels[-1].steps if sorted.levels else ():
+        for tear in step.tears:
+            found.setdefault(f"start({tear})", zero)
+    for d in (*sorted.dae.discretes, *sorted.dae.inputs):
+        found[f"start({d.name})"] = d.start or zero
+    for c in sorted.candidates:
+        if c.nominal is not None:
+            found[f"nominal({c.symbol})"] = c.nominal
+    return [(table.symbol(name), aliases(e)) for name, e in found.items()]

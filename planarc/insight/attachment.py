@@ -15,14 +15,14 @@ Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, listed, shortened
 from planarc.core.source import NOWHERE, Span
-from planarc.insight.connectors import find_frames
+from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
@@ -59,37 +59,27 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     frames = find_frames(v.name for v in dae.variables)
     sets = DisjointSets(("", *frames))
     known = frozenset(frames)
-    by_owner: dict[str, list[str]] = {}
-    for frame in frames:
-        by_owner.setdefault(_owner(frame), []).append(frame)
     connections = [tuple(c for c in names if c in known) for names in dae.connections]
     held = ("", *mechanism.links[0].frames)
-    for together in (*by_owner.values(), *connections, held, *_by_part(dae, frames)):
+    # Frames inside of one component of the model belong together, connected or not.
+    inside = (*grouped(frames, owner).values(), *grouped(frames, _part).values())
+    for together in (*inside, *connections, held):
         for other in together[1:]:
             sets.join(together[0], other)
     connected = {frame for names in connections if len(names) > 1 for frame in names}
-    groups: dict[str, list[str]] = {}
-    for frame in frames:
-        if sets.find(frame) != sets.find(""):
-            groups.setdefault(sets.find(frame), []).append(frame)
+    loose = (frame for frame in frames if sets.find(frame) != sets.find(""))
+    groups = grouped(loose, sets.find)
     moving = find_moving(dae) if groups else frozenset()
     return tuple(
         Group(components, tuple(f for f in group if f not in connected))
         for group in groups.values()
-        if moving.intersection(components := tuple(dict.fromkeys(map(_owner, group))))
+        if moving.intersection(components := tuple(dict.fromkeys(map(owner, group))))
     )
 
 
-def _owner(frame: str) -> str:
-    return frame.rpartition(".")[0]
-
-
-def _by_part(dae: Dae, frames: Sequence[str]) -> list[list[str]]:
-    """Frames inside of one component of the model: they belong together, connected or not."""
-    parts: dict[str, list[str]] = {}
-    for frame in frames:
-        parts.setdefault(frame.partition(".")[0], []).append(frame)
-    return list(parts.values())
+def _part(name: str) -> str:
+    """The component of the model itself."""
+    return name.partition(".")[0]
 
 
 def _is_flown(dae: Dae, group: Group) -> bool:
@@ -99,9 +89,9 @@ def _is_flown(dae: Dae, group: Group) -> bool:
 
 
 def _floats(dae: Dae, group: Group) -> Diagnostic:
-    if len({c.partition(".")[0] for c in group.components}) > 1:
+    if len({_part(c) for c in group.components}) > 1:
         return _unheld(dae, group, set(group.components), Severity.WARNING)
-    name = group.components[0].partition(".")[0]
+    name = _part(group.components[0])
     return Diagnostic(
         "S320",
         f"nothing is connected to `{name}`: it falls freely beside the mechanism",
@@ -113,8 +103,8 @@ def _floats(dae: Dae, group: Group) -> Diagnostic:
 
 def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -> Diagnostic:
     known = set(joints)
-    ends = [f for f in group.open if _owner(f) in known] or list(group.open)
-    names = tuple(dict.fromkeys(c.partition(".")[0] for c in group.components))
+    ends = [f for f in group.open if owner(f) in known] or list(group.open)
+    names = tuple(dict.fromkeys(_part(c) for c in group.components))
     parts = shortened([f"`{n}`" for n in names], _SHOWN)
     ends = [f for f in ends if f.count(".") == 1] or ends
     message = f"nothing joins {parts} to the ground"
@@ -123,7 +113,7 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or list(group.components))[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
-    place = _place(dae, first.partition(".")[0])
+    place = _place(dae, _part(first))
     return Diagnostic("S321", message, place, severity, hint=hint)
 
 
@@ -140,7 +130,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     return Diagnostic(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
-        _place(dae, welds[0][0].partition(".")[0]) if welds else None,
+        _place(dae, _part(welds[0][0])) if welds else None,
         Severity.WARNING,
         hint=hint,
     )
@@ -153,12 +143,12 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
     for number, link in enumerate(mechanism.links[1:], 1):
         for frame in link.frames:
             link_of[frame] = number
-            ends[_owner(frame)] = ends.get(_owner(frame), 0) + 1
+            ends[owner(frame)] = ends.get(owner(frame), 0) + 1
     joints = {joint.name for joint in mechanism.joints}
     found = []
     for names in dae.connections:
-        rigid = [n for n in names if n in link_of and ends[_owner(n)] > 1]
-        tops = {n.partition(".")[0]: n for n in rigid if _owner(n) not in joints}
+        rigid = [n for n in names if n in link_of and ends[owner(n)] > 1]
+        tops = {_part(n): n for n in rigid if owner(n) not in joints}
         if len(tops) > 1:
             first, second = list(tops.values())[:2]
             found.append((first, second))

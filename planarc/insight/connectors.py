@@ -7,7 +7,7 @@ flange    s and the flow f                     of what slides
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 #: Flow and position; their product, by the rate of the position, is the power that enters.
 Pairs = tuple[tuple[str, str], ...]
@@ -16,13 +16,26 @@ FRAME: Pairs = (("f[1]", "r[1]"), ("f[2]", "r[2]"), ("t", "phi"))
 _KINDS: tuple[Pairs, ...] = (FRAME, (("tau", "phi"),), (("f", "s"),))
 
 
+def grouped(names: Iterable[str], key: Callable[[str], str]) -> dict[str, list[str]]:
+    """Names by what `key` gives for them, all in their order."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(key(name), []).append(name)
+    return groups
+
+
+def owner(name: str) -> str:
+    """The component that a name stands in."""
+    return name.rpartition(".")[0]
+
+
 def find_frames(names: Iterable[str]) -> tuple[str, ...]:
     """The connectors with position, angle, force and torque, in their order."""
     known = dict.fromkeys(names)
     return tuple(
-        owner
-        for owner in (n[:-5] for n in known if n.endswith(".r[1]"))
-        if all(f"{owner}.{v}" in known for pair in FRAME for v in pair)
+        frame
+        for frame in (n[:-5] for n in known if n.endswith(".r[1]"))
+        if all(f"{frame}.{v}" in known for pair in FRAME for v in pair)
     )
 
 
@@ -30,8 +43,7 @@ def find_connectors(names: Iterable[str]) -> Mapping[str, Pairs]:
     """The frames and flanges of a model by their names, with their flows and positions."""
     held: dict[str, set[str]] = {}
     for name in names:
-        owner, _, member = name.rpartition(".")
         if "(" not in name:
-            held.setdefault(owner, set()).add(member)
+            held.setdefault(owner(name), set()).add(name.rpartition(".")[2])
     kinds = {frozenset(n for pair in pairs for n in pair): pairs for pairs in _KINDS}
-    return {owner: kinds[key] for owner, own in held.items() if (key := frozenset(own)) in kinds}
+    return {of: kinds[key] for of, own in held.items() if (key := frozenset(own)) in kinds}

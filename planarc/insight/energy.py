@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.core.data import Data
-from planarc.insight.connectors import find_connectors
+from planarc.insight.connectors import find_connectors, grouped, owner
 from planarc.insight.values import Values, integral
 from planarc.ir.mechanism import GROUND
 
@@ -143,22 +143,20 @@ def _strangers(
 ) -> dict[str, Track]:
     """The powers of components that declare nothing, by component."""
     connectors = find_connectors(values.result.columns)
-    inside: dict[str, list[str]] = {}
-    for connector in connectors:
-        inside.setdefault(connector.rpartition(".")[0], []).append(connector)
+    inside = grouped(connectors, owner)
     known = {*declared, *_ideal(mechanism, connectors)}
     powers: dict[str, Track] = {}
-    for owner, own in inside.items():
+    for name, own in inside.items():
         # A component made of others is the sum of these.
-        made = any(o.startswith(f"{owner}.") for o in inside) if owner else True
-        if made or any(owner == k or owner.startswith(f"{k}.") for k in known):
+        made = any(o.startswith(f"{name}.") for o in inside) if name else True
+        if made or any(name == k or name.startswith(f"{k}.") for k in known):
             continue
         power: Track = 0.0
         for connector in own:
             for flow, position in connectors[connector]:
                 speed = values.rate(f"{connector}.{position}")
                 power = power - values.get(f"{connector}.{flow}") * speed
-        powers[owner] = power
+        powers[name] = power
     return powers
 
 
@@ -167,12 +165,9 @@ def _ideal(mechanism: Mechanism | None, connectors: Collection[str]) -> set[str]
     if mechanism is None:
         return set()
     link_of = {frame: i for i, link in enumerate(mechanism.links) for frame in link.frames}
-    links: dict[str, list[int | None]] = {}
-    for connector in connectors:
-        links.setdefault(connector.rpartition(".")[0], []).append(link_of.get(connector))
-    rigid = {
-        owner
-        for owner, on in links.items()
-        if None not in on and len(set(on)) == 1 and (len(on) > 1 or on[0] == GROUND)
-    }
+    rigid = set()
+    for component, own in grouped(connectors, owner).items():
+        on = [link_of.get(connector) for connector in own]
+        if None not in on and len(set(on)) == 1 and (len(on) > 1 or on[0] == GROUND):
+            rigid.add(component)
     return rigid | {joint.name for joint in mechanism.joints}
