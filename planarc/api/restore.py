@@ -22,6 +22,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.core.options import fastest_backend
 from planarc.core.prose import ticked
+from planarc.core.source import model_files
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
 from planarc.ir.program import Column, Program
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 #: A model belongs to a file when at least this part of its varying variables is in it.
 _SHARE = 0.5
-_SUFFIXES = (".pmo", ".mo")
 _WORST = 3
 
 _READ = Statistics("read from a file", "none")
@@ -66,10 +66,7 @@ def find_request(name: str, folders: Sequence[Path], libraries: Sequence[Path]) 
 def _model_files(folders: Sequence[Path]) -> list[Path]:
     different = {folder.resolve(): folder for folder in folders}
     return sorted(
-        path
-        for folder in different.values()
-        for path in folder.iterdir()
-        if path.suffix in _SUFFIXES and path.is_file()
+        path for folder in different.values() for path in model_files(folder) if path.is_file()
     )
 
 

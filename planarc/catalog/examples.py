@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.source import model_files
 from planarc.ir import syntax
 from planarc.request.request import Request, open_library
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry
     from planarc.ir.kernel import Kernel
     from planarc.ir.result import Result
-
-_SUFFIXES = (".pmo", ".mo")
 
 
 class Example(Data):
@@ -46,8 +45,8 @@ def find_examples(targets: Sequence[str], libraries: Sequence[Path] = ()) -> tup
     for target in targets:
         path = Path(target)
         if path.is_dir() and not (path / "package.mo").exists():
-            files = sorted(p for p in path.iterdir() if p.suffix in _SUFFIXES)
-            found += [e for p in files for e in _of_request(Request(p, None, tuple(libraries)))]
+            for file in model_files(path):
+                found += _of_request(Request(file, None, tuple(libraries)))
         elif path.is_file():
             found += _of_request(Request(path, None, tuple(libraries)))
         else:

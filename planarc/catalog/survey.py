@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.processes import Crew, Lost, cores
+from planarc.core.source import model_files
 from planarc.ir import syntax
 from planarc.request.reader import Reader
 from planarc.request.request import Request, Target, open_library
@@ -175,7 +176,7 @@ def _jobs_of_folder(request: Request, folder: Path) -> tuple[str, list[_Job], li
     packages = [entry for entry in map(own.entry, own.top_names()) if entry and entry.folder]
     jobs = [_Job(around, entry.full_name) for entry in packages]
     unread = []
-    for path in () if any(entry.folder == folder for entry in packages) else _files_in(folder):
+    for path in () if any(entry.folder == folder for entry in packages) else model_files(folder):
         alone = replace(around, file=path)
         try:
             _, _, names = open_library(alone)
@@ -186,10 +187,6 @@ def _jobs_of_folder(request: Request, folder: Path) -> tuple[str, list[_Job], li
     if len(jobs) == 1 and not unread:
         return jobs[0].name, jobs, unread
     return str(folder), jobs, unread
-
-
-def _files_in(folder: Path) -> list[Path]:
-    return [path for path in sorted(folder.iterdir()) if path.suffix in (".pmo", ".mo")]
 
 
 def _inner_jobs(job: _Job, finding: Finding) -> list[_Job]:

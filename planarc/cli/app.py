@@ -20,8 +20,7 @@ import typer
 from planarc.cli import console, help_examples
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
-from planarc.core.mistake import mistake
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
 from planarc.core.nearest import meant, nearest
 
 #: In the order of the help. Each is a function in a file of its name, and imported when it is

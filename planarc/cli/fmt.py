@@ -12,9 +12,7 @@ import typer
 from planarc.cli import console
 from planarc.cli.exits import Exit
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, usage_error
-from planarc.core.source import Source
-
-SUFFIXES = (".pmo", ".mo")
+from planarc.core.source import SUFFIXES, Source, model_files
 
 
 def fmt(
@@ -67,7 +65,7 @@ def _paths(files: Sequence[str]) -> Iterator[Path]:
     for name in files:
         path = Path(name)
         if path.is_dir():
-            found = sorted(p for p in path.rglob("*") if p.suffix in SUFFIXES and p.is_file())
+            found = (p for p in model_files(path, below=True) if p.is_file())
             yield from (p for p in found if not _hidden(p.relative_to(path)))
         elif not path.exists():
             raise usage_error("C101", f"there is no file `{name}`", hint="check the path")

@@ -11,6 +11,7 @@ import typer
 from planarc.cli import console
 from planarc.cli.files import check_writable
 from planarc.core.diagnostic import PlanarcError, usage_error
+from planarc.core.source import SUFFIXES
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _TAKEN = frozenset({"PlanarMultiBody", "Modelica"})
@@ -42,7 +43,7 @@ def new(
     ],
 ) -> int:
     """Write a small working model to start from."""
-    path = Path(name) if name.endswith((".pmo", ".mo")) else Path(f"{name}.pmo")
+    path = Path(name) if name.endswith(SUFFIXES) else Path(f"{name}.pmo")
     class_name = path.stem
     _refuse_bad_name(class_name)
     check_writable(path, "NAME")

@@ -96,6 +96,23 @@ def usage_error(code: str, message: str, *, hint: str | None = None) -> UsageErr
     return UsageError(Diagnostic(code, message, hint=hint))
 
 
+def mistake(error: Exception) -> Diagnostic:
+    """A mistake of planarc's own: where it broke, in one line that a user can pass on."""
+    from pathlib import Path
+
+    place = ""
+    trace = error.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        place = f"{file.parent.name}/{file.name}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return Diagnostic(
+        "X001",
+        f"sorry, planarc made a mistake: {type(error).__name__} in {place}",
+        hint="report this line together with the model; PLANARC_DEBUG=1 shows the traceback",
+    )
+
+
 def _again(kind: type[PlanarcError], diagnostics: tuple[Diagnostic, ...]) -> PlanarcError:
     """The error without its own attributes, which pickle sets."""
     found = kind.__new__(kind)

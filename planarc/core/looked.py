@@ -13,7 +13,8 @@ from stat import S_IFMT
 
 from msgspec import Struct, field
 
-_CLASSES = (".pmo", ".mo")
+from planarc.core.source import SUFFIXES
+
 #: Folders with their listings; names as they were asked for, with what they meant.
 Findings = tuple[list[tuple[str, str]], list[tuple[str, str, int]]]
 
@@ -46,7 +47,7 @@ def _listing(folder: str) -> str:
     """Changes with what may be classes in a folder; empty where it cannot be listed."""
     try:
         with os.scandir(folder) as inside:
-            names = sorted(e.name for e in inside if e.name.endswith(_CLASSES) or e.is_dir())
+            names = sorted(e.name for e in inside if e.name.endswith(SUFFIXES) or e.is_dir())
     except OSError:
         return ""
     return blake2b(os.fsencode("\0".join(names)), digest_size=16).hexdigest()

@@ -11,6 +11,9 @@ from bisect import bisect_right
 from pathlib import Path
 from typing import NamedTuple
 
+#: The endings of model files.
+SUFFIXES = (".pmo", ".mo")
+
 
 class Source:
     """One text that was read, under the name that messages show."""
@@ -77,6 +80,12 @@ class Span(NamedTuple):
 
 #: The place of what no file holds (a generated equation, a default).
 NOWHERE = Span(Source("<planarc>", ""), 0, 0)
+
+
+def model_files(folder: Path, below: bool = False) -> list[Path]:
+    """The model files in a folder, by their names; with `below`, in the folders in it, too."""
+    inside = folder.rglob("*") if below else folder.iterdir()
+    return sorted(path for path in inside if path.suffix in SUFFIXES)
 
 
 def decode(data: bytes) -> str:

@@ -17,13 +17,13 @@ Reference: Modelica Language Specification 3.6, sections 7.3.2 and 7.3.4.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.catalog.handbook.names import Names, elements
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
+from planarc.core.source import model_files
 from planarc.ir import syntax
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class _Finder:
         top = self._library.top(constraint.full_name.partition(".")[0])
         if top is None or top.folder is None:
             return
-        for path in sorted(_model_files(top.folder)):
+        for path in model_files(top.folder, below=True):
             folders = path.relative_to(top.folder).parts[:-1]
             last = () if path.stem == "package" else (path.stem,)
             bases = _EXTENDS.findall(path.read_text("utf-8", errors="replace"))
@@ -166,7 +166,3 @@ class _Finder:
             yield item
             inner = (e.name for e in elements(item.definition) if isinstance(e, syntax.ClassDef))
             stack += [c for c in map(item.child, inner) if c is not None]
-
-
-def _model_files(folder: Path) -> Iterable[Path]:
-    return (p for p in folder.rglob("*") if p.suffix in (".pmo", ".mo"))

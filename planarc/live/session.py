@@ -24,8 +24,7 @@ from msgspec import field, to_builtins
 from planarc.api.model import Model
 from planarc.api.result import Result, RunStopped
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
-from planarc.core.mistake import mistake
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake, usage_error
 from planarc.core.options import Backend
 from planarc.core.prose import be, both
 from planarc.core.render import render_all

@@ -11,6 +11,8 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
+from planarc.core.source import model_files
+
 if TYPE_CHECKING:
     from planarc.request.request import Request
 
@@ -30,7 +32,7 @@ def _files(request: Request) -> Iterator[Path]:
         yield request.file
     for root in request.libraries:
         if root.is_dir():
-            yield from sorted(p for p in root.rglob("*") if p.suffix in (".mo", ".pmo"))
+            yield from model_files(root, below=True)
         else:
             yield root
 

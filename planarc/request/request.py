@@ -19,7 +19,7 @@ from planarc.core.nearest import did_you_mean, meant
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import ticked
 from planarc.core.resources import stdlib
-from planarc.core.source import Source
+from planarc.core.source import SUFFIXES, Source
 from planarc.request.reader import Reader
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Target(Data):
 
 def names_class(text: str) -> bool:
     """Whether a text can be the name of a class; otherwise it is that of a file."""
-    return not text.endswith((".pmo", ".mo")) and _DOTTED_NAME.fullmatch(text) is not None
+    return not text.endswith(SUFFIXES) and _DOTTED_NAME.fullmatch(text) is not None
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:

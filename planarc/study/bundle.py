@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError
-from planarc.core.mistake import mistake
+from planarc.core.diagnostic import PlanarcError, mistake
 from planarc.core.options import RunOptions
 from planarc.study.metric import Metrics
 

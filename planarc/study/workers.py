@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,8 @@ def outcomes_of(
     if not isinstance(count, int) or count < 1:
         raise usage_error("C232", f"the number of workers is an integer above 0, not {count}")
     if client is not None:
-        from planarc.study.cluster import on_cluster
-
         workers = 4 * len(client.ncores() or [0])
-        yield from on_cluster(client, payload, _bundles(left, workers))
+        yield from _on_cluster(client, payload, _bundles(left, workers))
     elif min(count, len(left)) <= 1:
         for bundle in _bundles(left, 1):
             yield run_bundle(payload, bundle)
@@ -59,6 +58,38 @@ def outcomes_of(
 def _bundles(tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
     size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
     return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
+
+
+def _on_cluster(
+    client: Any, payload: Payload, bundles: Sequence[tuple[Task, ...]]
+) -> Iterator[list[Outcome]]:
+    """Outcomes as they come. `client` is a `distributed.Client`.
+
+    The compiled model is sent to each worker once. A bundle whose worker died is tried again
+    by Dask; if it keeps failing, its points are tried one by one.
+    """
+    try:
+        completed: Any = import_module("distributed").as_completed
+    except ImportError:
+        raise usage_error(
+            "C221",
+            "this needs `distributed`, which is not installed",
+            hint="install it with `pip install 'dask[distributed]'`",
+        ) from None
+    shared = client.scatter(payload, broadcast=True, hash=False)
+    waiting = list(bundles)
+    while waiting:
+        sent = {client.submit(run_bundle, shared, b, pure=False): b for b in waiting}
+        waiting = []
+        for future in completed(list(sent)):
+            bundle = sent.pop(future)
+            if future.status == "finished":
+                yield future.result()
+            elif len(bundle) > 1:
+                waiting += [(task,) for task in bundle]
+            else:
+                reason = f"the worker failed: {future.exception()}"
+                yield [Outcome(bundle[0].index, None, reason, lost=True)]
 
 
 def _in_processes(
