@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.flatten.tree.annotation import binding_of, find_argument, inside
 from planarc.ir import syntax
 
 if TYPE_CHECKING:
@@ -30,9 +31,9 @@ def check_versions(library: Library, class_name: str) -> Iterator[Diagnostic]:
     outermost = class_name.partition(".")[0]
     for used in _inside(_arguments(library, outermost, "uses"), "uses"):
         name = used.name[0]
-        wanted = _text(_argument(_modifiers(used), "version"))
+        wanted = _text(find_argument(inside(used), "version"))
         arguments = _arguments(library, name, "version")
-        found = _text(_argument(arguments, "version"))
+        found = _text(find_argument(arguments, "version"))
         if wanted and found and wanted != found and wanted not in _alike(arguments):
             yield Diagnostic(
                 "C119",
@@ -62,24 +63,10 @@ def _arguments(library: Library, name: str, word: str) -> Arguments:
 
 
 def _inside(arguments: Arguments, name: str) -> Iterable[syntax.ElementModification]:
-    found = _argument(arguments, name)
-    inner = () if found is None else _modifiers(found)
+    inner = inside(find_argument(arguments, name))
     return (a for a in inner if isinstance(a, syntax.ElementModification))
 
 
-def _argument(arguments: Arguments, name: str) -> syntax.ElementModification | None:
-    for argument in arguments:
-        if isinstance(argument, syntax.ElementModification) and argument.name == (name,):
-            return argument
-    return None
-
-
-def _modifiers(argument: syntax.ElementModification) -> Arguments:
-    return () if argument.modification is None else argument.modification.arguments
-
-
 def _text(argument: syntax.ElementModification | None) -> str:
-    if argument is None or argument.modification is None:
-        return ""
-    binding = argument.modification.binding
+    binding = binding_of(argument)
     return binding.value if isinstance(binding, syntax.String) else ""

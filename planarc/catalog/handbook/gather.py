@@ -12,12 +12,13 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from planarc.catalog.handbook.graphics import argument, binding, graphics_of, inner, placed
+from planarc.catalog.handbook.graphics import graphics_of, placed
 from planarc.catalog.handbook.head import head_of
 from planarc.catalog.handbook.names import Names, elements
 from planarc.catalog.handbook.pages import ClassPage, Graphic, Icon, Link, Placed, Row
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
+from planarc.flatten.tree.annotation import binding_of, find_argument, inside
 from planarc.ir import syntax
 from planarc.ir.text.expression import expression_text
 
@@ -57,7 +58,7 @@ class _Gatherer:
     def _page(self, entry: Entry, children: Sequence[str]) -> ClassPage:
         definition = entry.definition
         annotation = self._annotation(definition.annotation)
-        info = binding(argument(inner(argument(annotation, "Documentation")), "info"))
+        info = binding_of(find_argument(inside(find_argument(annotation, "Documentation")), "info"))
         partial = "partial " if definition.partial else ""
         # The text of a package whose classes stand in it is that of its classes.
         whole = definition.kind not in _PACKAGES or not any(
@@ -90,10 +91,10 @@ class _Gatherer:
         """What a class declares of its energy, itself or by its bases."""
         told: dict[str, str] = {}
         for part in self._names.lineage(entry):
-            own = argument(self._annotation(part.definition.annotation), "__planarc")
-            for kind in inner(argument(inner(own), "energy")):
+            own = find_argument(self._annotation(part.definition.annotation), "__planarc")
+            for kind in inside(find_argument(inside(own), "energy")):
                 if isinstance(kind, syntax.ElementModification):
-                    value, rate = binding(kind), binding(argument(inner(kind), "rate"))
+                    value, rate = binding_of(kind), binding_of(find_argument(inside(kind), "rate"))
                     shown = rate if value is None else value
                     name = kind.name[0] if shown is value else f"rate of {kind.name[0]}"
                     told[name] = "" if shown is None else expression_text(shown)
@@ -163,7 +164,7 @@ class _Gatherer:
                 if isinstance(element, syntax.Extends) and element.modification is not None:
                     for a in element.modification.arguments:
                         if isinstance(a, syntax.ElementModification) and len(a.name) == 1:
-                            value = binding(a)
+                            value = binding_of(a)
                             if value is not None:
                                 found[a.name[0]] = expression_text(value)
         return found
@@ -225,12 +226,12 @@ def _value(component: syntax.Component) -> str:
         return ""
     if modification.binding is not None:
         return expression_text(modification.binding)
-    start = binding(argument(modification.arguments, "start"))
+    start = binding_of(find_argument(modification.arguments, "start"))
     return "" if start is None else f"start {expression_text(start)}"
 
 
 def _unit_in(modification: syntax.Modification | None) -> str | None:
-    value = binding(argument(modification.arguments, "unit")) if modification else None
+    value = binding_of(find_argument(modification.arguments, "unit")) if modification else None
     return value.value if isinstance(value, syntax.String) else None
 
 

@@ -11,13 +11,14 @@ Reference: Modelica Language Specification 3.6, section 18.6.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
 from planarc.catalog.handbook.pages import Color, Graphic, Icon, Placed, Point
+from planarc.flatten.tree.annotation import binding_of, find_argument, inside
 from planarc.ir import syntax
 
-Arguments: TypeAlias = Sequence[syntax.Argument]
+Arguments: TypeAlias = tuple[syntax.Argument, ...]
 Constant: TypeAlias = "float | str | bool | tuple[Constant, ...] | None"
 
 _SHAPES = {
@@ -31,7 +32,7 @@ _SHAPES = {
 
 def graphics_of(annotation: Arguments) -> tuple[Graphic, ...]:
     """The primitives of `Icon(graphics={...})`, but for texts about an instance (`%name`)."""
-    value = binding(argument(inner(argument(annotation, "Icon")), "graphics"))
+    value = binding_of(find_argument(inside(find_argument(annotation, "Icon")), "graphics"))
     if not isinstance(value, syntax.Array):
         return ()
     return tuple(
@@ -44,36 +45,21 @@ def graphics_of(annotation: Arguments) -> tuple[Graphic, ...]:
 
 def placed(annotation: Arguments, icon: Icon) -> Placed | None:
     """A connector's icon at the place that its declaration gives."""
-    placement = inner(argument(annotation, "Placement"))
-    shift = inner(argument(placement, "iconTransformation")) or inner(
-        argument(placement, "transformation")
+    placement = inside(find_argument(annotation, "Placement"))
+    shift = inside(find_argument(placement, "iconTransformation")) or inside(
+        find_argument(placement, "transformation")
     )
-    extent = _points(constant(binding(argument(shift, "extent"))))
+    extent = _points(constant(binding_of(find_argument(shift, "extent"))))
     if len(extent) != 2:
         return None
-    origin = _points((constant(binding(argument(shift, "origin"))),))
-    rotation = constant(binding(argument(shift, "rotation")))
+    origin = _points((constant(binding_of(find_argument(shift, "origin"))),))
+    rotation = constant(binding_of(find_argument(shift, "rotation")))
     return Placed(
         icon.graphics,
         (extent[0], extent[1]),
         origin[0] if origin else (0.0, 0.0),
         rotation if isinstance(rotation, float) else 0.0,
     )
-
-
-def argument(arguments: Arguments, name: str) -> syntax.ElementModification | None:
-    for found in arguments:
-        if isinstance(found, syntax.ElementModification) and found.name == (name,):
-            return found
-    return None
-
-
-def inner(found: syntax.ElementModification | None) -> Arguments:
-    return () if found is None or found.modification is None else found.modification.arguments
-
-
-def binding(found: syntax.ElementModification | None) -> syntax.Expression | None:
-    return None if found is None or found.modification is None else found.modification.binding
 
 
 def _graphic(call: syntax.Call) -> Iterator[Graphic]:
