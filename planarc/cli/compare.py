@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import asdict
 
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, Pattern, read_pattern
@@ -98,14 +99,7 @@ def _to_json(found: Comparison) -> str:
             "only_a": list(found.only_a),
             "only_b": list(found.only_b),
             "parted": [
-                {
-                    "name": p.name,
-                    "time": p.time,
-                    "a": _finite(p.a),
-                    "b": _finite(p.b),
-                    "most": _finite(p.most),
-                    "most_time": p.most_time,
-                }
+                asdict(p) | {n: _finite(getattr(p, n)) for n in ("a", "b", "most")}
                 for p in found.parted
             ],
         }
