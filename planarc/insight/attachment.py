@@ -26,6 +26,7 @@ from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
+from planarc.ir.flat import StateSelect
 from planarc.ir.mechanism import Mechanism
 
 _SHOWN = 6
@@ -83,9 +84,9 @@ def _part(name: str) -> str:
 
 
 def _is_flown(dae: Dae, group: Group) -> bool:
-    """Whether start values are written for what flies."""
-    inside = set(group.components)
-    return any(v.start_written and v.component in inside for v in dae.variables)
+    """Whether start values are written for what flies, or its coordinates are to be states."""
+    meant = (v for v in dae.variables if v.start_written or v.state_select is StateSelect.ALWAYS)
+    return not {v.component for v in meant}.isdisjoint(group.components)
 
 
 def _floats(dae: Dae, group: Group) -> Diagnostic:

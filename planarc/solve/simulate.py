@@ -78,7 +78,8 @@ def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
 
 
 def _nothing_moves(run: Run) -> tuple[Diagnostic, ...]:
-    """The warning that nothing moves, where a mechanism has no states, and by count no freedom."""
-    mechanism = run.program.mechanism
-    lock = mechanism.locked if mechanism is not None else None
+    """The warning that nothing moves: a mechanism has no states, and by count no freedom. Redundant
+    joints that are accepted make the count wrong: then a drive may move all of it."""
+    mechanism, accepted = run.program.mechanism, run.program.sharing is not None
+    lock = None if mechanism is None or accepted else mechanism.locked
     return () if lock is None or run.states.selection else (lock,)
