@@ -14,6 +14,7 @@ Out:  Result
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isclose
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.interruption import Interruption
@@ -42,6 +43,8 @@ Progress = Callable[[float], None]
 
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
+#: A value that changes less at the end of a run was not set there.
+ROUNDING = 1e-12
 
 
 class Run:
@@ -346,16 +349,17 @@ class Run:
     def _finish(self) -> None:
         self._check_asserts(True)
         self.events.finish()
-        if self.events.present and self.program.whens:
-            t, y = self.integrator.t, self.integrator.y
+        t, y = self.integrator.t, self.integrator.y
+        if self.events.present:
             done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
-            shown = {c.slot for c in self.program.columns if not c.name.startswith("$")}
-            before = self.recorder.last()
-            if self._row(t, done.y):
-                after = self.recorder.last().items()
-                if all(value == before.get(slot) for slot, value in after if slot in shown):
-                    self.recorder.cut(self.recorder.count - 1)
+            y = done.y
+        shown = {c.slot for c in self.program.columns if not c.name.startswith("$")}
+        before = self.recorder.last()
+        if self._row(t, y):
+            pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
+            if all(isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING) for a, b in pairs):
+                self.recorder.cut(self.recorder.count - 1)
 
     def result(self) -> Result:
         self.warnings.extend(self.asserts.warnings())

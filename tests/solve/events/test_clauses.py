@@ -191,3 +191,8 @@ equation
         2.0,
     )
     assert len(result.time) == 11
+
+
+def test_the_end_counts_outside_of_clauses_too(backend: str) -> None:
+    result = run("Real x = if terminal() then 2 else 1;", backend, 1.0)
+    assert result["x"].tolist() == [1.0] * 11 + [2.0]
