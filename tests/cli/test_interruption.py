@@ -15,7 +15,7 @@ import pytest
 from planarc.cli import check
 from planarc.cli.app import run
 from planarc.study.table import Study
-from planarc.view import page
+from planarc.view.page import report as page
 from planarc.view.table import files
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
