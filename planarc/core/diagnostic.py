@@ -41,6 +41,12 @@ class Diagnostic(Data):
     related: tuple[Related, ...] = ()
 
 
+class Once(Diagnostic):
+    """A message that is told once for all places of one `kind`."""
+
+    kind: str = ""
+
+
 class PlanarcError(Exception):
     """The model, its files or the request are wrong; carries the diagnostics.
 

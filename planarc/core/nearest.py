@@ -7,6 +7,39 @@ from collections.abc import Iterable
 from planarc.core.prose import either
 
 MOST = 3  # names in a hint
+#: Words of the field, in small letters, and names that libraries give to the same thing.
+SYNONYMS = {
+    "acceleration": ("a", "z"),
+    "alpha": ("z", "a"),
+    "angle": ("phi",),
+    "damper": ("Damper",),
+    "damping": ("d",),
+    "distance": ("s",),
+    "force": ("f",),
+    "gravity": ("g",),
+    "ground": ("Fixed",),
+    "hinge": ("Revolute",),
+    "i": ("J",),
+    "inertia": ("I", "J", "Inertia"),
+    "j": ("I",),
+    "k": ("c",),
+    "length": ("L", "s_unstretched", "s", "r"),
+    "link": ("BodyShape", "FixedTranslation"),
+    "mass": ("m", "Mass", "Body", "PointMass"),
+    "moment": ("tau", "t"),
+    "omega": ("w",),
+    "pin": ("Revolute",),
+    "position": ("s", "r"),
+    "radius": ("R", "r"),
+    "rod": ("BodyShape", "FixedTranslation"),
+    "slider": ("Prismatic",),
+    "speed": ("w", "v"),
+    "stiffness": ("c",),
+    "tau": ("t",),
+    "theta": ("phi",),
+    "torque": ("tau", "t"),
+    "velocity": ("v", "w"),
+}
 CUTOFF = 0.6  # share of letters that two names have in common, in their order
 
 
@@ -20,9 +53,17 @@ def nearest(name: str, known: Iterable[str], most: int = MOST, cutoff: float = C
     return near or [n for n in names if n.lower() == lower][:most]
 
 
+def synonyms(name: str, known: Iterable[str]) -> list[str]:
+    """Known names that say the same in the field's words: `hinge.w` for `hinge.omega`."""
+    names = set(known)
+    head, dot, last = name.rpartition(".")
+    return [m for w in SYNONYMS.get(last.lower(), ()) if (m := head + dot + w) in names]
+
+
 def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> str | None:
     """The hint that names what a user may have meant; None where nothing is near."""
-    return meant(nearest(name, known, most))
+    names = list(known)
+    return meant(synonyms(name, names)[:most] or nearest(name, names, most))
 
 
 def meant(names: Iterable[str]) -> str | None:

@@ -23,7 +23,7 @@ from contextlib import contextmanager
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
@@ -155,7 +155,10 @@ def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Each message once, in the order of the source; those without a place last."""
     seen: dict[tuple[object, ...], Diagnostic] = {}
     for d in diagnostics:
-        seen.setdefault((d.code, d.span) if d.span else (d.code, d.message), d)
+        if isinstance(d, Once):
+            seen.setdefault((d.code, d.kind), d)
+        else:
+            seen.setdefault((d.code, d.span) if d.span else (d.code, d.message), d)
     first_seen: dict[str, int] = {}
     for d in seen.values():
         if d.span is not None:

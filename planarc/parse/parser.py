@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError
 from planarc.core.source import Source, Span, decode
 from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
@@ -109,8 +109,11 @@ def _parse(start: str, span: Span) -> Any:
             mended.append(tokens[-1])
             errors = [*errors, *_errors_beside(language, start, mended, span, [*errors, *lexical])]
     if lexical or errors:
-        every = {(e.code, e.message, e.span): e for e in (*lexical, *errors)}
-        raise PlanarcError(sorted(every.values(), key=lambda e: e.span.start if e.span else 0))
+        found = sorted((*lexical, *errors), key=lambda e: e.span.start if e.span else 0)
+        every: dict[tuple[object, ...], Diagnostic] = {}
+        for e in found:
+            every.setdefault((e.code, e.kind if isinstance(e, Once) else (e.message, e.span)), e)
+        raise PlanarcError(every.values())
     return tree
 
 

@@ -5,8 +5,9 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4 and 8.6.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic, Once, Related, Severity
 from planarc.core.prose import ticked
+from planarc.core.source import Span
 from planarc.flatten.tree.demand import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.ir import flat
@@ -36,12 +37,28 @@ def _warn(leaf: Leaf, session: Session) -> None:
     start = attributes_of(leaf).start
     default = "0 is used" if leaf.type.base in _NUMBERS else "a default is used"
     used = default if start is None else "its start value is used"
-    session.warn(
-        "F286",
-        f"the parameter `{leaf.name}` has no value: {used}",
-        leaf.span,
-        f"write a value, `{leaf.element.name} = ...`",
+    span, value = _place(leaf, session)
+    session.warnings.append(
+        Once(
+            "F286",
+            f"the parameter `{leaf.name}` has no value: {used}",
+            span,
+            Severity.WARNING,
+            hint=f"write a value, `{value}`",
+            kind=f"{span.source.name}:{span.start} {value}",  # once for all members of an array
+        )
     )
+
+
+def _place(leaf: Leaf, session: Session) -> tuple[Span, str]:
+    """The innermost declaration in the user's text at which a value can be given, and how."""
+    files = session.library.user_files()
+    own = f"{leaf.element.name} = ..."
+    span, value, owner = leaf.span, own, leaf.parent
+    while span.source.name not in files and owner.element is not None and owner.parent is not None:
+        value, span = f"{owner.element.name}({value})", owner.element.definition.span
+        owner = owner.parent
+    return (span, value) if span.source.name in files else (leaf.span, own)
 
 
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)

@@ -98,6 +98,14 @@ def _is_taken(root: Instance, name: str) -> bool:
 def _missing(element: Element, definition: syntax.Component) -> Exception:
     root = element.scope.session.root
     inner = f"`inner {definition.type} {element.name};`"
+    if root is not None and _is_taken(root, element.name):
+        return error(
+            "F261",
+            f"`{element.name}` is declared without `inner`: the parts of the model do not find it",
+            root.layout.members[element.name][1].span,
+            hint=f"write {inner}",
+            related=(Related("it is asked for here", definition.span),),
+        )
     if root is None:
         message = f"no enclosing `inner` component `{element.name}` for this `outer` one"
         hint = f"declare {inner} in an enclosing model"

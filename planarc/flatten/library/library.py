@@ -149,7 +149,8 @@ class Library:
                 "F204",
                 f"the package `{within}` that `within` names is not in any library",
                 stored.span,
-                hint="give the folder that holds the package with `--library`",
+                hint="remove `within` if the model belongs to no package, else give the folder "
+                "that holds the package with `--library`",
             )
         self._top.clear()
         return tuple(names)

@@ -5,6 +5,7 @@ Reference: Modelica Language Specification 3.6, sections 6.6, 6.7 and 10.6.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 
 from planarc.core.diagnostic import PlanarcError, error
@@ -58,10 +59,23 @@ def expect(
         raise mismatch(expected, value.type, what, span or value.span)
 
 
+def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
+    """What a user means who gives a number or a vector of another length."""
+    size = expected.dims[0] if len(expected.dims) == 1 else None
+    vector = f"`{{{', '.join('1' if i == 0 else '0' for i in range(size))}}}`" if size else ""
+    if expected.dims and not actual.dims:
+        example = f"{size} values in braces, such as {vector}; " if size and size < 5 else ""
+        return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
+    if not size or len(actual.dims) != 1:
+        return None
+    comma = re.search(r"\b(\d+),(\d+)\b", span.text)
+    if comma:
+        return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
+    return f"write {size} values, such as {vector}" if size < 5 else None
+
+
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
-    hint = None
-    if base_conforms(expected, actual) and expected.dims and not actual.dims:
-        hint = "write `each` in a modifier, or `fill(...)` in an equation"
+    hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
     return error(
         "F270",
         f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}",

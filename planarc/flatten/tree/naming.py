@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import predefined
@@ -14,21 +14,27 @@ from planarc.flatten.tree.nodes import Class, Instance, Scope
 
 def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:
     where = scope.instance.cls.name
+    hint = did_you_mean(name, names_in_sight(scope))
     return error(
         "F210",
         f"unknown {what} `{name}`" + (f" in `{where}`" if where else ""),
         span,
-        hint=did_you_mean(name, names_in_sight(scope)),
+        hint=f"write `{_CONSTANTS[name]}`" if name in _CONSTANTS else hint,
     )
+
+
+#: Names that need their package before them.
+_CONSTANTS = {"pi": "Modelica.Constants.pi", "PI": "Modelica.Constants.pi"}
 
 
 def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
-    return error(
-        "F213",
-        f"`{cls.name}` has no element `{name}`",
-        span,
-        hint=did_you_mean(name, member_names(static_instance(cls))),
-    )
+    message = f"`{cls.name}` has no element `{name}`"
+    if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
+        hint = (
+            "mechanisms are planar here: write `PlanarMultiBody` for `Modelica.Mechanics.MultiBody`"
+        )
+        return PlanarcError(Once("F213", message, span, hint=hint, kind="MultiBody"))
+    return error("F213", message, span, hint=did_you_mean(name, member_names(static_instance(cls))))
 
 
 def not_modifiable(owner: str, name: str, span: Span | None, names: Iterable[str]) -> PlanarcError:

@@ -5,7 +5,7 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.nodes import Binding, Env
@@ -22,12 +22,16 @@ def type_binding(binding: Binding) -> flat.Expression:
 
 def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
     if len(typed.type.dims) < len(binding.subscripts):
-        raise error(
-            "F224",
-            "a modifier of an array of components needs an array, but this is "
-            f"{type_text(typed.type)}",
-            binding.span,
-            hint="write `each` if all members get the same value",
+        span = binding.span
+        raise PlanarcError(
+            Once(
+                "F224",
+                "a modifier of an array of components needs an array, but this is "
+                f"{type_text(typed.type)}",
+                span,
+                hint="write `each` before it if all members get the same value, as in `(each m=1)`",
+                kind=f"{span.source.name}:{span.line}" if span else "",  # often they all lack it
+            )
         )
     for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
         if size is not None and index > size:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Once
 from planarc.core.source import Source, Span
 
 #: Characters that other languages or word processors have, and what is meant.
@@ -20,9 +20,9 @@ _HINTS = {
     "\N{MULTIPLICATION SIGN}": "write `*`",
     "\N{DOT OPERATOR}": "write `*`",
     "\N{MIDDLE DOT}": "write `*`",
-    "\N{LEFT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
-    "\N{RIGHT DOUBLE QUOTATION MARK}": 'write straight quotes: `"`',
 }
+#: The quotes of word processors.
+_QUOTES = frozenset("\u201c\u201d\u201e\u201f\u2018\u2019\u201a\u00ab\u00bb\u2033")
 
 
 def never_closed(what: str, span: Span) -> Diagnostic:
@@ -62,6 +62,11 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
             end += 1
         shown = character if character.isprintable() else f"U+{ord(character):04X}"
         message = f"the character `{shown}` has no meaning here"
+        if character in _QUOTES:
+            message, hint = "curved quotes have no meaning here", 'write straight quotes: `"`'
+            quotes = Once("P104", message, Span(source, begin, end), hint=hint, kind="quotes")
+            errors.append(quotes)
+            return end
     errors.append(Diagnostic("P104", message, Span(source, begin, end), hint=hint))
     return end
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic, Once, Related
 from planarc.core.nearest import nearest
 from planarc.parse.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.expected import expected
@@ -110,6 +110,45 @@ def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
     return None
 
 
+def _decimal_comma(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `m=0,5`: a number, a comma and a number without a space."""
+    if trouble.at < 2 or trouble.token.type not in _NUMBERS:
+        return None
+    before, comma = trouble.tokens[trouble.at - 2 : trouble.at]
+    span = before.span.to(trouble.token.span)
+    text = f"{before.text},{trouble.token.text}"
+    if before.type not in _NUMBERS or comma.text != "," or span.text != text:
+        return None
+    hint = f"write `{text.replace(',', '.')}`"
+    return Diagnostic(
+        "P101", f"`{text}` is no number: decimals stand behind a point", span, hint=hint
+    )
+
+
+def _unit_hint(number: str, unit: str) -> str:
+    """What a user means by a unit behind a number."""
+    if unit in _CONVERSIONS:
+        return f"write `Modelica.Units.Conversions.{_CONVERSIONS[unit]}({number})`"
+    if unit in _FACTORS:
+        return f"write `{number}{_FACTORS[unit]}`: values are in SI units"
+    if unit in _SI:
+        return f"leave `{unit}` out: values are in SI units"
+    return "write `*` for a product"
+
+
+_NUMBERS = ("INTEGER", "REAL")
+_CONVERSIONS = {
+    "deg": "from_deg",
+    "degree": "from_deg",
+    "degrees": "from_deg",
+    "rpm": "from_rpm",
+    "degC": "from_degC",
+    "bar": "from_bar",
+}
+_FACTORS = {"mm": "e-3", "cm": "e-2", "km": "e3", "g": "e-3", "t": "e3", "kN": "e3", "ms": "e-3"}
+_SI = frozenset(("m", "kg", "s", "N", "Nm", "rad", "Hz", "J", "W", "K", "Pa", "V", "A"))
+
+
 def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.inserted not in _SECTIONS:
         return None
@@ -159,7 +198,7 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         return None
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
-    return Diagnostic("P105", message, token.span, hint=hint)
+    return Once("P105", message, token.span, hint=hint, kind=token.text)
 
 
 def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -265,7 +304,9 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         return None
     if kind == "TIMES" and previous:
         message = f"expected an operator between `{previous.text}` and {shown(token)}"
-        return Diagnostic("P101", message, token.span, hint="write `*` for a product")
+        number = previous.type in _NUMBERS
+        hint = _unit_hint(previous.text, token.text) if number else "write `*` for a product"
+        return Diagnostic("P101", message, token.span, hint=hint)
     message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
     if kind == "ELSE":
         message = "an `if` expression needs an `else` part"
@@ -303,6 +344,7 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _chained,
     _power_sign,
     _bare_fraction,
+    _decimal_comma,
     _end_of_text,
     _wrong_section,
     _first_word,

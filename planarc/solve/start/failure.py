@@ -72,7 +72,11 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         "what another one constrains already, or a stretched (singular) position"
         if program.mechanism is not None
         else "check whether these equations have a solution, or give start values near to it",
-        related=tuple(Related(trouble.told(v, i), i.span) for v, i in worst),
+        related=tuple(
+            Related(trouble.told(v, i), i.span)
+            for v, i in worst
+            if len(worst) > 1 or trouble.is_off(v)
+        ),
     )
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
 
