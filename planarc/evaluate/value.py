@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from planarc.ir.expr import Expr, Op
 from planarc.runtime import elementary, external
 
 
-def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
-    """The value of an expression; `leaf` gives that of symbols, time, pre and events.
+def apply_function(e: Expr, arguments: Sequence[Any]) -> Any:
+    """The value of an elementary function, or of one that the model calls."""
+    if e.op is Op.CALL:
+        return elementary.TABLE[e.data].value(*arguments)
+    function, output, _ = e.data
+    return external.number(function, output, arguments)
+
+
+def evaluate(
+    root: Expr,
+    leaf: Callable[[Expr], Any],
+    apply: Callable[[Expr, Sequence[Any]], Any] = apply_function,
+) -> Any:
+    """The value of an expression; `leaf` gives that of symbols, time, pre and events, `apply`
+    that of functions, of numbers as the leaves are.
 
     Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
     Of a condition's branches only the one that it chooses is evaluated.
@@ -34,11 +47,8 @@ def evaluate(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
             values[e] = leaf(e)
         elif e.op in _CHOICES:
             values[e] = values[needed[-1]]
-        elif e.op is Op.CALL:
-            values[e] = elementary.TABLE[e.data].value(*(values[a] for a in e.args))
-        elif e.op is Op.APPLY:
-            function, output, _ = e.data
-            values[e] = external.number(function, output, [values[a] for a in e.args])
+        elif e.op in (Op.CALL, Op.APPLY):
+            values[e] = apply(e, [values[a] for a in e.args])
         else:
             values[e] = VALUES[e.op](*(values[a] for a in e.args))
     return values[root]

@@ -10,20 +10,21 @@ exact, however small: there the value counts, and zero is zero.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.events.instants import room
+from planarc.solve.events.rounding import Rounding
 
 #: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14
-#: One below this may be nothing but rounding errors of its equations (the torque limit of an
-#: open clutch): whether it is, is found out by `noise`.
+#: One below this, relative to what is solved for, may be nothing but rounding errors of its
+#: equations (the torque limit of an open clutch): whether it is, is found out by `noise`.
 QUIET = 1e-12
-#: By so much of themselves time and states are moved for that, and what is seen counts so
-#: often: errors of rounding are no larger.
-STIR, SAFETY = 1e-15, 8.0
+#: What moves by this part of its largest value within a short time may be noise alone.
+SUDDEN = 0.01
+#: The bounds of a single evaluation count so often: integration has added to what states err.
+SAFETY = 8.0
 #: So small are zero functions that stand at zero and say by their sign on which side.
 EXACT = 1e-200
 
@@ -38,6 +39,9 @@ class Crossings:
         self.largest = [0.0] * len(program.relations)
         self._ahead = self._least = 1e-7 * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
+        self._rounding, self._start = Rounding(program, kernel), 0.0
+        tears = (x for b in program.blocks if not b.height for x in b.tears)
+        self._unknowns = [0, *(program.slots[repr(x)] for x in tears)]
 
     def truths(self) -> list[bool]:
         return [self.kernel.w[r.slot] != 0 for r in self.program.relations]
@@ -52,27 +56,36 @@ class Crossings:
         self.largest = [max(a, abs(b)) for a, b in zip(self.largest, self.now, strict=True)]
         return flag
 
-    def forget(self) -> None:
-        """Sizes seen while the start was searched for say nothing of the run."""
+    def begin(self, t: float) -> None:
+        """The run begins: sizes seen while its start was searched for say nothing of it."""
         self.largest = [0.0] * len(self.largest)
+        self._start = t
 
     def noise(self, t: float, y: Sequence[float]) -> list[float]:
-        """Sizes up to which the zero functions may be errors of rounding: what becomes of
-        these when time and states move by their last digits, each by an amount of its own.
-        The workspace is that at (t, y) afterwards."""
-        now = list(self.now)
-        self.kernel.roots(t, y, now)
-        found, moved = [0.0] * len(self.now), [0.0] * len(self.now)
-        for k in (0.3, 0.7):
-            parts = [(j * 0.618 + k) % 1.0 - 0.5 for j in range(len(y) + 1)]
-            stirred = [
-                a * (1 + STIR * (2 * p + copysign(1, p))) for a, p in zip(y, parts, strict=False)
-            ]
-            if self.kernel.roots(t * (1 + STIR * parts[-1]), stirred, moved) == 0:
-                seen = [abs(a - b) for a, b in zip(now, moved, strict=True)]
-                found = list(map(max, found, seen))
+        """Sizes up to which the zero functions may be errors of rounding. The workspace is that
+        at (t, y) afterwards."""
+        self.kernel.roots(t, y, now := list(self.now))
+        found = self._rounding.bounds(t - self._start)
         self.kernel.roots(t, y, now)
         return [SAFETY * size for size in found]
+
+    def quiet(self) -> float:
+        """The size below which it pays to ask for the noise."""
+        return QUIET * max(1.0, *(abs(self.kernel.w[slot]) for slot in self._unknowns))
+
+    def truths_at_start(self, t: float, y: Sequence[float]) -> list[bool]:
+        """Truths where nothing was before: what may be a rounding error alone counts as zero."""
+        quiet = self.quiet()
+        small = [
+            0 < abs(g) <= quiet and not r.time_only
+            for g, r in zip(self.now, self.program.relations, strict=True)
+        ]
+        noise = self.noise(t, y) if any(small) else self.now
+        self.now = [
+            0.0 if may and abs(g) <= n else g
+            for g, may, n in zip(self.now, small, noise, strict=True)
+        ]
+        return list(map(self.sign, range(len(self.now))))
 
     def sign(self, i: int) -> bool:
         """The truth that the value of zero function i stands for."""
@@ -88,7 +101,7 @@ class Crossings:
                 truth = self.now[i] < 0
                 if truth != (self.kernel.w[relation.slot] != 0):
                     wrong[i] = truth
-        if any(abs(self.now[i]) <= 1e3 * QUIET for i in wrong):
+        if wrong and min(abs(self.now[i]) for i in wrong) <= 1e3 * self.quiet():
             noise = self.noise(t, y)
             wrong = {i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * noise[i]}
         return wrong
@@ -131,10 +144,14 @@ class Crossings:
         if rises is None:
             return found
         least = [NOISE * size for size in self.largest]
-        if any(self.largest[i] <= QUIET for i in found):
-            least = list(map(max, least, self.noise(t, y)))
         stays = [i for i in found if rises[i] == 0 and abs(self.now[i]) <= EXACT]
-        rests = self.noise(*self._later) if stays else ()
+        quiet, size = self.quiet(), self.largest
+        doubtful = [i for i in found if size[i] <= quiet or abs(rises[i]) > SUDDEN * size[i]]
+        rests: Sequence[float] = ()
+        if stays or doubtful:
+            rests, here = self.noise(*self._later), self.noise(t, y)
+            for i in doubtful:
+                least[i] = max(least[i], rests[i], here[i])
         return {
             i: truth
             for i, truth in found.items()

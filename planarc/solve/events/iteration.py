@@ -56,6 +56,7 @@ class Events:
         """Everything discrete before anything is solved: start values, then what follows
         from these, from time and from parameters. Relations of unknowns count as false."""
         w, program = self.kernel.w, self.program
+        self.crossings.begin(t)
         for d in program.discretes:
             w[d.slot] = w[d.pre] = w[d.start]
         self._set_flag(INITIAL, True)
@@ -79,8 +80,9 @@ class Events:
         must be solved for once more."""
         before = self._snapshot()
         if self.crossings.evaluate(t, y) == 0:
-            for i, relation in enumerate(self.program.relations):
-                self.kernel.w[relation.slot] = float(self.crossings.sign(i))
+            truths = self.crossings.truths_at_start(t, y)
+            for relation, truth in zip(self.program.relations, truths, strict=True):
+                self.kernel.w[relation.slot] = float(truth)
         self.kernel.outputs(t, y)
         self.kernel.discrete()
         self._whens.assign(t, self._whens.edges(initial=True))
@@ -93,7 +95,7 @@ class Events:
         whens.act(t, whens.edges(initial=True), done, {})
         self._keep_pre()
         self._set_flag(INITIAL, False)
-        self.crossings.forget()
+        self.crossings.begin(t)
         return done
 
     # An event

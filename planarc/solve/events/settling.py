@@ -26,7 +26,7 @@ from planarc.ir.dae import Kind
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.events.closure import close_loop, same_number
-from planarc.solve.events.crossings import EXACT, NOISE, QUIET, Crossings
+from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
 
@@ -212,7 +212,7 @@ class Settling:
         """Whether the value of a zero function is more than an error of rounding. One that
         was changed at this instant is known better than one that was integrated."""
         now, largest = self.crossings.now[i], self.crossings.largest[i]
-        if abs(now) <= EXACT or abs(now) > max(QUIET, NOISE * largest):
+        if abs(now) <= EXACT or abs(now) > max(self.crossings.quiet(), NOISE * largest):
             return True
         noise = self._noise()[i]
         least = noise if abs(now - self._before[i]) > noise else max(noise, NOISE * largest)

@@ -1,0 +1,43 @@
+"""What is at rest but for errors of rounding has no events."""
+
+from __future__ import annotations
+
+import pytest
+
+import planarc
+
+#: Four shafts in a row, with three clutches that close one after the other. Behind an open
+#: clutch nothing moves: what its relations compare is zero, and solved for with the rest.
+SHAFTS = """
+model Shafts
+  import Modelica.Mechanics.Rotational.Components.*;
+  Modelica.Mechanics.Rotational.Sources.Torque drive;
+  Inertia J1(J=1, phi(fixed=true, start=0), w(fixed=true, start=10));
+  Inertia J2(J=1, phi(fixed=true, start=0), w(fixed=true, start=0));
+  Inertia J3(J=1, phi(fixed=true, start=0), w(fixed=true, start=0));
+  Inertia J4(J=1, phi(fixed=true, start=0), w(fixed=true, start=0));
+  Clutch clutch1(peak=1.1, fn_max=20), clutch2(peak=1.1, fn_max=20), clutch3(peak=1.1, fn_max=20);
+equation
+  drive.tau = 10*sin(31.41592653589793*time);
+  connect(drive.flange, J1.flange_a);
+  clutch1.f_normalized = cos(1.2566370614359172*time);
+  clutch2.f_normalized = if time < 0.4 then 0 else 1;
+  clutch3.f_normalized = if time < 0.9 then 0 else 1;
+  connect(J1.flange_b, clutch1.flange_a);
+  connect(clutch1.flange_b, J2.flange_a);
+  connect(J2.flange_b, clutch2.flange_a);
+  connect(clutch2.flange_b, J3.flange_a);
+  connect(J3.flange_b, clutch3.flange_a);
+  connect(clutch3.flange_b, J4.flange_a);
+end Shafts;
+"""
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_shafts_behind_open_clutches_are_at_rest(backend: str) -> None:
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    result = planarc.load(SHAFTS, backend=backend).simulate(1.5, tolerance=1e-8)
+    assert 48 <= len(result.events) <= 54
+    assert result["J1.w"][-1] == pytest.approx(3.24705, abs=1e-4)
+    assert result["J4.w"][-1] == pytest.approx(2.46318, abs=1e-4)
