@@ -7,6 +7,9 @@
 It is compiled once; runs with other parameters and start values use the same code, and
 each has a workspace of its own, so that several threads may share one model. No result
 is ever kept.
+
+The file is long because it is one class: the signatures and docstrings of all that a user may
+ask.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""The result of a run, as a user holds it: arrays by name, tables, curves, the moving picture."""
+"""The result of a run, as a user holds it: arrays by name, tables, curves, the moving picture.
+
+The file is long because it is one class: the signatures and docstrings of all that a user may
+ask.
+"""
 
 from __future__ import annotations
 

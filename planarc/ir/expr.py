@@ -10,6 +10,8 @@ builds nodes and applies only rules that are true for all finite values:
 
 All walks are iterative: chains are deeper than Python's recursion limit. Nodes
 are ordered by `id`, their number of creation, never by address or hash.
+
+The file is long because a node, its table and the folding rules know each other.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ such as `crank.frame_b.r` or `link[3].body.m`, of a built-in type, with the
 dimensions that it was declared with (arrays of components are opened, arrays of
 built-in types are kept). Expressions are typed and refer to variables by their
 full names. Nothing here is scalar yet, and nothing is simplified.
+
+The file is long because the model has that many nodes; each is a few lines.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 Given by `parse`, read by `flatten`. Section numbers are those of the Modelica
 Language Specification 3.6. Nodes compare by content; spans do not take part.
+
+The file is long because the syntax has that many nodes; each is a few lines.
 """
 
 from __future__ import annotations

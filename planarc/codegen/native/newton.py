@@ -8,6 +8,8 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
     pc_linear(frame, record) -> flag   tears of a linear block, from its residuals at zero
     pc_solve(a, r, x, sizes, m)        Gaussian elimination
     pc_open(frame, record) -> flag     the same where a modal block is singular
+
+The file is long because a block is one algorithm, whose parts share its registers.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ the matrix and right sides of a linear system; then with the motions of the tear
 
 Flags are 0, or 1 where a group's matrix is singular or a derivative is not finite. Then
 `pc_cv_jacobian` takes differences.
+
+The file is long because one pass over the tape serves all kinds of steps.
 """
 
 from __future__ import annotations

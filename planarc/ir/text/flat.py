@@ -13,6 +13,8 @@ Example:
     equation
       'crank.frame_b.r'[1] = cos('crank.phi');
     end FourBar;
+
+The file is long because every node of the flat model has its text here.
 """
 
 from __future__ import annotations

@@ -27,6 +27,8 @@ d(crank.phi)/ds grows without bound; when it passes WORST, crank.phi takes over.
 
 Reference: M. Gu, S. C. Eisenstat, SIAM J. Sci. Comput. 17(4), 1996, 848-869
            (the exchange criterion).
+
+The file is long because judging, exchanging and naming a choice share its numbers.
 """
 
 from __future__ import annotations
