@@ -320,6 +320,7 @@ class Code(Enum):
     R425 = "forces that the equations leave open while running"
     R426 = "steps that would never bring a run to its end"
     R427 = "a stretch of a run that takes absurdly many steps"
+    R428 = "start values that are held at a dead centre"
     R430 = "an assertion that fails while running"
     R431 = "the model ended its run"
     R432 = "events that follow each other without end"

@@ -15,7 +15,7 @@ from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import loop_names
 from planarc.solve.start import newton
-from planarc.solve.start.held import Choice, places
+from planarc.solve.start.held import Choice, places, weakness
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
@@ -35,6 +35,8 @@ class NotAssembled(PlanarcError):
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
+#: Share of a free motion in the held values below which a position is called a dead centre.
+DEAD_CENTRE = 2e-2
 
 
 def not_evaluated(system: System, flag: int) -> PlanarcError:
@@ -225,6 +227,7 @@ def _not_reachable(
     nearest = listed(
         f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
+    near = weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
     return _at_home(
         program,
@@ -233,7 +236,10 @@ def _not_reachable(
             f"the loop of {loop} cannot be assembled with {wanted}"
             if held
             else f"the loop of {loop} cannot be assembled from its start values",
-            hint=f"start with {nearest}, where it assembles, or change {length}"
+            hint=f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
+            f"values of another joint, or change {length}"
+            if near is not None and near.share < DEAD_CENTRE
+            else f"start with {nearest}, where it assembles, or change {length}"
             if held
             else "change the start values towards an assembled position",
         ),

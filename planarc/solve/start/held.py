@@ -13,6 +13,7 @@ Example: of a four-bar with three written angles the first is held; it has one f
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 #: A candidate that moves less than this part of a free motion is not held against it.
 INDEPENDENT = 1e-3
+#: Singular values below this part of the largest leave a motion free.
+_CLOSED = 1e-5
 
 
 class Choice(Data):
@@ -169,4 +172,32 @@ class _Span:
 def free_motions(system: System, point: Vector) -> Vector | None:
     """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
     jacobian = system.slopes(point)
-    return None if jacobian is None else newton.kernel_of(jacobian, 1e-5)
+    return None if jacobian is None else newton.kernel_of(jacobian, _CLOSED)
+
+
+class Weakness(Data):
+    """The free motion that the held values see least: its share, and the motion itself where
+    they change by what is wanted of them."""
+
+    share: float
+    motion: Vector
+
+
+def weakness(
+    system: System, place: Vector, level: tuple[Sequence[int], Sequence[int]], held: Sequence[int]
+) -> Weakness | None:
+    """How little the held candidates of a level, which move by their values in `place`, see of
+    a free motion; None where they do not depend on one."""
+    import numpy as np
+
+    rows, columns = level
+    jacobian = system.slopes(place)
+    if jacobian is None or not held:
+        return None
+    motions = newton.kernel_of(jacobian[np.ix_(rows, columns)], _CLOSED)
+    own = [list(columns).index(c) for c in held]
+    if not motions.shape[1]:
+        return None
+    left, sizes, right = np.linalg.svd(motions[own], full_matrices=False)
+    share = max(float(sizes[-1]), 1e-300)
+    return Weakness(share, motions @ right[-1] * float(left[:, -1] @ place[list(held)]) / share)

@@ -21,7 +21,8 @@ side the loop closes.
 
 Promises: does not depend on tolerances.
 Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
-          R410 (cannot be solved), R413 (cannot be evaluated), R415 (redundant joints).
+          R410 (cannot be solved), R413 (cannot be evaluated), R415 (redundant joints),
+          R428 (held at a dead centre).
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from planarc.solve.start import sharing
 from planarc.solve.start.assembly import assemble
 from planarc.solve.start.held import choose_closed, choose_held, is_confirmed
 from planarc.solve.start.redundancy import refuse_redundancy
+from planarc.solve.start.singular import refuse_singular
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
@@ -80,6 +82,7 @@ def solve_start(
         raise start_failure.explain(system, u0, choice)
     if sharing.missed(system, values):
         return solve_start(sharing.strict(program), kernel, t, given, judge)
+    refuse_singular(system, u0, values, choice)
     return _finish(system, values, choice.held, judge)
 
 
