@@ -111,6 +111,7 @@ class Run:
             raise error(
                 "R433",
                 "the relations and the start values do not agree: they switch to and fro",
+                self.program.relations[0].span if len(self.program.relations) == 1 else None,
                 hint="write start values that lie clearly on one side of each relation",
             )
         self.held = start.held

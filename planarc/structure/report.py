@@ -13,12 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import text
-from planarc.ir.places import point_home
+from planarc.ir.flat import Part
+from planarc.ir.places import is_own, own_names, own_part, point_home
 from planarc.structure.alias import Elimination
 from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
@@ -43,51 +46,68 @@ def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         return
     parts = find_singular_parts(rows, len(elimination.kept), matching)
     over, under = explain_misfit(dae, find_misfit(dae))
-    found: list[Diagnostic] = []
-    if parts.over_equations:
-        found += over or [_over(dae, elimination, parts.over_equations, parts.over_variables)]
-    if parts.under_variables:
-        found += under or [_under(dae, elimination, parts.under_equations, parts.under_variables)]
-    raise StructurallySingular(found)
+    if parts.over_equations and not over:
+        over = (_over(dae, elimination, parts.over_equations, parts.over_variables),)
+        chosen = _equations(dae, elimination, parts.over_equations)
+        # Of libraries' parts one too many leaves its forces open: that is one mistake.
+        if parts.under_variables and not under and all(e.component for e in chosen):
+            left = _under(dae, elimination, parts.under_equations, parts.under_variables)
+            open_forces = Related(f"therefore {left.message}", left.span)
+            raise StructurallySingular(replace(over[0], related=(open_forces, *over[0].related)))
+    if parts.under_variables and not under:
+        under = (_under(dae, elimination, parts.under_equations, parts.under_variables),)
+    raise StructurallySingular((*over, *under))
 
 
 def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
-    wrong = []
+    wrong: dict[str | int, Diagnostic] = {}  # of a part of a library one equation tells all
     for entry, row in zip(elimination.live, rows, strict=True):
         if not row:
             equation = dae.equations[entry.index]
-            shown = f"`{text(entry.left)} = {text(entry.right)}`"
-            wrong.append(
-                point_home(
-                    dae,
-                    Diagnostic(
-                        "S301",
-                        f"{equation.shown} determines nothing: with the other equations it comes "
-                        f"to {shown}{_inside(equation)}",
-                        _span(equation),
-                        hint=_contradiction_hint(equation),
-                    ),
-                    equation.component,
-                )
+            own = equation.generated or is_own(dae, equation.span)
+            part = None if own else own_part(dae, equation.component)
+            found = _determines_nothing(
+                equation, f"`{text(entry.left)} = {text(entry.right)}`", part
+            )
+            wrong.setdefault(
+                part.name if part else entry.index, point_home(dae, found, equation.component)
             )
     if wrong:
-        raise StructurallySingular(wrong)
+        raise StructurallySingular(wrong.values())
 
 
-def _contradiction_hint(equation: Equation) -> str:
+def _determines_nothing(equation: Equation, left_over: str, part: Part | None) -> Diagnostic:
+    hint = "remove it, or free a variable that the other equations hold"
+    subject = ""
     if equation.generated:
-        return "put a joint between the parts that it connects: they are held already"
-    return "remove it, or free a variable that the other equations hold"
+        hint = "put a joint between the parts that it connects: they are held already"
+    elif part is not None:
+        subject = f"what `{part.name}` holds is held already: "
+        hint = f"remove `{part.name}`, or put a joint between it and what it is connected to"
+    return Diagnostic(
+        "S301",
+        f"{subject}{equation.shown} determines nothing: with the other equations it comes "
+        f"to {left_over}{_inside(equation)}",
+        _span(equation),
+        hint=hint,
+    )
+
+
+def _equations(dae: Dae, elimination: Elimination, numbers: Sequence[int]) -> list[Equation]:
+    return [dae.equations[elimination.live[e].index] for e in numbers]
 
 
 def _over(
     dae: Dae, elimination: Elimination, equations: Sequence[int], variables: Sequence[int]
 ) -> Diagnostic:
-    chosen = [dae.equations[elimination.live[e].index] for e in equations]
+    chosen = _equations(dae, elimination, equations)
     surplus = len(equations) - len(variables)
+    owners = own_names(dae, (e.component for e in chosen if e.component))
+    parts = listed(f"`{n}`" for n in owners)
+    head = f"{parts} decide the same: " if 2 <= len(owners) <= 4 else ""
     return Diagnostic(
         "S302",
-        f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
+        f"{head}{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
         f"({_names([elimination.kept[v] for v in variables])}): {surplus} too many",
         owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
         hint=f"remove {'one' if surplus == 1 else surplus} of these equations or connections",
@@ -99,7 +119,7 @@ def _under(
     dae: Dae, elimination: Elimination, equations: Sequence[int], variables: Sequence[int]
 ) -> Diagnostic:
     names = [elimination.kept[v] for v in variables]
-    chosen = [dae.equations[elimination.live[e].index] for e in equations]
+    chosen = _equations(dae, elimination, equations)
     missing = len(variables) - len(equations)
     redundant = [dae.equations[i] for i in elimination.vanished]
     head = (

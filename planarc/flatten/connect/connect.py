@@ -304,7 +304,23 @@ def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
             Related(f"`{side.name}` is declared here", _declared(side.node))
             for side in (left, right)
         ],
+        hint=_flange_hint(left, right) or _flange_hint(right, left),
     )
+
+
+def _flange_hint(flange: Side, frame: Side) -> str | None:
+    """What a user means who connects a shaft or slide with a frame: the joint's own flange."""
+    if not (isinstance(flange.node, Instance) and isinstance(frame.node, Instance)):
+        return None
+    if set(component_names(flange.node)) not in ({"phi", "tau"}, {"s", "f"}):
+        return None
+    joint = frame.node.parent
+    if not {"r", "phi", "f", "t"} <= set(component_names(frame.node)) or joint is None:
+        return None
+    if "drivenFlange" not in joint.layout.members:
+        return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
+    name = joint.name
+    return f"write `connect({flange.name}, {name}.axis)`, and `{name}(drivenFlange=true)`"
 
 
 def _declared(node: Leaf | Instance) -> Span | None:
