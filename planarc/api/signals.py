@@ -164,6 +164,12 @@ class ForcedKernel:
         """Whatever takes no time is the kernel's own."""
         return getattr(self.inner, name)
 
+    def origin(self, block: int) -> list[float]:
+        return self.inner.origin(block)
+
+    def settle(self, block: int, values: Sequence[float]) -> None:
+        self.inner.settle(block, values)
+
     def parameters(self) -> int:
         flag = self.inner.parameters()
         self.force(self._begin)

@@ -326,6 +326,7 @@ class Code(Enum):
     R432 = "events that follow each other without end"
     R433 = "an event that does not come to rest"
     R434 = "a `sample` whose interval does not suit the run"
+    R436 = "equations solved in another way than from the start values"
     R440 = "the run was interrupted"
     R450 = "a solver that cannot be used"
     R461 = "a delay of no time"

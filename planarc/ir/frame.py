@@ -72,8 +72,8 @@ class Record(IntEnum):
     SLOTS = 11
 
 
-#: A block's part of `area`: three numbers of Newton's method, then arrays.
-COUNT, FACTOR, NORM, ARRAYS = 0, 1, 2, 3
+#: A block's part of `area`: four numbers of Newton's method, then arrays.
+COUNT, FACTOR, NORM, TINY, ARRAYS = 0, 1, 2, 3, 4
 
 
 class Placement(Data):

@@ -170,6 +170,12 @@ class Kernel(Protocol):
     def sway(self, block: int, amount: float) -> None:
         """Add to the accepted values of a block's tears: what it leaves open, moves."""
 
+    def origin(self, block: int) -> list[float]:
+        """The values that a block's tears start from: accepted ones, or their start values."""
+
+    def settle(self, block: int, values: Sequence[float]) -> None:
+        """Let a block of the top start from other values, until the next accepted point."""
+
     def parameters(self) -> int:
         """Run the list `parameters`."""
 

@@ -12,12 +12,17 @@ block in the top level all tears. They start
 
 so that the result depends on time, states and the accepted point alone. A linear
 block needs no start: its residuals at zero and its matrix give its unknowns at once.
-Others take steps until the last one, relative to
-max(1, |x|), is below `QUADRATIC` (the next would be its square).
+Others take steps until one is so small that the next would be its square:
+
+    small      relative to max(1, |x|) below `QUADRATIC`
+    the last   small, and below that part also of each |x|, or else, in every equation, of
+               the largest term |J_ik*x_k|: a current of 1e-8 A counts behind 1 GOhm
+
 A step that does not lessen the residuals is halved, `HALVINGS` times at most.
 The solve fails (and a smaller step of the integrator may help) when the matrix is
-singular, after too many steps, or below the top when the result lies further than
-`FAR` from where it started.
+singular, after too many steps, or when no part of a step lessens the residuals; but after
+a small step this is rounding, and the solve ends there. Below the top it also fails when
+the result lies further than `FAR` from where it started.
 
 A *modal* block of the top, whose matrix changes with truths at events, may be singular
 in some modes and still have solutions: two brakes that hold one shaft share its load in
@@ -30,6 +35,8 @@ from __future__ import annotations
 from typing import Final
 
 QUADRATIC: Final = 1e-7
+#: Size of a step that nothing can tell from none.
+NOTHING: Final = 1e-30
 HALVINGS: Final = 10
 STEPS_BELOW: Final = 12
 STEPS_TOP: Final = 60

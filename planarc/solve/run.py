@@ -32,6 +32,7 @@ from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
+from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
 from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, Settings
@@ -76,6 +77,7 @@ class Run:
         self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)
         self.labour = Labour(program, kernel)
+        self.rescue = Rescue(program, kernel)
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
@@ -98,7 +100,8 @@ class Run:
         self.events.begin(t)
         self.delays.begin(t)
         for _ in range(START_ROUNDS):
-            start = solve_start(self.program, self.kernel, t, frozenset(self.request.starts))
+            given = frozenset(self.request.starts)
+            start = solve_start(self.program, self.kernel, t, given, rescue=self.rescue)
             self.kernel.accept(t)
             self.states.choose(t, start.held[: len(self.program.candidates)])
             y = self.states.values()
@@ -115,6 +118,7 @@ class Run:
                 hint="write start values that lie clearly on one side of each relation",
             )
         self.held = start.held
+        self.warnings.extend(self.rescue.notes.values())
         self.kernel.outputs(t, y)
         done = self.events.finish_start(t, y)
         self._note(done.ended, done.warnings)

@@ -19,13 +19,14 @@ from functools import reduce
 from operator import and_
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, Frame, Mode, Number, Record
+from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Mode, Number, Record
 from planarc.ir.newton import (
     AGREES,
     BENT,
     DEPENDENT,
     FAR,
     HALVINGS,
+    NOTHING,
     QUADRATIC,
     SINGULAR,
     STEPS_BELOW,
@@ -83,6 +84,7 @@ class Block:
 def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     b = Block(frame, record)
     b.state.store(0.0, COUNT)
+    b.state.store(0.0, TINY)
     top, below, moved = c.label(), c.label(), c.label()
     c.branch(b.below, below, top)
     c.begin(top)
@@ -135,7 +137,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
     right = b.matrix.at(b.m * b.m)
     with c.loop(b.m) as i:
         right.store(b.residuals.load(REAL, i), i)
-    _eliminate(c, b, right, frame, record)
+    _eliminate(c, b, right, frame, record, ended=lambda: _finish(c, b))
     size = c.variable(0.0)
     with c.loop(b.m) as k:
         i = position(k)
@@ -152,12 +154,35 @@ def _step(c: Code, frame: Value, record: Value) -> None:
     b.state.store(count + 1.0, COUNT)
     b.state.store(1.0, FACTOR)
     b.state.store(_norm(c, b), NORM)
-    with c.when(size.get() < QUADRATIC, leaves=True):
-        _finish(c, b)
     limit = c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP))
-    with c.when(count + 1.0 >= limit, leaves=True):
+    exhausted = count + 1.0 >= limit
+    small = size.get() < QUADRATIC
+    b.state.store(c.select(small, 1.0, 0.0), TINY)
+    with c.when(small):
+        last = _is_last(c, b, position)
+        with c.when(last | exhausted, leaves=True):
+            _finish(c, b)
+    with c.when(exhausted, leaves=True):
         _fail(c, b)
     c.give(MORE)
+
+
+def _is_last(c: Code, b: Block, position: Callable[[Value], Value]) -> Value:
+    """Whether a small step is so beside each unknown, or beside the terms of each equation."""
+    last = c.variable(1, INT)
+    with c.loop(b.m) as k:
+        i = position(k)
+        d = c.absolute(b.change.load(REAL, k))
+        beside = d > c.absolute(b.x(i).load(REAL)) * QUADRATIC
+        with c.when(beside & (d > NOTHING)), c.loop(b.m) as r:
+            row = b.jacobian.at(r * b.n)
+            most = c.variable(0.0)
+            with c.loop(b.n) as j:
+                term = c.absolute(row.load(REAL, j) * b.x(j).load(REAL))
+                most.set(c.largest(most.get(), term))
+            with c.when(c.absolute(row.load(REAL, i)) * d > most.get() * QUADRATIC):
+                last.set(c.constant(0, INT))
+    return last.get().equals(1)
 
 
 @function("i32 pc_linear(ptr frame, ptr record)")
@@ -192,11 +217,23 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
     c.give(DONE)
 
 
-def _eliminate(c: Code, b: Block, right: Value, frame: Value, record: Value) -> None:
-    """The change from matrix and right side; where there is none, the function ends."""
+def _eliminate(
+    c: Code,
+    b: Block,
+    right: Value,
+    frame: Value,
+    record: Value,
+    ended: Callable[[], None] | None = None,
+) -> None:
+    """The change from matrix and right side; where there is none, the function ends, after a
+    small step with success."""
     flag = c.variable(c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m), FLAG)
     with c.when(flag.get().equals(UNSOLVED) & b.modal):
         flag.set(c.call(FLAG, "pc_open", frame, record))
+    if ended is not None:
+        small = b.state.load(REAL, TINY) > 0.0
+        with c.when(flag.get().equals(UNSOLVED) & small, leaves=True):
+            ended()
     with c.when(flag.get() < 0, leaves=True):
         b.numbers.store(b.index, Number.FAILED)
         c.give(flag.get())
@@ -217,12 +254,17 @@ def _norm(c: Code, b: Block) -> Value:
 
 
 def _halve_if_worse(c: Code, b: Block, position: Callable[[Value], Value]) -> None:
-    worse = ~(_norm(c, b) <= b.state.load(REAL, NORM))
+    norm = _norm(c, b)
+    worse = ~((norm < b.state.load(REAL, NORM)) | norm.equals(0.0))
     with c.when(worse, leaves=True):
         factor = b.state.load(REAL, FACTOR) * 0.5
         b.state.store(factor, FACTOR)
         with c.when(factor < 0.5**HALVINGS, leaves=True):
-            _fail(c, b)
+            with c.when(b.state.load(REAL, TINY).equals(0.0), leaves=True):
+                _fail(c, b)
+            with c.loop(b.m) as k:  # nothing is left but rounding
+                b.x(position(k)).store(b.before.load(REAL, position(k)))
+            _finish(c, b)
         with c.loop(b.m) as k:
             i = position(k)
             b.x(i).store(b.before.load(REAL, i) - factor * b.change.load(REAL, k))

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+from planarc.ir.program import BlockCode, Let, Program, Solve, Statement, Tangent
 
 
 class Replay:
@@ -32,8 +32,9 @@ class Replay:
 
     def residuals(self, block: int) -> list[float]:
         """How far a block's equations are from being fulfilled; nan where that is not known."""
-        code = self._program.blocks[block]
-        for _ in self._run(self._program.levels, block):
+        program = self._program
+        code = program.blocks[block]
+        for _ in self._run((*program.levels, program.rest, program.initial), block):
             pass
         values = [self._values.get(r, math.nan) for r in code.residuals]
         return self._linear(code, values) if code.linear else values
@@ -44,6 +45,36 @@ class Replay:
             for _ in self._run(self._program.levels):
                 pass
         return [self._value(e) for e in wanted]
+
+    def residuals_at(self, block: int, tears: Sequence[float]) -> list[float]:
+        """The same for other tears, after `residuals`, which has evaluated all before it."""
+        code = self._program.blocks[block]
+        self._values.update(zip(code.tears, tears, strict=True))
+        for _ in self._lets(code.body):
+            pass
+        return [self._values.get(r, math.nan) for r in code.residuals]
+
+    def slopes(self, block: int) -> list[list[float]]:
+        """The derivatives of the residuals that were evaluated last, a row for each."""
+        code = self._program.blocks[block]
+        for _ in self._lets(code.jacobian_body):
+            pass
+        found = [[0.0] * len(code.tears) for _ in code.residuals]
+        for i, j, slope in code.jacobian:
+            found[i][j] = self._value(slope)
+        for j, seed in enumerate(code.tangent.seeds if code.tangent else ()):
+            self._column(code.tangent, seed, j, found)
+        return found
+
+    def _column(
+        self, tangent: Tangent | None, chosen: Expr, j: int, found: Sequence[list[float]]
+    ) -> None:
+        assert tangent is not None
+        self._values.update((seed, float(seed is chosen)) for seed in tangent.seeds)
+        for _ in self._lets(tangent.body):
+            pass
+        for row, entry in zip(found, tangent.entries, strict=True):
+            row[j] = self._value(entry)
 
     def _linear(self, code: BlockCode, at_zero: Sequence[float]) -> list[float]:
         """Its residuals are known where all tears are zero, and how they change with these."""

@@ -47,6 +47,14 @@ def told(value: float, info: EquationInfo) -> str:
     return f"`{info.text}` is one of them"
 
 
+def values(items: Sequence[tuple[str, float]]) -> str:
+    """Names with their values in backticks; of many only the first few."""
+    shown = [f"`{n}` = {v:.4g}" for n, v in items[:_MOST_NAMES]]
+    if len(items) > _MOST_NAMES:
+        shown.append(f"{len(items) - _MOST_NAMES} more")
+    return listed(shown)
+
+
 def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:
     """The equation that the kernel says failed, or the first one, in the order of
     evaluation, that gives no finite number."""

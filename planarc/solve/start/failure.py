@@ -14,6 +14,7 @@ from planarc.ir.places import declaration, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import loop_names
+from planarc.solve.rescue.rescue import Account
 from planarc.solve.start import newton
 from planarc.solve.start.held import Choice, places, weakness
 from planarc.solve.start.stage import solve_stage
@@ -61,7 +62,10 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
 
 def _block_failed(system: System, block: int) -> PlanarcError:
     program = system.program
+    tried = system.rescue.account(system.t, block)
     worst = trouble.worst_equations(program, system.kernel, system.t, block, _WORST)
+    if tried is not None:
+        worst = list(tried.worst)
     infos = [i for _, i in worst]
     names = trouble.components(program, infos)
     found = Diagnostic(
@@ -70,10 +74,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         if names
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
-        hint="look for a part without mass that nothing holds, a joint that constrains "
-        "what another one constrains already, or a stretched (singular) position"
-        if program.mechanism is not None
-        else "check whether these equations have a solution, or give start values near to it",
+        hint=_advice(program, tried),
         related=tuple(
             Related(trouble.told(v, i), i.span)
             for v, i in worst
@@ -81,6 +82,20 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         ),
     )
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
+
+
+def _advice(program: Program, tried: Account | None) -> str:
+    if program.mechanism is not None:
+        return (
+            "look for a part without mass that nothing holds, a joint that constrains what "
+            "another one constrains already, or a stretched (singular) position"
+        )
+    if tried is None:
+        return "check whether these equations have a solution, or give start values near to it"
+    return (
+        f"check whether these equations have a solution, or give start values near to it: from "
+        f"{trouble.values(tried.origin)} none was found by {listed(tried.ways, 'or')}"
+    )
 
 
 def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:

@@ -35,6 +35,7 @@ from planarc.ir.dae import MISFIT
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Held
+from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import failure as start_failure
 from planarc.solve.start import sharing
 from planarc.solve.start.assembly import assemble
@@ -58,6 +59,7 @@ def solve_start(
     t: float,
     given: frozenset[int] = frozenset(),
     judge: Callable[[System, Vector], None] = refuse_redundancy,
+    rescue: Rescue | None = None,
 ) -> Start:
     """Leaves the workspace at the start values found. `given` are the slots of start values
     that the user sets for this run: they count as written. `judge` is shown the assembled
@@ -65,7 +67,7 @@ def solve_start(
     import numpy as np
 
     guess = [float(kernel.w[c.start]) for c in program.candidates]
-    system = System(program, kernel, t, given)
+    system = System(program, kernel, t, given, rescue=rescue)
     if not system.rows and not any(system.written(f) for f in program.fixed):
         held = [True] * len(guess)
         return _finish(system, np.array(guess), held, judge)
@@ -81,7 +83,7 @@ def solve_start(
     if values is None:
         raise start_failure.explain(system, u0, choice)
     if sharing.missed(system, values):
-        return solve_start(sharing.strict(program), kernel, t, given, judge)
+        return solve_start(sharing.strict(program), kernel, t, given, judge, rescue)
     refuse_singular(system, u0, values, choice)
     return _finish(system, values, choice.held, judge)
 

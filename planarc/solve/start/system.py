@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.once import once
+from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import newton
 
 if TYPE_CHECKING:
@@ -34,10 +35,12 @@ class System:
         t: float,
         given: frozenset[int] = frozenset(),
         others: Sequence[FixedSlot] = (),
+        rescue: Rescue | None = None,
     ) -> None:
         import numpy as np
 
         self.program, self.kernel, self.t, self.given = program, kernel, t, given
+        self.rescue = Rescue(program, kernel) if rescue is None else rescue
         self.conditions = (*(f for f in program.fixed if f.fixed), *others)
         self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
         self.block_rows: dict[int, range] = {}
@@ -60,7 +63,7 @@ class System:
         """The system with some more variables held."""
         if not others:
             return self
-        return System(self.program, self.kernel, self.t, self.given, others)
+        return System(self.program, self.kernel, self.t, self.given, others, self.rescue)
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
@@ -85,7 +88,8 @@ class System:
     # Values
 
     def evaluate_flag(self, u: Vector) -> int:
-        return self.kernel.residuals(self.t, u.tolist(), self._r)
+        given = u.tolist()
+        return self.rescue.overcome(self.t, lambda: self.kernel.residuals(self.t, given, self._r))
 
     def finite(self, u: Vector) -> bool:
         return all(map(math.isfinite, u.tolist())) and all(
@@ -101,7 +105,10 @@ class System:
         import numpy as np
 
         if self._form is not None:
-            found = self._form.differences(self.t, u, (), (*self._slots, *slots), False)
+            asked = (*self._slots, *slots)
+            found = self._form.differences(self.t, u, (), asked, False)
+            if found is None and self.evaluate_flag(u) == 0:  # with help
+                found = self._form.differences(self.t, u, (), asked, False)
             if found is None:
                 return None
             values: Vector = found[0]

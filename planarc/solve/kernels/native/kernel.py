@@ -75,6 +75,7 @@ class NativeKernel(Derived):
         self._numbers[Number.STATES] = n
         self._numbers[Number.OPEN] = -1
         self._started = False
+        self._settled: dict[int, Sequence[float]] = {}
         self.w[made.parameters] = made.defaults
         self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
 
@@ -116,9 +117,22 @@ class NativeKernel(Derived):
         return int(self._numbers[Number.OPEN])
 
     def sway(self, block: int, amount: float) -> None:
+        self._accepted[self._tears(block)] += amount
+
+    def origin(self, block: int) -> list[float]:
+        self._begin()
+        found: list[float] = self._accepted[self._tears(block)].tolist()
+        return found
+
+    def settle(self, block: int, values: Sequence[float]) -> None:
+        self._settled[block] = values
+        self._accepted[self._tears(block)] = values
+
+    def _tears(self, block: int) -> slice:
+        """The places of a block's values in `accepted`."""
         record = self._place.records[block]
         first = record[Record.ACCEPTED]
-        self._accepted[first : first + record[Record.TEARS]] += amount
+        return slice(first, first + record[Record.TEARS])
 
     @property
     def failed_equation(self) -> int:
@@ -155,6 +169,7 @@ class NativeKernel(Derived):
 
     def parameters(self) -> int:
         self._started = False
+        self._settled.clear()
         return self._call_parameters(float(self.w[0]))
 
     def select(self, selection: Sequence[int]) -> None:
@@ -287,6 +302,8 @@ class NativeKernel(Derived):
             return
         self._accepted[:] = 0.0
         self._accepted[: len(self._tear_starts)] = self.w[self._tear_starts]
+        for block, values in self._settled.items():
+            self._accepted[self._tears(block)] = values
 
     def _check_all(self) -> int:
         return 0 if np.isfinite(self.w[self._results]).all() else -1

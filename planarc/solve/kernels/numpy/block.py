@@ -9,7 +9,16 @@ import math
 from collections.abc import MutableSequence, Sequence
 from operator import mul
 
-from planarc.ir.newton import BENT, FAR, FITS, HALVINGS, QUADRATIC, STEPS_BELOW, STEPS_TOP
+from planarc.ir.newton import (
+    BENT,
+    FAR,
+    FITS,
+    HALVINGS,
+    NOTHING,
+    QUADRATIC,
+    STEPS_BELOW,
+    STEPS_TOP,
+)
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.kernels.numpy.support import Rows, solve_linear
 from planarc.solve.kernels.singular import solve_open
@@ -85,8 +94,13 @@ class Block:
         self._velocity = [0.0] * len(self.slots)
         self._acceleration = [0.0] * len(self.slots)
 
+    def origin(self) -> list[float]:
+        """The accepted values."""
+        return list(self._accepted)
+
     def start(self, t: float) -> Sequence[float]:
         self.done = False
+        self._small = False  # the last step
         self._count = 0
         if not self._below and not self.evaluating:
             self._x = list(self._accepted)
@@ -155,13 +169,16 @@ class Block:
             return self._x
         if self._below:
             matrix = [[row[j] for j in solved] for row in matrix]
-        if self._count and not _norm(residuals, self._sizes) <= self._size_of_residuals:
+        if self._count and not _lessened(_norm(residuals, self._sizes), self._size_of_residuals):
             return self._halve()
+        x = self._x
         found = solve_linear(matrix, residuals, self.lapack)
         if found is None and self._modal:
             found = self._solve_open(matrix, residuals, [0.0] * len(residuals))
+        if found is None and self._small:
+            self._finish()
+            return x
         change = self._checked(found, residuals, matrix)
-        x = self._x
         self._before = x.copy()
         self._change = change
         self._factor = 1.0
@@ -172,7 +189,8 @@ class Block:
             relative = abs(d) / abs(moved) if abs(moved) > 1.0 else abs(d)
             if not relative <= size:
                 size = relative
-        if size < QUADRATIC:
+        self._small = size < QUADRATIC
+        if self._small and (self._count >= self._most or self._is_last()):
             self._finish()
             return x
         if not size < 1e300 or self._count >= self._most:  # nan, far out, too many
@@ -205,6 +223,16 @@ class Block:
             return [0.0] * len(residuals)
         raise UnsolvedError(self.index)
 
+    def _is_last(self) -> bool:
+        """Whether a small step is so beside each unknown, or beside the terms of each equation."""
+        x = self._x
+        for i, d in zip(self._solved, self._change, strict=True):
+            if abs(d) > QUADRATIC * abs(x[i]) and abs(d) > NOTHING:
+                for row in self.matrix:
+                    if abs(row[i] * d) > QUADRATIC * max(map(abs, map(mul, row, x))):
+                        return False
+        return True
+
     def _finish(self) -> None:
         """Converged; below the top only when not far from where it started."""
         self.done = True
@@ -217,15 +245,23 @@ class Block:
     def _halve(self) -> Sequence[float]:
         self._factor *= 0.5
         if self._factor < 0.5**HALVINGS:
-            raise UnsolvedError(self.index)
+            if not self._small:
+                raise UnsolvedError(self.index)
+            self._factor = 0.0  # nothing is left but rounding
         for i, d in zip(self._solved, self._change, strict=True):
             self._x[i] = self._before[i] - self._factor * d
+        if self._factor == 0.0:
+            self._finish()
         return self._x
 
 
 def by_columns(columns: Rows) -> Rows:
     """A matrix that is given by its columns."""
     return list(zip(*columns, strict=True))
+
+
+def _lessened(size: float, before: float) -> bool:
+    return size < before or size == 0.0
 
 
 def _norm(residuals: Sequence[float], sizes: Sequence[float]) -> float:

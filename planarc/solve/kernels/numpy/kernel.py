@@ -67,6 +67,7 @@ class NumpyKernel(Derived):
         results = sorted({c.slot for c in program.columns if not c.constant})
         self._pick = itemgetter(0, 0, *results)  # twice the time, since one alone is no tuple
         self._started = False
+        self._settled: dict[int, Sequence[float]] = {}
         for p in program.parameter_slots:
             if p.default is not None:
                 self.w[p.slot] = p.default
@@ -82,6 +83,15 @@ class NumpyKernel(Derived):
 
     def sway(self, block: int, amount: float) -> None:
         self._blocks[block].sway(amount)
+
+    def origin(self, block: int) -> list[float]:
+        if not self._started:
+            self._begin()
+        return self._blocks[block].origin()
+
+    def settle(self, block: int, values: Sequence[float]) -> None:
+        self._settled[block] = values
+        self._blocks[block].begin(values)
 
     def expect_few_points(self) -> None:
         """Solve without LAPACK: importing it would take longer than all solutions."""
@@ -101,6 +111,7 @@ class NumpyKernel(Derived):
 
     def parameters(self) -> int:
         self._started = False
+        self._settled.clear()
         return self._run("parameters")[0]
 
     def select(self, selection: Sequence[int]) -> None:
@@ -231,7 +242,7 @@ class NumpyKernel(Derived):
         program, w = self._program, self.w
         starts = {c.slot: c.start for c in program.candidates} | dict(program.guesses)
         for block in self._blocks:
-            block.begin([w[starts[s]] for s in block.slots])
+            block.begin(self._settled.get(block.index) or [w[starts[s]] for s in block.slots])
 
     # Failures
 

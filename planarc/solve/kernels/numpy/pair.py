@@ -52,7 +52,8 @@ class PairBlock(Block):
         if self._count:
             s, t = self._sizes
             r, size = abs(p) / s, abs(q) / t
-            if found is None or not (r if r > size else size) <= self._size_of_residuals:
+            size = r if r > size else size
+            if found is None or not (size < self._size_of_residuals or size == 0.0):
                 return super().step(residuals, matrix)
         elif found is None:
             return super().step(residuals, matrix)
@@ -72,7 +73,8 @@ class PairBlock(Block):
         if v > 1.0:
             f /= v
         size = e if e > f else f
-        if size < QUADRATIC and e == e:
+        self._small = size < QUADRATIC and e == e
+        if self._small and (self._count >= self._most or self._is_last()):
             self._finish()
             return x
         if not (e < 1e300 and f < 1e300) or self._count >= self._most:

@@ -1,0 +1,142 @@
+"""Blocks that Newton's method of a kernel cannot solve from where it starts them.
+
+In:   Program, Kernel after a call that failed, the call
+Out:  the flag of the call once more, with the block started from a root of its own; notes
+
+The root is found by one of the ways of `ladder` over the same residuals, and only one from
+which the kernel itself gets on is taken: what is accepted is always the kernel's solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.expr import text
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import EquationInfo, Let, Program
+from planarc.solve.messages.replay import Replay
+from planarc.solve.rescue.ladder import WAYS, climb
+
+if TYPE_CHECKING:
+    from planarc.solve.rescue.ladder import Vector
+
+#: Blocks that may stay unsolved in one run before no further ways are tried.
+MOST_FAILURES = 8
+
+
+class Rescue:
+    """The rescue of one kernel's blocks. `notes` tell which way was taken, once for each block;
+    `tried` are the blocks for which none was found."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        self.program, self.kernel = program, kernel
+        self.notes: dict[int, Diagnostic] = {}
+        self.tried: set[int] = set()
+        self._left = MOST_FAILURES
+
+    def overcome(self, t: float, call: Callable[[], int]) -> int:
+        """The flag of a call of the kernel, with the help that blocks of the top need."""
+        flag = call()
+        for _ in self.program.blocks:
+            block = self._failed() if flag else -1
+            if block < 0:
+                break
+            flag = self._climb(t, block, call)
+            if block in self.tried:
+                break
+        return flag
+
+    def _failed(self) -> int:
+        """The block that failed, where there are further ways for it, or -1."""
+        block, program = self.kernel.failed_block, self.program
+        if block < 0:
+            block = _block_of(program, self.kernel.failed_equation)
+        if block < 0 or not self._left:
+            return -1
+        code = program.blocks[block]
+        return -1 if code.height or code.linear or not code.residuals else block
+
+    def _climb(self, t: float, block: int, call: Callable[[], int]) -> int:
+        import numpy as np
+
+        guess = np.array(self.kernel.origin(block))
+        with np.errstate(all="ignore"):
+            for found in climb(BlockFunction(self.program, self.kernel, t, block), guess):
+                self.kernel.settle(block, found.point.tolist())
+                flag = call()
+                if not flag or self._failed() not in (block, -1):
+                    self.tried.discard(block)
+                    self.notes[block] = self._note(t, block, found.way)
+                    return flag
+        self.kernel.settle(block, guess.tolist())
+        self.tried.add(block)
+        self._left -= 1
+        return call()
+
+    def _note(self, t: float, block: int, way: str) -> Diagnostic:
+        infos = [self.program.equations[e] for e in self.program.blocks[block].equations]
+        return Diagnostic(
+            "R436",
+            f"`{infos[0].text}` has no solution by Newton's steps from the start values at "
+            f"t = {t:.6g} s: {way} found one",
+            infos[0].span,
+            severity=Severity.NOTE,
+            hint="write start values nearer to the solution that you mean",
+        )
+
+    def account(self, t: float, block: int) -> Account | None:
+        """What was tried for a block that stays unsolved; None where nothing was."""
+        if block not in self.tried:
+            return None
+        program, origin = self.program, self.kernel.origin(block)
+        code = program.blocks[block]
+        replay = Replay(program, self.kernel, t)
+        replay.residuals(block)
+        off = replay.residuals_at(block, origin)
+        infos = [program.equations[e] for e in code.equations]
+        worst = sorted(zip(off, infos, strict=True), key=lambda pair: -abs(pair[0]))[:3]
+        names = [text(tear) for tear in code.tears]
+        return Account(tuple(zip(names, origin, strict=True)), tuple(worst), tuple(WAYS))
+
+
+class Account(Data):
+    """From where a solution was looked for, how far equations are off there, and the ways."""
+
+    origin: tuple[tuple[str, float], ...]
+    worst: tuple[tuple[float, EquationInfo], ...]
+    ways: tuple[str, ...]
+
+
+class BlockFunction:
+    """The residuals of a block of the top by its tears; what is computed before it is as the
+    workspace has it."""
+
+    def __init__(self, program: Program, kernel: Kernel, t: float, block: int) -> None:
+        self._replay, self._block = Replay(program, kernel, t), block
+        self._replay.residuals(block)
+
+    def __call__(self, x: Vector) -> Vector | None:
+        import numpy as np
+
+        found = self._replay.residuals_at(self._block, x.tolist())
+        return np.array(found) if all(map(math.isfinite, found)) else None
+
+    def slopes(self, x: Vector) -> Vector | None:
+        import numpy as np
+
+        self._replay.residuals_at(self._block, x.tolist())
+        found = np.array(self._replay.slopes(self._block))
+        return found if np.isfinite(found).all() else None
+
+
+def _block_of(program: Program, equation: int) -> int:
+    """The block in which an equation is used, or -1."""
+    for i, code in enumerate(program.blocks):
+        used = {let.equation for let in code.body if isinstance(let, Let)}
+        if equation >= 0 and (equation in used or equation in code.equations):
+            return i
+    return -1
