@@ -106,6 +106,7 @@ class Tables:
                 minimum=_bound(p.minimum),
                 maximum=_bound(p.maximum),
                 final=p.final,
+                span=p.span,
             )
             for p in self._dae.parameters
         )

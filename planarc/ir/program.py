@@ -134,6 +134,7 @@ class ParameterSlot(Data):
     minimum: float | None = None  # where they are numbers, in the unit of the parameter
     maximum: float | None = None
     final: bool = False
+    span: Span = NOWHERE
 
 
 class CandidateSlot(Data):

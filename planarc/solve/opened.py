@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
+from planarc.core.source import NOWHERE
 from planarc.ir.kernel import Kernel
+from planarc.ir.places import declaration
 from planarc.ir.program import Program
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
@@ -37,9 +39,12 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     flag = kernel.parameters()
     bad = failure.constant_not_finite(program, kernel)
     if flag != 0 or bad:
+        spans = {f"parameter `{p.name}`": (p.name, p.span) for p in program.parameter_slots}
+        name, span = spans.get(bad, (bad.strip("`"), NOWHERE))
         raise error(
             "R414",
             f"{bad} has no finite value" if bad else "the parameters have no value",
+            declaration(program, name, span),
             hint="check the parameters and constants it is computed from",
         )
     for slot, value in request.starts.items():

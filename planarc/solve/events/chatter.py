@@ -76,7 +76,12 @@ class Chatter:
             del self._recent[0]
             if t - self._recent[0][0] < CHATTER_TIME * self._span:
                 often = Counter(c for _, found in self._recent for c in found)
-                return chattering(self._program, t, [c for c, _ in often.most_common(3)])
+                return chattering(
+                    self._program, self._crossings.kernel, t, [c for c, _ in often.most_common(3)]
+                )
         piled = [i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT]
         texts = list(dict.fromkeys(self._program.relations[i].text for i in piled))
-        return chattering(self._program, t, texts) if piled else None
+        return self._told(t, texts) if piled else None
+
+    def _told(self, t: float, often: Sequence[str]) -> Diagnostic:
+        return chattering(self._program, self._crossings.kernel, t, often)

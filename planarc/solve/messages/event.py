@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
@@ -62,7 +63,7 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     return point_home(program, found, owners[restless[0]] if restless else "")
 
 
-def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
+def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str]) -> Diagnostic:
     """`often`: the causes that come again and again, those of relations with their texts."""
     relations = {r.text: r for r in program.relations}
     told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
@@ -71,12 +72,31 @@ def chattering(program: Program, t: float, often: Sequence[str]) -> Diagnostic:
     found = Diagnostic(
         "R432",
         f"events follow each other without end at t = {t:.6g} s: {listed(told)} {switch} "
-        "to and fro",
+        f"to and fro{_sides(program, kernel, first)}",
         first.span if first else None,
         hint="let the model come to rest there (a stuck or resting mode), or smooth the "
         "relation, or put it in `noEvent(...)`",
     )
     return point_home(program, found, first.component if first else "")
+
+
+#: Values below this are told as such: their digits depend on the machine.
+_SMALL = 1e-6
+
+
+def _sides(program: Program, kernel: Kernel, relation: RelationSlot | None) -> str:
+    """The values of the variables in a relation, where they have some."""
+    columns = {c.name: c for c in program.columns}
+    names = re.findall(r"[A-Za-z_][\w.]*(?:\[\d+\])?", relation.text) if relation else []
+    told = []
+    for local in dict.fromkeys(names):
+        inside = f"{relation.component}.{local}" if relation else local
+        name = inside if inside in columns else local
+        if name in columns:
+            value = columns[name].sign * float(kernel.w[columns[name].slot])
+            small = abs(value) < _SMALL
+            told.append(f"|`{name}`| < {_SMALL:g}" if small else f"`{name}` = {value:.4g}")
+    return f", with {listed(told)}" if told else ""
 
 
 def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnostic:
