@@ -31,7 +31,7 @@ EXACT = 1e-200
 
 class Crossings:
     """`now` are the values of the zero functions where they were evaluated last, `largest`
-    the greatest sizes seen in the run."""
+    the greatest sizes seen in the run, `heard` the greatest noise found since the last event."""
 
     def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
         self.program, self.kernel = program, kernel
@@ -39,6 +39,7 @@ class Crossings:
         self.largest = [0.0] * len(program.relations)
         self._ahead = self._least = 1e-7 * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
+        self.heard = [0.0] * len(program.relations)
         self._rounding, self._start = Rounding(program, kernel), 0.0
         tears = (x for b in program.blocks if not b.height for x in b.tears)
         self._unknowns = [0, *(program.slots[repr(x)] for x in tears)]
@@ -68,6 +69,10 @@ class Crossings:
         found = self._rounding.bounds(t - self._start)
         self.kernel.roots(t, y, now)
         return [SAFETY * size for size in found]
+
+    def _listen(self, t: float, y: Sequence[float]) -> None:
+        """Remember the noise here until the next event: asking costs as much as a hundred steps."""
+        self.heard = list(map(max, self.heard, self.noise(t, y)))
 
     def quiet(self) -> float:
         """The size below which it pays to ask for the noise."""
@@ -102,8 +107,11 @@ class Crossings:
                 if truth != (self.kernel.w[relation.slot] != 0):
                     wrong[i] = truth
         if wrong and min(abs(self.now[i]) for i in wrong) <= 1e3 * self.quiet():
-            noise = self.noise(t, y)
-            wrong = {i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * noise[i]}
+            if any(abs(self.now[i]) > 1e3 * self.heard[i] for i in wrong):
+                self._listen(t, y)
+            wrong = {
+                i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * self.heard[i]
+            }
         return wrong
 
     def rises(self, t: float, y: Sequence[float], bent: bool = False) -> list[float] | None:
@@ -143,21 +151,22 @@ class Crossings:
         found = {i: d < 0 for i, d in enumerate(directions) if d}
         if rises is None:
             return found
-        least = [NOISE * size for size in self.largest]
-        stays = [i for i in found if rises[i] == 0 and abs(self.now[i]) <= EXACT]
         quiet, size = self.quiet(), self.largest
-        doubtful = [i for i in found if size[i] <= quiet or abs(rises[i]) > SUDDEN * size[i]]
-        rests: Sequence[float] = ()
-        if stays or doubtful:
-            rests, here = self.noise(*self._later), self.noise(t, y)
-            for i in doubtful:
-                least[i] = max(least[i], rests[i], here[i])
-        return {
-            i: truth
+        stays = {
+            i
             for i, truth in found.items()
-            if directions[i] * rises[i] > 4 * least[i]
-            or (i in stays and rests[i] == 0 and self.sign(i) == truth)
+            if rises[i] == 0 and abs(self.now[i]) <= EXACT and self.sign(i) == truth
         }
+        doubtful = {i for i in found if size[i] <= quiet or abs(rises[i]) > SUDDEN * size[i]}
+
+        def crosses(i: int) -> bool:
+            least = max(NOISE * size[i], self.heard[i] if i in doubtful else 0.0)
+            return directions[i] * rises[i] > 4 * least or (i in stays and self.heard[i] == 0)
+
+        if any(crosses(i) for i in stays | doubtful):
+            self._listen(*self._later)
+            self._listen(t, y)
+        return {i: truth for i, truth in found.items() if crosses(i)}
 
     def amplitude(self, i: int, rise: float, since: float) -> float:
         """The height of a bounce that took the time `since`, as a part of the largest seen."""

@@ -110,6 +110,7 @@ class Events:
     ) -> Processed:
         """`crossing`: relation -> truth from here on. `states`: slot -> index in y."""
         w, program, done = self.kernel.w, self.program, Processed(list(y))
+        self.crossings.heard = [0.0] * len(program.relations)
         flag = self.crossings.evaluate(t, done.y)
         before = list(self.crossings.now)
         fired = [program.samplers[i][0] for i in samples]
