@@ -100,6 +100,7 @@ def run(
     kernel: Kernel | None = None,
 ) -> Result:
     """The one door to a run. A `kernel` that was loaded before, or is driven, is used as it is."""
+    from planarc.insight.losses import judge_losses
     from planarc.solve.simulate import simulate
 
     clock = clock or Clock()
@@ -107,7 +108,10 @@ def run(
         with clock.phase("load"):
             kernel = compiled.load()
     with clock.phase("simulate"):
-        return simulate(compiled.program, kernel, options, progress=progress)
+        result = simulate(compiled.program, kernel, options, progress=progress)
+        given = options.tolerance or compiled.program.experiment.tolerance
+        lost = judge_losses(result, given)
+    return result if lost is None else replace(result, warnings=(*result.warnings, lost))
 
 
 def simulate(

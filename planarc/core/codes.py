@@ -321,6 +321,7 @@ class Code(Enum):
     R426 = "steps that would never bring a run to its end"
     R427 = "a stretch of a run that takes absurdly many steps"
     R428 = "start values that are held at a dead centre"
+    R429 = "energy that a run loses by its steps"
     R430 = "an assertion that fails while running"
     R431 = "the model ended its run"
     R432 = "events that follow each other without end"

@@ -5,6 +5,7 @@
     topology    Dae                          Mechanism: links, joints, mobility by count
     rank        Program, Kernel, Result      the rank of the conditions, dead points
     energy      Mechanism, Result            kinetic, potential, dissipated energy
+    losses      Result                       energy lost by the integrator
     kinematics  Mechanism, Result            paths, forces, velocities, instant centres
     facts       all of these                 rows for people
 
