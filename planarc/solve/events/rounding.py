@@ -83,6 +83,12 @@ class Rough:
     def __le__(self, other: Any) -> bool:
         return self.value <= _rough(other).value
 
+    def __gt__(self, other: Any) -> bool:  # what `<` asks of the right side, if that is rough
+        return self.value > _rough(other).value
+
+    def __ge__(self, other: Any) -> bool:
+        return self.value >= _rough(other).value
+
     def __eq__(self, other: object) -> bool:
         return self.value == _rough(other).value
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import planarc
+from planarc.solve.events.rounding import Rough
 
 #: Four shafts in a row, with three clutches that close one after the other. Behind an open
 #: clutch nothing moves: what its relations compare is zero, and solved for with the rest.
@@ -41,3 +42,10 @@ def test_shafts_behind_open_clutches_are_at_rest(backend: str) -> None:
     assert 48 <= len(result.events) <= 54
     assert result["J1.w"][-1] == pytest.approx(3.24705, abs=1e-4)
     assert result["J4.w"][-1] == pytest.approx(2.46318, abs=1e-4)
+
+
+@pytest.mark.parametrize("ways", [(0.5, 2.0), (2.0, 0.5)])
+def test_rough_numbers_compare_with_plain_ones_on_either_side(ways: tuple[float, float]) -> None:
+    a, b = ways
+    for left, right in ((Rough(a), b), (a, Rough(b)), (Rough(a), Rough(b))):
+        assert (left < right, left <= right) == (a < b, a <= b)
