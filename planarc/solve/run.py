@@ -353,6 +353,8 @@ class Run:
 
     def _finish(self) -> None:
         self._check_asserts(True)
+        if self.ended is not None:
+            return
         self.events.finish()
         t, y = self.integrator.t, self.integrator.y
         if self.events.present:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -93,7 +94,9 @@ def test_a_mistake_of_planarc_is_one_line_and_70(
 
 
 def test_a_reader_that_goes_away_ends_the_command_quietly() -> None:
-    command = f"{sys.executable} -m planarc list PlanarMultiBody | head -n 1 >/dev/null"
+    command = (
+        f"{shlex.quote(sys.executable)} -m planarc list PlanarMultiBody | head -n 1 >/dev/null"
+    )
     script = f"set -o pipefail; {command}; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
     assert done.returncode in (0, 141)  # 0 where the pipe took all of the text at once

@@ -20,7 +20,7 @@ ROOMS = {
     "L": {"lower"},
     "S": {"structure", "probe", "insight"},
     "G": {"codegen"},
-    "R": {"solve", "probe", "api"},
+    "R": {"solve", "probe", "api", "insight"},
     "V": {"api", "catalog", "view"},
     "X": {"catalog", "core"},
 }
