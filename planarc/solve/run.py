@@ -9,6 +9,8 @@ Out:  Result
                first root of a relation, or for a while; rows are taken on the way
     event      rows before and after; what switched is settled; the integrator restarts
     exchange   of states where the present ones go bad; the integrator restarts
+
+The file is long because the loop and what it does at each stop share the state of the run.
 """
 
 from __future__ import annotations
