@@ -32,6 +32,7 @@ from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
 from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
+from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
 from planarc.solve.rescue.rescue import Rescue
@@ -363,7 +364,7 @@ class Run:
             done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
             y = done.y
-        shown = {c.slot for c in self.program.columns if not c.name.startswith("$")}
+        shown = _shown(self.program)
         before = self.recorder.last()
         if self._row(t, y):
             pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
@@ -407,3 +408,9 @@ class Run:
             warnings=tuple(self.warnings),
             ended=self.ended,
         )
+
+
+@once
+def _shown(program: Program) -> frozenset[int]:
+    """The slots of what a result shows."""
+    return frozenset(c.slot for c in program.columns if not c.name.startswith("$"))
