@@ -63,7 +63,8 @@ class Outcome:
 def corpus() -> tuple[bytes, ...]:
     """Valid files, in a fixed order."""
     tests = REPOSITORY / "tests"
-    folders = (REPOSITORY / "examples", tests / "cases", stdlib() / "PlanarMultiBody")
+    friction = stdlib() / "Modelica" / "Mechanics" / "Rotational"
+    folders = (REPOSITORY / "examples", tests / "cases", stdlib() / "PlanarMultiBody", friction)
     files = [f for folder in folders for f in sorted(folder.rglob("*.*mo")) if f.stem != "package"]
     models = [f.read_bytes() for f in files]
     for file in sorted((tests / "language").rglob("*.case")):

@@ -30,7 +30,7 @@ def test_the_files_that_are_mutated_are_mostly_right() -> None:
     outcomes = [fuzz.judge(model) for model in models[::10]]
     assert len(models) > 300
     assert [o.trouble for o in outcomes if o.trouble] == []
-    assert sum(not o.codes for o in outcomes) >= 0.4 * len(outcomes)
+    assert sum(not o.codes for o in outcomes) > 0.4 * len(outcomes)
 
 
 def test_mutated_models_end_in_a_diagnostic() -> None:

@@ -15,7 +15,7 @@ from agreement import disagreement
 from mechanism import model_text
 from redundant import LeastSquares, redundant
 
-COUNT = int(os.environ.get("PLANARC_REDUNDANT", "12"))
+COUNT = int(os.environ.get("PLANARC_REDUNDANT", "24"))
 #: With NumPy's back end the states chosen at the start of 97 go bad where the scales of the
 #: constraints change, which neither the way nor the velocities tell.
 KEPT = (97,)

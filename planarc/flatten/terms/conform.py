@@ -62,16 +62,17 @@ def expect(
 def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
     """What a user means who gives a number or a vector of another length."""
     size = expected.dims[0] if len(expected.dims) == 1 else None
-    vector = f"`{{{', '.join('1' if i == 0 else '0' for i in range(size))}}}`" if size else ""
+    short = size is not None and 0 < size < 5  # a size may be anything that a user writes
+    vector = f"`{{{', '.join(['1', '0', '0', '0'][:size])}}}`" if short else ""
     if expected.dims and not actual.dims:
-        example = f"{size} values in braces, such as {vector}; " if size and size < 5 else ""
+        example = f"{size} values in braces, such as {vector}; " if short else ""
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not size or len(actual.dims) != 1:
         return None
     comma = re.search(r"\b(\d+),(\d+)\b", span.text)
     if comma:
         return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
-    return f"write {size} values, such as {vector}" if size < 5 else None
+    return f"write {size} values, such as {vector}" if short else None
 
 
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:

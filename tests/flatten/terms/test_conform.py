@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planarc.flatten.terms.conform import conforms, scalar_count, unify
+from planarc.core.source import Source, Span
+from planarc.flatten.terms.conform import conforms, mismatch, scalar_count, unify
 from planarc.ir import flat
 
 bases = st.sampled_from([flat.REAL, flat.INTEGER, flat.BOOLEAN, flat.STRING])
@@ -38,3 +39,11 @@ def test_both_types_fit_the_one_that_unifies_them(a: flat.Type, b: flat.Type) ->
 )
 def test_scalars_of_arrays_and_records_are_counted(type_: flat.Type, count: int) -> None:
     assert scalar_count(type_) == count
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 5, 10**12])
+def test_the_hint_of_a_wrong_shape_is_short_whatever_the_size(size: int) -> None:
+    span = Span(Source("m.mo", "{1, 2}"), 0, 6)
+    for dims in ((), (2,)):
+        found = mismatch(flat.REAL.with_dims((size,)), flat.REAL.with_dims(dims), "it", span)
+        assert len(found.diagnostics[0].hint or "") < 120
