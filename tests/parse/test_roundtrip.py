@@ -14,7 +14,7 @@ from planarc.parse.parser import parse_expression, parse_text
 
 ANNOTATION = Source("annotation", '(Icon(a = "(", b = {1, 2}))')
 QUICK = settings(
-    max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    max_examples=120, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
 
 
