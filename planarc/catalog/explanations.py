@@ -1,11 +1,16 @@
-"""What each code of a message means: its cause, an example that provokes it, and its cure.
+"""Every code of a diagnostic, and what it means: its cause, an example that raises it, its cure.
 
 In:   planarc/catalog/explain/*.md   a file for each stage, a section for each code
-Out:  Explanation                    of one code
+Out:  Code                           all codes, each with its title
+      Explanation                    of one code
 
-A section is the cause, example blocks between fences, and the cure:
+A code is a letter for the stage and three digits; no code means two things. Where a diagnostic is
+made, its code is written as text, so that a run needs nothing of this list.
 
-    ## F320
+A section has a title, which says in one line what the code means; then come the cause, example
+blocks between fences, and the cure:
+
+    ## F320: more or fewer equations than unknowns
 
     A model needs as many equations as it has unknowns ...
 
@@ -23,15 +28,31 @@ is simulated.
 from __future__ import annotations
 
 import re
+from enum import Enum, unique
 from functools import cache
 from pathlib import Path
 
-from planarc.core.codes import Code
 from planarc.core.data import Data
 
 FOLDER = Path(__file__).with_name("explain")
 _CURE = "Cure: "
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
+_TITLE = re.compile(r"^## (\w+): (.*)$", re.MULTILINE)
+
+#: The files, in the order in which a model passes the stages.
+_FILES = {stage: (FOLDER / f"{stage}.md").read_text(encoding="utf-8") for stage in "CPFLSGRVX"}
+#: What the letters of the codes stand for: the headings of the files.
+STAGES = {stage: text[2].lower() + text[3 : text.index("\n")] for stage, text in _FILES.items()}
+
+
+@unique
+class Code(Enum):
+    """Every code, with its title: `Code["F320"].value`."""
+
+    _ignore_ = "codes name title"
+    codes = vars()
+    for name, title in _TITLE.findall("\n".join(_FILES.values())):
+        codes[name] = title
 
 
 class Explanation(Data):
@@ -47,10 +68,8 @@ def explain(code: Code) -> Explanation:
 
 @cache
 def _explanations(stage: str) -> dict[str, Explanation]:
-    file = FOLDER / f"{stage}.md"
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    sections = ("\n" + text).split("\n## ")[1:]
-    return {s[:4]: _read(Code[s[:4]], s[4:] + "\n") for s in sections}
+    sections = _FILES[stage].split("\n## ")[1:]
+    return {s[:4]: _read(Code[s[:4]], s.partition("\n")[2] + "\n") for s in sections}
 
 
 def _read(code: Code, text: str) -> Explanation:

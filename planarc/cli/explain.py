@@ -16,8 +16,7 @@ from planarc.cli.arguments import AsJson
 from planarc.core.diagnostic import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from planarc.catalog.explanations import Explanation
-    from planarc.core.codes import Code
+    from planarc.catalog.explanations import Code, Explanation
 
 _WIDEST = 88
 _BOLD, _LABEL, _RESET = "\033[1m", "\033[1;36m", "\033[0m"
@@ -25,7 +24,7 @@ _BOLD, _LABEL, _RESET = "\033[1m", "\033[1;36m", "\033[0m"
 
 def _completed(begun: str) -> list[str]:
     """The codes that a shell offers."""
-    from planarc.core.codes import Code
+    from planarc.catalog.explanations import Code
 
     return [code for code in Code.__members__ if code.startswith(begun.upper())]
 
@@ -60,7 +59,7 @@ def explain(
 
 def _meant(asked: str) -> Sequence[Code]:
     """One code, those of a stage, or all. Raises UsageError C294 for what is none."""
-    from planarc.core.codes import STAGES, Code
+    from planarc.catalog.explanations import STAGES, Code
 
     if asked in Code.__members__:
         return (Code[asked],)
@@ -74,7 +73,7 @@ def _meant(asked: str) -> Sequence[Code]:
 
 def _list(codes: Iterable[Code]) -> Iterator[str]:
     """All codes with their lines, below the names of their stages."""
-    from planarc.core.codes import STAGES
+    from planarc.catalog.explanations import STAGES
 
     stage = ""
     for code in codes:

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
+from planarc.catalog.explanations import STAGES, Code
 from planarc.cli.app import run
 from planarc.cli.explain import _completed
-from planarc.core.codes import STAGES, Code
 
 
 def said(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> str:

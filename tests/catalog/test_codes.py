@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import planarc
-from planarc.core.codes import STAGES, Code
+from planarc.catalog.explanations import STAGES, Code
 
 HOUSE = Path(planarc.__file__).parent
 _CODE = re.compile(r"[A-Z]\d{3}")
@@ -29,8 +29,6 @@ ROOMS = {
 def literals() -> Iterator[tuple[str, str]]:
     """The texts in planarc's modules that are a code, each with its room."""
     for file in HOUSE.rglob("*.py"):
-        if file.name == "codes.py":
-            continue
         for node in ast.walk(ast.parse(file.read_bytes())):
             text = node.value if isinstance(node, ast.Constant) else None
             if isinstance(text, str) and _CODE.fullmatch(text):
