@@ -156,6 +156,10 @@ class ForcedKernel:
             self.w[slot] = value
 
     @property
+    def selection(self) -> Sequence[int]:
+        return self.inner.selection
+
+    @property
     def capabilities(self) -> Capabilities:
         """None: every evaluation comes by here, to see the values of its time."""
         return Capabilities()

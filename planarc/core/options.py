@@ -39,7 +39,6 @@ class Solver(StrEnum):
     CVODE_ADAMS = "cvode-adams", "cvode"
     LSODA = "lsoda", "scipy"
     SCIPY_BDF = "scipy-bdf", "scipy"
-    IDA = "ida", "ida"
     EULER = "euler", "fixed", True
     RK4 = "rk4", "fixed", True
 

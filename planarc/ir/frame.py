@@ -54,7 +54,6 @@ class Mode(IntEnum):
     GIVEN = 1
     MATRICES = 2  # blocks of the top tell their Jacobians too, even where none is needed
     BELOW = 3  # stop before the top level
-    RESIDUALS = 4  # the unknowns of the top are given too, and all blocks tell residuals
 
 
 class Record(IntEnum):

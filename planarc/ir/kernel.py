@@ -4,10 +4,9 @@ Every kernel evaluates: states in, derivatives, residuals and zero functions out
 some can is declared as a value: a solver asks `kernel.capabilities` and finds a protocol of
 its own, or None.
 
-    formulas       derivatives by the expressions          kernels of generated code
-    residual_form  the equations with nothing solved       kernels of generated code
-    start          residuals and differences in one call   native kernels
-    machine        addresses for an integrator in C        native kernels
+    formulas   derivatives by the expressions          kernels of generated code
+    start      residuals and differences in one call   native kernels
+    machine    addresses for an integrator in C        native kernels
 
 Example: an integrator with a Jacobian of its own takes the kernel's where it is offered.
 
@@ -19,8 +18,6 @@ from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
-
-from msgspec import Struct
 
 from planarc.core.data import Data
 from planarc.runtime.history import History
@@ -44,38 +41,6 @@ class Formulas(Protocol):
     ) -> Any:
         """d(values in the slots `rows`)/d(states, then parameters or inputs in the slots
         `leaves`). The workspace is filled."""
-
-
-class Unknowns(Struct):
-    """The unknowns of all blocks: as many as residuals, in the order of the blocks.
-
-    `rates` are the slots of their derivatives, -1 where these are no variables;
-    `nominals` those of their nominal values; `places` is the kernel's own note of where
-    the residuals stand.
-    """
-
-    slots: list[int]
-    rates: list[int]
-    nominals: list[int]
-    residuals: list[tuple[int, int]]  # block, how many
-    places: list[int] | None = None
-
-
-class ResidualForm(Protocol):
-    """The equations with the unknowns of all blocks given, and nothing solved."""
-
-    def unknowns(self) -> Unknowns:
-        """The unknowns besides the states, for the present choice of these."""
-
-    def residual_form(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> tuple[int, Any, Any]:
-        """Flag, derivatives of the states, and residuals of all blocks."""
-
-    def residual_jacobian(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> Any:
-        """d(derivatives and residuals)/d(states, then unknowns), or None as in `Formulas`."""
 
 
 class StartForm(Protocol):
@@ -132,7 +97,6 @@ class Capabilities(Data):
     """The abilities of a kernel besides evaluating; None where it lacks one."""
 
     formulas: Formulas | None = None
-    residual_form: ResidualForm | None = None
     start: StartForm | None = None
     machine: Machine | None = None
 
@@ -150,6 +114,10 @@ class Kernel(Protocol):
 
     w: MutableSequence[float]
     history: History  # of the delayed signals: the run writes it
+
+    @property
+    def selection(self) -> Sequence[int]:
+        """The candidates that are states, as `select` was told."""
 
     @property
     def capabilities(self) -> Capabilities:

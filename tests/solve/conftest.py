@@ -203,20 +203,20 @@ class Interpreter:
         return self._guarded("parameters", t=0.0)
 
     def select(self, selection: Sequence[int]) -> None:
-        self._selection = list(selection)
+        self.selection = list(selection)
         self._states = set(selection)
 
     def accept(self, t: float) -> None:
         self._accepted = (t, list(self.w))
 
     def _set(self, y: Sequence[float]) -> None:
-        for i, value in zip(self._selection, y, strict=True):
+        for i, value in zip(self.selection, y, strict=True):
             self.w[self.program.candidates[i].slot] = float(value)
 
     def rhs(self, t: float, y: Sequence[float], ydot: MutableSequence[float]) -> int:
         self._set(y)
         flag = self._guarded("levels", t=t)
-        for k, i in enumerate(self._selection):
+        for k, i in enumerate(self.selection):
             ydot[k] = self.w[self.program.candidates[i].derivative]
         if flag == 0 and not all(map(math.isfinite, ydot)):
             return -1

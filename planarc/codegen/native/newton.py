@@ -19,7 +19,7 @@ from functools import reduce
 from operator import and_
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Mode, Number, Record
+from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Number, Record
 from planarc.ir.newton import (
     AGREES,
     BENT,
@@ -88,8 +88,6 @@ def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     top, below, moved = c.label(), c.label(), c.label()
     c.branch(b.below, below, top)
     c.begin(top)
-    with c.when(_is_open(b), leaves=True):
-        c.give()
     with c.loop(b.n) as i:
         b.x(i).store(b.accepted.load(REAL, b.first + i))
     c.give()
@@ -114,15 +112,10 @@ def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     c.give()
 
 
-def _is_open(b: Block) -> Value:
-    """Whether nothing is to be solved, not even in the top level."""
-    return b.numbers.load(INT, Number.MODE).equals(Mode.RESIDUALS)
-
-
 @function("i32 pc_step(ptr frame, ptr record)")
 def _step(c: Code, frame: Value, record: Value) -> None:
     b = Block(frame, record)
-    with c.when((b.below & (b.numbers.load(INT, Number.MODE) > 0)) | _is_open(b), leaves=True):
+    with c.when(b.below & (b.numbers.load(INT, Number.MODE) > 0), leaves=True):
         c.give(DONE)
 
     def position(k: Value) -> Value:
@@ -191,7 +184,7 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
     b = Block(frame, record)
     right = b.matrix.at(b.m * b.m)
     given = c.variable(0, INT)
-    with c.when(b.below | _is_open(b)):
+    with c.when(b.below):
         given.set(b.numbers.load(INT, Number.MODE))
         with c.when(given.get().equals(0)), c.loop(b.m) as k:
             b.x(b.solved.load(INT, k)).store(0.0)

@@ -203,13 +203,10 @@ class _Section:
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
         c = self._code
-        numbers = self._frame.load(POINTER, Frame.NUMBERS)
-        given = numbers.load(INT, Number.MODE).equals(Mode.RESIDUALS)
-        with c.when(~given):
-            for tear, e in zip(code.tears, direct.tears, strict=True):
-                slot = self._slot(tear)
-                assert slot is not None
-                self._w.store(real(c, self._value(e)), slot)
+        for tear, e in zip(code.tears, direct.tears, strict=True):
+            slot = self._slot(tear)
+            assert slot is not None
+            self._w.store(real(c, self._value(e)), slot)
         before, again, check, work, solved, failed, behind = (c.label() for _ in range(7))
         c.enter(before)
         c.enter(again)
@@ -221,13 +218,11 @@ class _Section:
         c.begin(check)
         outside = dict(self._values)
         self._write(direct.check)
-        with c.when(given):
-            for i, r in enumerate(direct.residuals):
-                self._area.store(real(c, self._leaf(r)), self._placement.residuals(block) + i)
-        fits = ~numbers.load(INT, Number.MODE).equals(Mode.MATRICES)
+        mode = self._frame.load(POINTER, Frame.NUMBERS).load(INT, Number.MODE)
+        fits = ~mode.equals(Mode.MATRICES)
         for r, s in zip(direct.residuals, direct.sizes, strict=True):
             fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
-        c.branch(fits | given, behind, work)
+        c.branch(fits, behind, work)
         c.begin(work)
         self._work(block, code)
         self._values = outside

@@ -136,14 +136,11 @@ class Rounding:
         self._slots: dict[Expr, int | None] = {}
         self._errors: dict[int, float] = {}
         self._temporaries: dict[Expr, Rough] = {}
-        self._solved: set[int] = set()
 
     def bounds(self, elapsed: float) -> list[float]:
         """The errors of the zero functions at the workspace's point, `elapsed` since the start."""
         program, w = self._program, self._kernel.w
-        form = self._kernel.capabilities.residual_form
-        self._solved = set(form.unknowns().slots) if form else set()
-        states = [c for c in program.candidates if c.slot not in self._solved]
+        states = [program.candidates[i] for i in self._kernel.selection]
         drift = [0.0] * len(states)
         for _ in range(PASSES):
             self._temporaries.clear()
@@ -179,7 +176,8 @@ class Rounding:
         """The errors of a block's unknowns: of its tears, and of what follows from these."""
         code = self._program.blocks[block]
         slots = [self._slot(tear) for tear in code.tears]
-        tears = [j for j, slot in enumerate(slots) if not code.height or slot in self._solved]
+        chosen = self._kernel.selection if code.height else ()
+        tears = [j for j in range(len(slots)) if code.first + j not in chosen]
         if tears:
             import numpy as np
 

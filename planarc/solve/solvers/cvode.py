@@ -112,7 +112,7 @@ class Cvode:
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings, adams: bool) -> None:
         self._lib = lib = open_sundials()
-        self._session = Session(lib, "CVode")
+        self._session = Session(lib)
         self._kernel, self._size, self._settings = kernel, states, settings
         self._adams = adams
         self._vectors, numbers = self._session.vectors(3, states)

@@ -1,8 +1,4 @@
-"""SUNDIALS' memory of one integrator: its context, vectors, callbacks and counters.
-
-CVODE and IDA are called alike: `CVodeGetNumSteps` is `IDAGetNumSteps` with another prefix.
-Everything is given back by `close`.
-"""
+"""CVODE's memory: its context, vectors, callbacks and counters, given back by `close`."""
 
 from __future__ import annotations
 
@@ -12,15 +8,15 @@ from typing import Any
 
 from planarc.solve.solvers.sundials import Sundials, Unavailable
 
-#: The task of `CVode` and `IDASolve` that comes back after every step.
+#: The task of `CVode` that comes back after every step.
 ONE_STEP = 2
 
 
 class Session:
-    """`memory` is that of CVODE or IDA, None until `create`."""
+    """`memory` is None until `create`."""
 
-    def __init__(self, lib: Sundials, prefix: str) -> None:
-        self.lib, self._prefix = lib, prefix
+    def __init__(self, lib: Sundials) -> None:
+        self.lib = lib
         self.context, self.memory = C.c_void_p(), C.c_void_p()
         lib.SUNContext_Create(0, C.byref(self.context))
         lib.SUNContext_ClearErrHandlers(self.context)
@@ -32,8 +28,8 @@ class Session:
     def present(self) -> bool:
         return self.memory.value is not None
 
-    def create(self, *method: int) -> None:
-        self.memory = C.c_void_p(getattr(self.lib, f"{self._prefix}Create")(*method, self.context))
+    def create(self, method: int) -> None:
+        self.memory = C.c_void_p(self.lib.CVodeCreate(method, self.context))
 
     # Vectors
 
@@ -50,15 +46,15 @@ class Session:
     # Calls
 
     def call(self, name: str, *arguments: object) -> int:
-        """A function of this integrator, by its name without the prefix."""
-        flag: int = getattr(self.lib, self._prefix + name)(self.memory, *arguments)
+        """A function of CVODE, by its name without `CVode`."""
+        flag: int = getattr(self.lib, f"CVode{name}")(self.memory, *arguments)
         return flag
 
     def check(self, name: str, *arguments: object) -> None:
         """Call a function that must not fail. Raises `Unavailable`."""
         flag = self.call(name, *arguments)
         if flag < 0:
-            raise Unavailable(f"{self._prefix}{name} of SUNDIALS refused with {flag}")
+            raise Unavailable(f"CVode{name} of SUNDIALS refused with {flag}")
 
     def guarded(self, function: Callable[..., int]) -> Callable[..., int]:
         """No exception passes through C: it is kept, and raised by `reraise`."""
@@ -135,17 +131,13 @@ class Session:
 
     # The end
 
-    def free(self) -> None:
-        """Give back the integrator and its vectors, not the context."""
+    def close(self) -> None:
         if self.present:
-            getattr(self.lib, f"{self._prefix}Free")(C.byref(self.memory))
+            self.lib.CVodeFree(C.byref(self.memory))
             self.free_linear_solver()
             self.memory = C.c_void_p()
         for vector in self._vectors:
             self.lib.N_VDestroy(vector)
         self._vectors = []
-
-    def close(self) -> None:
-        self.free()
         if self.context.value is not None:
             self.lib.SUNContext_Free(C.byref(self.context))

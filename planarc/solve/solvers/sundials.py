@@ -21,7 +21,6 @@ from typing import Any
 
 MAJOR_VERSIONS = (7,)
 _PARTS = ("core", "cvode")
-_IDA_PARTS = ("core", "ida")
 _DISTRIBUTION = "scikit-sundae"
 _LIBRARY = re.compile(r"(?:^|/)(?:lib)?sundials_([a-z]+)[-_.][^/]*\.(?:so|dll|dylib)\b[^/]*$")
 
@@ -75,34 +74,6 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }
 
-#: The functions of the library `ida`, likewise.
-_IDA_FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
-    "IDACreate": (_P, (_P,)),
-    "IDAFree": (None, (C.POINTER(_P),)),
-    "IDAInit": (_I, (_P, _P, _D, _P, _P)),
-    "IDASVtolerances": (_I, (_P, _D, _P)),
-    "IDASetId": (_I, (_P, _P)),
-    "IDASetSuppressAlg": (_I, (_P, _I)),
-    "IDASetLinearSolver": (_I, (_P, _P, _P)),
-    "IDASetJacFn": (_I, (_P, _P)),
-    "IDASetInitStep": (_I, (_P, _D)),
-    "IDASetMaxStep": (_I, (_P, _D)),
-    "IDASetMaxNumSteps": (_I, (_P, C.c_long)),
-    "IDASetMaxErrTestFails": (_I, (_P, _I)),
-    "IDASetMaxConvFails": (_I, (_P, _I)),
-    "IDASetStopTime": (_I, (_P, _D)),
-    "IDASolve": (_I, (_P, _D, C.POINTER(_D), _P, _P, _I)),
-    "IDAGetDky": (_I, (_P, _D, _I, _P)),
-    "IDAGetEstLocalErrors": (_I, (_P, _P)),
-    "IDAGetErrWeights": (_I, (_P, _P)),
-    "IDAGetLastStep": (_I, (_P, C.POINTER(_D))),
-    "IDAGetNumSteps": (_I, (_P, _LONGS)),
-    "IDAGetNumResEvals": (_I, (_P, _LONGS)),
-    "IDAGetNumLinResEvals": (_I, (_P, _LONGS)),
-    "IDAGetNumJacEvals": (_I, (_P, _LONGS)),
-    "IDAGetNumErrTestFails": (_I, (_P, _LONGS)),
-}
-
 
 class Unavailable(Exception):
     """A solver cannot be used here; the text says why."""
@@ -111,13 +82,9 @@ class Unavailable(Exception):
 class Sundials:
     """The opened libraries; functions are attributes under their C names."""
 
-    def __init__(
-        self,
-        libraries: list[C.CDLL],
-        functions: dict[str, tuple[Any, tuple[Any, ...]]] | None = None,
-    ) -> None:
+    def __init__(self, libraries: list[C.CDLL]) -> None:
         self.version = ""
-        for name, (result, arguments) in (functions or _FUNCTIONS).items():
+        for name, (result, arguments) in _FUNCTIONS.items():
             function = _find(libraries, name)
             function.restype, function.argtypes = result, list(arguments)
             setattr(self, name, function)
@@ -141,7 +108,7 @@ def _find(libraries: list[C.CDLL], name: str) -> Any:
 @cache
 def open_sundials() -> Sundials:
     """The functions of CVODE and what it needs. Raises `Unavailable` with the reason."""
-    sundials = Sundials(_opened(_PARTS)[::-1])
+    sundials = Sundials(_opened()[::-1])
     numbers = [_I(), _I(), _I()]
     label = C.create_string_buffer(32)
     sundials.SUNDIALSGetVersionNumber(*(C.byref(n) for n in numbers), label, 32)
@@ -151,27 +118,14 @@ def open_sundials() -> Sundials:
     return sundials
 
 
-@cache
-def open_ida() -> Sundials:
-    """The functions of IDA and what it shares with CVODE. Raises `Unavailable`."""
-    open_sundials()
-    return Sundials(_opened(_IDA_PARTS)[::-1], {**_shared(), **_IDA_FUNCTIONS})
-
-
-def _shared() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    parts = ("SUNContext", "N_V", "SUNDense", "SUNMat", "SUNLinSol")
-    skipped = "SUNLinSol_SPGMR"
-    return {n: f for n, f in _FUNCTIONS.items() if n.startswith(parts) and n != skipped}
-
-
-def _opened(parts: tuple[str, ...]) -> list[C.CDLL]:
+def _opened() -> list[C.CDLL]:
     try:
-        return [C.CDLL(str(path)) for path in _library_files(parts)]
+        return [C.CDLL(str(path)) for path in _library_files()]
     except OSError as problem:
         raise Unavailable(f"SUNDIALS cannot be opened: {problem}") from None
 
 
-def _library_files(parts: tuple[str, ...] = _PARTS) -> list[Path]:
+def _library_files() -> list[Path]:
     """The files of the parts needed, in the order of loading."""
     site, files = _wheel()
     found: dict[str, Path] = {}
@@ -179,10 +133,10 @@ def _library_files(parts: tuple[str, ...] = _PARTS) -> list[Path]:
         match = _LIBRARY.search(name)
         if match:
             found.setdefault(match[1], site / name)
-    missing = [part for part in parts if part not in found]
+    missing = [part for part in _PARTS if part not in found]
     if missing:
         raise Unavailable(f"{_DISTRIBUTION} brings no SUNDIALS library `{missing[0]}`")
-    return [found[part] for part in parts]
+    return [found[part] for part in _PARTS]
 
 
 def _wheel() -> tuple[Path, list[str]]:

@@ -66,7 +66,7 @@ equation
         assert result["h"][before] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"])
+@pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"])
 def test_every_solver_has_the_same_events(backend: str, solver: str) -> None:
     """A ball thrown up at 3 m/s when time >= 0.25, that lands; sampled thrice."""
     model = planarc.load(

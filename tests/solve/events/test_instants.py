@@ -7,7 +7,6 @@ import pytest
 import planarc
 from planarc.core.diagnostic import PlanarcError, Severity
 
-#: Not `ida`: at 1.7e9 s its first steps are shorter than a digit of the time, and it says so.
 SOLVERS = ["cvode-bdf", "lsoda", "scipy-bdf"]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import planarc
 
-SOLVERS = ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"]
+SOLVERS = ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"]
 
 
 @pytest.fixture(params=["numpy", "native"])

@@ -130,30 +130,6 @@ def test_formulas_agree_with_differences(name: str, backend: Backend) -> None:
         assert error < 1e-6 * max(1, np.max(np.abs(expected)))
 
 
-@pytest.mark.parametrize("backend", list(Backend))
-def test_of_residuals_by_states_and_unknowns(backend: Backend) -> None:
-    """With nothing solved, as IDA takes them."""
-    point = at_start(loaded("ladder", backend), RunOptions(backend=backend))
-    kernel: Any = point.kernel
-    unknowns = kernel.unknowns()
-    random = np.random.default_rng(3)
-    z = np.array([*point.y, *(float(kernel.w[s]) for s in unknowns.slots)])
-    z += 1e-2 * random.normal(size=len(z))
-    n = len(point.y)
-
-    def f(at: Any) -> Any:
-        flag, rates, residuals = kernel.residual_form(0.0, at[:n].tolist(), at[n:], unknowns)
-        assert flag == 0
-        return np.array([*rates, *residuals])
-
-    found = kernel.residual_jacobian(0.0, z[:n].tolist(), z[n:].tolist(), unknowns)
-    for j in range(len(z)):
-        h = 1e-3
-        unit = h * np.eye(len(z))[j]
-        expected = differences(lambda k, u=unit: f(z + k * u), h)
-        assert np.max(np.abs(found[:, j] - expected)) < 1e-7 * max(1, np.max(np.abs(expected)))
-
-
 def test_the_past_has_no_formula_by_parameters() -> None:
     text = (
         "model D parameter Real k = 2; Real x(start=1, fixed=true);"

@@ -19,7 +19,7 @@ from planarc.core.options import FIXED_STEP
 
 Stopped = Callable[..., tuple[Diagnostic, planarc.Result]]
 
-ADAPTIVE = ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"]
+ADAPTIVE = ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"]
 FIXED = [solver.value for solver in FIXED_STEP]
 BACKENDS = ["numpy", "native"]
 
@@ -121,7 +121,7 @@ def test_a_block_without_solution(solver: str, backend: str, stopped: Stopped) -
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("solver", ["ida", "lsoda", "scipy-bdf"])
+@pytest.mark.parametrize("solver", ["lsoda", "scipy-bdf"])
 def test_steps_without_end(solver: str, backend: str, stopped: Stopped) -> None:
     """A slope that jumps at each step: the error test fails, or the run would creep."""
     diagnostic, result = stopped(ROUGH, backend, 2.0, solver=solver)

@@ -16,7 +16,7 @@ import pytest
 
 import planarc
 
-SOLVERS = ["cvode-bdf", "cvode-adams", "ida", "lsoda", "scipy-bdf"]
+SOLVERS = ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"]
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 POWER = 0.65
 
@@ -71,7 +71,7 @@ end Fall;
 
 @pytest.fixture(scope="module", params=SOLVERS)
 def solver(request: pytest.FixtureRequest) -> str:
-    if request.param in ("cvode-bdf", "cvode-adams", "ida"):
+    if request.param in ("cvode-bdf", "cvode-adams"):
         pytest.importorskip("sksundae")
     return str(request.param)
 

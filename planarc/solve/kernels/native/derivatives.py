@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.derivatives import CHUNK, Head, Passing, Scope, Tape
-from planarc.ir.kernel import Unknowns
 from planarc.ir.program import Program
 from planarc.solve.kernels.native.engine import Engine
 
@@ -110,13 +109,6 @@ class NativeDerivatives:
         node_of = self._tape.node_of
         self._seed([node_of.get(s, -1) for s in leaves])
         return self._passed(t, [node_of.get(s, -1) for s in rows])
-
-    def of_residuals(self, t: float, unknowns: Unknowns) -> Matrix | None:
-        node_of = self._tape.node_of
-        self._seed([node_of[s] for s in unknowns.slots])
-        known = {block: residuals for block, _, residuals in self._tape.blocks()}
-        rows = [node for block, _ in unknowns.residuals for node in known[block]]
-        return self._passed(t, [*self._rates, *rows])
 
     def prepare(self, scales: Sequence[float], data: int) -> None:
         """Make ready for CVODE; `data` is SUNDIALS' function that gives a matrix's numbers."""

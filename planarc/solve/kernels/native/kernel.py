@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.frame import Frame, Mode, Number, Record
-from planarc.ir.kernel import Addresses, Capabilities, Unknowns
+from planarc.ir.kernel import Addresses, Capabilities
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -81,7 +81,7 @@ class NativeKernel(Derived):
 
     @property
     def capabilities(self) -> Capabilities:
-        return Capabilities(formulas=self, residual_form=self, start=self, machine=self)
+        return Capabilities(formulas=self, start=self, machine=self)
 
     def _bind(self, engine: Engine) -> None:
         frame = ctypes.c_void_p(self._frame.ctypes.data)
@@ -250,23 +250,6 @@ class NativeKernel(Derived):
 
     def discrete(self) -> int:
         return self._call_discrete(float(self.w[0]))
-
-    def residual_form(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> tuple[int, Any, Any]:
-        if unknowns.places is None:
-            unknowns.places = [
-                self._place.residuals(block) + i
-                for block, count in unknowns.residuals
-                for i in range(count)
-            ]
-        n, numbers = len(y), self._numbers
-        first = Number.FIRST_STATE
-        self.w[0] = t
-        self.w[numbers[first : first + n]] = y
-        self.w[unknowns.slots] = u
-        flag = self._evaluate(Mode.RESIDUALS)
-        return flag, self.w[numbers[first + n : first + 2 * n]], self._area[unknowns.places]
 
     # Derivatives
 

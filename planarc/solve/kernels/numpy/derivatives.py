@@ -15,7 +15,6 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.ir.derivatives import Tape
-from planarc.ir.kernel import Unknowns
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,15 +51,6 @@ class NumpyDerivatives:
         motions = self._motions(t, [*self._states, *(node_of.get(s, -1) for s in leaves)])
         taken = [node_of.get(s, -1) for s in rows]
         return None if motions is None else _finite(_taken(motions, taken))
-
-    def of_residuals(self, t: float, unknowns: Unknowns) -> Matrix | None:
-        node_of = self._tape.node_of
-        motions = self._motions(t, [*self._states, *(node_of[s] for s in unknowns.slots)])
-        if motions is None:
-            return None
-        known = {block: residuals for block, _, residuals in self._tape.blocks()}
-        rows = [node for block, _ in unknowns.residuals for node in known[block]]
-        return _finite(_taken(motions, [*self._rates, *rows]))
 
     def _motions(self, t: float, seeds: list[int]) -> Matrix | None:
         if seeds != self._seeds:

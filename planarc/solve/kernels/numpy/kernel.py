@@ -10,7 +10,7 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.kernel import Capabilities, Unknowns
+from planarc.ir.kernel import Capabilities
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -75,7 +75,7 @@ class NumpyKernel(Derived):
 
     @property
     def capabilities(self) -> Capabilities:
-        return Capabilities(formulas=self, residual_form=self)
+        return Capabilities(formulas=self)
 
     @property
     def open_block(self) -> int:
@@ -175,21 +175,6 @@ class NumpyKernel(Derived):
 
     def discrete(self) -> int:
         return self._run("discrete")[0]
-
-    def residual_form(
-        self, t: float, y: Sequence[float], u: Sequence[float], unknowns: Unknowns
-    ) -> tuple[int, Any, Any]:
-        for slot, value in zip(unknowns.slots, _floats(u), strict=True):
-            self.w[slot] = value
-        blocks = [self._blocks[i] for i, _ in unknowns.residuals]
-        for block in blocks:
-            block.evaluating = True
-        flag = self._solve(t, y)
-        for block in blocks:
-            block.evaluating = False
-        w = self.w
-        residuals = () if flag else [r for block in blocks for r in block.residuals]
-        return flag, [w[slot] for slot in self._derivative_slots], residuals
 
     # Below the protocol
 
