@@ -23,7 +23,8 @@ from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scope import Model, Scope
 from planarc.lower.statements import Runner
-from planarc.lower.values import Tensor, Text, Value, elements, expr
+from planarc.lower.values import Text, Value, expr
+from planarc.runtime.tensor import Tensor, elements
 
 
 def lower_algorithm(

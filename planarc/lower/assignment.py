@@ -10,15 +10,8 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, outside_array, unsupported
-from planarc.lower.values import (
-    RecordValue,
-    Tensor,
-    Value,
-    elements,
-    expr,
-    fixed_dims,
-    stack,
-)
+from planarc.lower.values import RecordValue, Value, expr, fixed_dims
+from planarc.runtime.tensor import Tensor, elements, stack
 
 
 def zero_of(type_: flat.Type, table: Exprs) -> Value:

@@ -4,42 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import reduce
+from functools import partial, reduce
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.lower import delays, rounding
-from planarc.lower.operators import divide, product, relation
+from planarc.lower.operators import relation
 from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import (
-    Tensor,
-    Text,
-    Value,
-    each,
-    elements,
-    expr,
-    exprs,
-    shape_of,
-    stack,
-    transpose,
-)
-from planarc.runtime import elementary
+from planarc.lower.values import Text, Value, expr, exprs
+from planarc.runtime import elementary, tensor
+from planarc.runtime.tensor import TooLarge, each, product, shape_of, stack
 
 Builtin = Callable[[Scope, tuple[Value, ...], Span], Value]
 
 
 def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) -> Value:
     """The value of a built-in function of already lowered arguments."""
-    if function in _BUILTINS:
-        try:
+    table = scope.table
+    try:
+        if function in tensor.FUNCTIONS:
+            count = partial(_integer, span)
+            return tensor.apply(table, function, count, arguments)
+        if function in _BUILTINS:
             return _BUILTINS[function](scope, arguments, span)
-        except (IndexError, ValueError):  # sizes that are known only now
-            what = f"`{function}` cannot take arguments of these sizes"
-            raise error("L314", what, span) from None
+    except (IndexError, ValueError, TooLarge):  # sizes that are known only now
+        message = f"`{function}` cannot take arguments of these sizes"
+        raise error("L314", message, span) from None
     if function in elementary.TABLE:
-        table = scope.table
         return each(lambda *a: table.call(function, *a), *arguments)
     raise unsupported(f"`{function}` (Modelica specification, section 3.7)", span)
 
@@ -107,7 +100,8 @@ def _semi_linear(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 # Arrays ------------------------------------------------------------------------------------
 
 
-def _integer(e: Expr, span: Span) -> int:
+def _integer(span: Span, value: Value) -> int:
+    e = expr(value)
     if not e.is_const:
         raise error("L308", "an array size must be known when the model is compiled", span)
     return int(e.data)
@@ -117,98 +111,7 @@ def _size(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     shape = shape_of(a[0])
     if len(a) == 1:
         return stack([scope.table.const(n) for n in shape])
-    return scope.table.const(shape[_integer(expr(a[1]), span) - 1])
-
-
-def _filled(value: Value, sizes: tuple[Value, ...], span: Span) -> Value:
-    shape = tuple(_integer(expr(s), span) for s in sizes)
-    if not shape:
-        return value
-    inner = elements(value)
-    return Tensor((*shape, *shape_of(value)), inner * math.prod(shape))
-
-
-def _identity(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
-    return _diagonal(scope, (_filled(scope.table.one, a, span),), span)
-
-
-def _diagonal(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    values = elements(a[0])
-    n = len(values)
-    zero = scope.table.zero
-    return Tensor((n, n), tuple(values[r] if r == c else zero for r in range(n) for c in range(n)))
-
-
-def _linspace(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
-    t = scope.table
-    first, last, n = expr(a[0]), expr(a[1]), _integer(expr(a[2]), span)
-    step = divide(t, t.sub(last, first), t.const(n - 1), span)
-    return stack([t.add(first, t.mul(t.const(i), step)) for i in range(n)])
-
-
-def _transpose(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    assert isinstance(a[0], Tensor)
-    return transpose(a[0])
-
-
-def _cross(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    t = scope.table
-    x, y = exprs(a[0]), exprs(a[1])
-    return stack([t.sub(t.mul(x[i], y[j]), t.mul(x[j], y[i])) for i, j in ((1, 2), (2, 0), (0, 1))])
-
-
-def _skew(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    t = scope.table
-    x, y, z = exprs(a[0])
-    zero, neg = t.zero, t.neg
-    return Tensor((3, 3), (zero, neg(z), y, z, zero, neg(x), neg(y), x, zero))
-
-
-def _outer_product(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    left, right = exprs(a[0]), exprs(a[1])
-    items = tuple(scope.table.mul(x, y) for x in left for y in right)
-    return Tensor((len(left), len(right)), items)
-
-
-def _symmetric(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    assert isinstance(a[0], Tensor)
-    n = a[0].shape[0]
-    items = a[0].items
-    return Tensor(
-        (n, n), tuple(items[min(r, c) * n + max(r, c)] for r in range(n) for c in range(n))
-    )
-
-
-def _scalar(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    return elements(a[0])[0]
-
-
-def _vector(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    values = elements(a[0])
-    return Tensor((len(values),), values)
-
-
-def _matrix(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    shape = (*shape_of(a[0]), 1, 1)[:2]
-    return Tensor(shape, elements(a[0]))
-
-
-def _cat(_scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
-    dimension = _integer(expr(a[0]), span)
-    return concatenate(dimension, a[1:])
-
-
-def concatenate(dimension: int, values: tuple[Value, ...]) -> Value:
-    """Arrays joined along a dimension, counted from 1 (10.4.2). ValueError: of other sizes."""
-    tensors = [v if isinstance(v, Tensor) else Tensor((1,), (v,)) for v in values]
-    if dimension == 1:
-        if len({v.shape[1:] for v in tensors}) > 1:
-            raise ValueError
-        rows = [r for v in tensors for r in v.rows()]
-        return stack(rows, tensors[0].shape[1:])
-    parts = [v.rows() for v in tensors]
-    joined = [concatenate(dimension - 1, row) for row in zip(*parts, strict=True)]
-    return stack(joined)
+    return scope.table.const(shape[_integer(span, a[1]) - 1])
 
 
 def _reduction(empty: float, step: Callable[[Exprs, Expr, Expr], Expr]) -> Builtin:
@@ -250,21 +153,6 @@ _BUILTINS: Mapping[str, Builtin] = {
     "semiLinear": _semi_linear,
     "size": _size,
     "ndims": lambda scope, a, _span: scope.table.const(len(shape_of(a[0]))),
-    "zeros": lambda scope, a, span: _filled(scope.table.zero, a, span),
-    "ones": lambda scope, a, span: _filled(scope.table.one, a, span),
-    "fill": lambda _scope, a, span: _filled(a[0], a[1:], span),
-    "identity": _identity,
-    "diagonal": _diagonal,
-    "linspace": _linspace,
-    "transpose": _transpose,
-    "cross": _cross,
-    "skew": _skew,
-    "outerProduct": _outer_product,
-    "symmetric": _symmetric,
-    "scalar": _scalar,
-    "vector": _vector,
-    "matrix": _matrix,
-    "cat": _cat,
     "sum": lambda scope, a, _span: scope.table.add(*exprs(a[0])),
     "product": lambda scope, a, _span: scope.table.mul(*exprs(a[0])),
     "min": _reduction(math.inf, lambda t, x, y: t.call("min", x, y)),

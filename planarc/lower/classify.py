@@ -27,15 +27,8 @@ from planarc.ir.flat import Base, Variability
 from planarc.ir.flatwalk import variables_of_target
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import (
-    Tensor,
-    Text,
-    Value,
-    each,
-    elements,
-    fixed_dims,
-    scalar_names,
-)
+from planarc.lower.values import Text, Value, fixed_dims, scalar_names
+from planarc.runtime.tensor import Tensor, each, elements
 
 KINDS = {
     Base.REAL: dae.Kind.REAL,

@@ -24,16 +24,8 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.lower.scalar import lower_expression, none_of
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import (
-    RecordValue,
-    Tensor,
-    Text,
-    Value,
-    elements,
-    expr,
-    exprs,
-    shape_of,
-)
+from planarc.lower.values import RecordValue, Text, Value, expr, exprs
+from planarc.runtime.tensor import Tensor, elements, shape_of
 
 Pair = tuple[Expr, Expr]
 

@@ -24,8 +24,9 @@ from planarc.ir.expr import Expr
 from planarc.lower.assignment import zero_of
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.statements import Runner
-from planarc.lower.values import Tensor, Text, Value, exprs, stack
+from planarc.lower.values import Text, Value, exprs
 from planarc.runtime import external
+from planarc.runtime.tensor import Tensor, stack
 
 
 def call_external(runner: Runner, function: flat.Function, span: Span) -> tuple[Value, ...]:

@@ -35,8 +35,9 @@ from planarc.lower.foreign import call_external
 from planarc.lower.places import places
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
-from planarc.lower.values import FunctionValue, RecordValue, Tensor, Value, each, expr
+from planarc.lower.values import FunctionValue, RecordValue, Value, expr
 from planarc.runtime import elementary
+from planarc.runtime.tensor import Tensor, each
 
 MAX_DEPTH = 100  # of calls inside calls
 

@@ -8,7 +8,8 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower.scope import Scope
-from planarc.lower.values import Tensor, Text, Value, each, expr, shape_of, stack
+from planarc.lower.values import Text, Value, expr
+from planarc.runtime.tensor import Tensor, each, power, product, shape_of
 
 MAX_PRODUCTS = 10_000_000  # in one product of matrices
 MAX_PARTS = 10_000  # of one text
@@ -55,44 +56,12 @@ def _bound(a: Value, b: Value, span: Span) -> None:
         raise error("L313", "a product of such large matrices is not supported", span)
 
 
-def product(t: Exprs, a: Value, b: Value) -> Value:
-    """`a*b`: by a scalar, inner product, or matrix product (10.6.4)."""
-    if not isinstance(a, Tensor) or not isinstance(b, Tensor):
-        return each(t.mul, a, b)
-    if len(a.shape) == 1 and len(b.shape) == 1:
-        return t.add(*(t.mul(expr(x), expr(y)) for x, y in zip(a.items, b.items, strict=True)))
-    if len(a.shape) == 1:
-        return stack([product(t, a, c) for c in _columns(b)])
-    rows = [product(t, r, b) if len(b.shape) == 1 else _row(t, r, b) for r in a.rows()]
-    return stack(rows, b.shape[1:])
-
-
-def _row(t: Exprs, row: Value, b: Tensor) -> Tensor:
-    return stack([product(t, row, c) for c in _columns(b)])
-
-
-def _columns(b: Tensor) -> list[Tensor]:
-    rows, columns = b.shape
-    return [Tensor((rows,), b.items[c::columns]) for c in range(columns)]
-
-
 def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
     exponent = expr(b)
     whole = exponent.is_const and exponent.data >= 0 and float(exponent.data).is_integer()
     if not whole or not isinstance(a, Tensor):
         raise error("L304", "the power of a matrix needs a constant whole exponent", span)
-    n = a.shape[0]
-    one = Tensor((n, n), tuple(t.one if r == c else t.zero for r in range(n) for c in range(n)))
-    result: Value = one
-    square: Value = a
-    left = int(exponent.data)
-    while left:  # by squaring
-        if left % 2:
-            result = product(t, result, square)
-        left //= 2
-        if left:
-            square = product(t, square, square)
-    return result
+    return power(t, a, int(exponent.data))
 
 
 def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:

@@ -26,18 +26,8 @@ from planarc.ir.expr import Expr
 from planarc.lower import builtins
 from planarc.lower.operators import binary
 from planarc.lower.scope import OutsideArray, Scope, outside_array, unsupported
-from planarc.lower.values import (
-    FunctionValue,
-    RecordValue,
-    Tensor,
-    Text,
-    Value,
-    each,
-    elements,
-    expr,
-    shape_of,
-    stack,
-)
+from planarc.lower.values import FunctionValue, RecordValue, Text, Value, expr
+from planarc.runtime.tensor import Tensor, each, elements, shape_of, stack
 
 #: Entries of one range.
 MAX_ENTRIES = 1_000_000
@@ -167,13 +157,14 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
         number, count = int(position.data), value.shape[0]
         if not 1 <= number <= count:
             raise outside_array(number, count, span)
-        return value.row(number - 1)
+        row: Value = value.row(number - 1)
+        return row
     rows = value.rows()
     if not rows:
         raise OutsideArray(Diagnostic("L312", "an empty array has no entries", span))
     # A subscript that changes while running: a choice between all entries.
     scope.keep_within(position, len(rows), span)
-    result = rows[-1]
+    result: Value = rows[-1]
     for number in range(len(rows) - 1, 0, -1):
         condition = t.equal(position, t.const(number))
         result = choose(scope, condition, rows[number - 1], result, span)

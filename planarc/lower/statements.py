@@ -29,7 +29,8 @@ from planarc.ir.expr import Expr
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.scope import Scope, UnknownCourse
-from planarc.lower.values import Text, Value, elements, expr, fixed_dims, shape_of
+from planarc.lower.values import Text, Value, expr, fixed_dims
+from planarc.runtime.tensor import elements, shape_of
 
 MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
 MAX_WAYS = 1_000  # ways through one call

@@ -8,7 +8,8 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import Tensor, Text, Value
+from planarc.lower.values import Text, Value
+from planarc.runtime.tensor import Tensor
 
 
 def lower_visual(model: Model, visual: flat.Visual) -> dae.Visual:

@@ -14,7 +14,8 @@ from planarc.ir.expr import Exprs
 from planarc.lower import builtins
 from planarc.lower.operators import binary
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import Tensor, Value, exprs, shape_of
+from planarc.lower.values import Value, exprs
+from planarc.runtime.tensor import Tensor, shape_of
 
 numbers = st.integers(-5, 5).map(float)
 

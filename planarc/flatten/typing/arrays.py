@@ -1,5 +1,8 @@
 """Built-in functions that build or reshape arrays, opened where sizes are known.
 
+In:   typed arguments
+Out:  the array by the rules of `runtime.tensor`; a call where sizes are known only when run
+
 Example: `identity(2)` becomes `{{1, 0}, {0, 1}}`; `cross(a, b)` its three sums.
 
 Reference: Modelica Language Specification 3.6, section 10.3.
@@ -9,18 +12,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import prod
+from typing import Any, NamedTuple
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
-from planarc.flatten.terms.conform import NUMERIC, type_text, unify
-from planarc.flatten.terms.select import array, element_at, integer, opened, pick, real
+from planarc.flatten.terms.conform import (
+    NUMERIC,
+    dims_conform,
+    scalar_count,
+    type_text,
+    unify,
+)
+from planarc.flatten.terms.select import array, integer, opened, real
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import operators
 from planarc.flatten.values import evaluate
 from planarc.ir import flat
+from planarc.runtime import tensor
+from planarc.runtime.tensor import Tensor
 
 Arguments = list[flat.Expression]
+Dims = tuple[int | None, ...]
 MAX_OPENED = 100_000
 MANY = 1000  # arguments: as many as there are
 MAX_MATRIX = 1_000_000  # entries of a matrix that is written out
@@ -45,16 +58,20 @@ def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if known is None:
         return flat.Builtin(flat.INTEGER, span, "size", (value, dimension))
     if not isinstance(known, int) or not 1 <= known <= len(dims):
-        raise error(
-            "F218", f"a value of type {type_text(value.type)} has no dimension {known}", span
-        )
-    found = dims[known - 1]
-    if found is not None:
-        return integer(found, span)
-    return flat.Builtin(flat.INTEGER, span, "size", (value, integer(known, span)))
+        what = f"a value of type {type_text(value.type)}"
+        raise error("F218", f"{what} has no dimension {known}", span)
+    return size_along(value, known - 1, span)
 
 
-def _sizes(name: str, arguments: Arguments, env: Env) -> tuple[int | None, ...]:
+def size_along(value: flat.Expression, k: int, span: Span) -> flat.Expression:
+    """The size of a dimension, counted from 0: literal when the type tells it."""
+    known = value.type.dims[k]
+    if known is not None:
+        return integer(known, span)
+    return flat.Builtin(flat.INTEGER, span, "size", (value, integer(k + 1, span)))
+
+
+def _sizes(name: str, arguments: Arguments, env: Env) -> Dims:
     """Sizes given as arguments, None where they are known only when run."""
     sizes: list[int | None] = []
     for argument in arguments:
@@ -73,9 +90,12 @@ def _sizes(name: str, arguments: Arguments, env: Env) -> tuple[int | None, ...]:
     return tuple(sizes)
 
 
-def _filled(
-    name: str, value: flat.Expression, sizes: Arguments, span: Span, env: Env
-) -> flat.Expression:
+# By sizes ---------------------------------------------------------------------------------
+
+
+def _filled(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    given = {"zeros": integer(0, span), "ones": integer(1, span)}.get(name)
+    value, sizes = (arguments[0], arguments[1:]) if given is None else (given, arguments)
     dims = _sizes(name, sizes, env)
     if None in dims or prod(d or 0 for d in dims) > MAX_OPENED:
         type_ = value.type.with_dims((*dims, *value.type.dims))
@@ -86,254 +106,162 @@ def _filled(
     return result
 
 
-def _zeros(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return _filled("zeros", integer(0, span), arguments, span, env)
+def _identity(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    (n,) = _sizes(name, arguments, env)
+    given: Arguments = arguments if n is None else [integer(n, span)]
+    return _applied(name, given, flat.INTEGER.with_dims((n, n)), span)
 
 
-def _ones(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return _filled("ones", integer(1, span), arguments, span, env)
-
-
-def _fill(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return _filled("fill", arguments[0], arguments[1:], span, env)
-
-
-def _identity(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (n,) = _sizes("identity", arguments, env)
-    if n is None:
-        return flat.Builtin(flat.INTEGER.with_dims((n, n)), span, "identity", tuple(arguments))
-    _bound("identity", n, n, span)
-    rows: list[Arguments] = [[integer(int(i == j), span) for j in range(n)] for i in range(n)]
-    return _rows(rows, flat.INTEGER, span, n)
-
-
-def _bound(name: str, rows: int, columns: int, span: Span) -> None:
-    if rows * columns > MAX_MATRIX:
-        raise too_large(f"`{name}` makes an array of {rows * columns:,} entries", span)
-
-
-def _rows(
-    rows: list[list[flat.Expression]], type_: flat.Type, span: Span, width: int
-) -> flat.Expression:
-    lines: Arguments = [array(row, type_, span) for row in rows]
-    return array(lines, type_.with_dims((width,)), span)
-
-
-def _known(value: flat.Expression) -> bool:
-    return None not in value.type.dims
-
-
-def _kept(
-    name: str, dims: tuple[int | None, ...], arguments: Arguments, span: Span
-) -> flat.Expression:
-    type_ = arguments[-1].type.with_dims(dims)
-    return flat.Builtin(type_, span, name, tuple(arguments))
-
-
-def _diagonal(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (vector,) = arguments
-    if len(vector.type.dims) != 1 or vector.type.base not in NUMERIC:
-        raise wrong_argument("diagonal", vector)
-    n = vector.type.dims[0]
-    if n is None:
-        return _kept("diagonal", (n, n), arguments, span)
-    _bound("diagonal", n, n, span)
-    zero = integer(0, span) if vector.type.base is flat.Base.INTEGER else real(0, span)
-    rows = [[element_at(vector, i + 1) if i == j else zero for j in range(n)] for i in range(n)]
-    return _rows(rows, vector.type.element(), span, n)
-
-
-def _linspace(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    first, last, count = arguments
-    (n,) = _sizes("linspace", [count], env)
-    if n is None:
-        return flat.Builtin(flat.REAL.with_dims((n,)), span, "linspace", tuple(arguments))
-    if n < 2:
+def _linspace(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    *ends, count = arguments
+    (n,) = _sizes(name, [count], env)
+    if n is not None and n < 2:
         raise error("F291", "`linspace` needs at least two points", span)
-    step = operators.binary("-", last, first, span)
-    items = []
-    for i in range(n):
-        part = operators.binary("*", step, real(i / (n - 1), span), span)
-        items.append(operators.binary("+", first, part, span))
-    items[0], items[-1] = first, last
-    return array(items, flat.REAL, span)
+    given = arguments if n is None else [*ends, integer(n, span)]
+    return _applied(name, given, flat.REAL.with_dims((n,)), span)
 
 
-def _transpose(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (matrix,) = arguments
-    dims = matrix.type.dims
-    if len(dims) < 2:
-        raise wrong_argument("transpose", matrix)
-    if not _known(matrix):
-        return _kept("transpose", (dims[1], dims[0], *dims[2:]), arguments, span)
-    n, m = dims[0] or 0, dims[1] or 0
-    rows = [[pick(matrix, (i, j)) for i in range(1, n + 1)] for j in range(1, m + 1)]
-    return _rows(rows, matrix.type.element(2), span, n)
-
-
-def _three(name: str, value: flat.Expression) -> Arguments:
-    if value.type.dims != (3,) or value.type.base not in NUMERIC:
-        raise wrong_argument(name, value)
-    return opened(value)
-
-
-def _cross(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    if any(a.type.dims == (None,) for a in arguments):
-        return _kept("cross", (3,), arguments, span)
-    a, b = (_three("cross", v) for v in arguments)
-
-    def entry(i: int, j: int) -> flat.Expression:
-        left = operators.binary("*", a[i], b[j], span)
-        return operators.binary("-", left, operators.binary("*", a[j], b[i], span), span)
-
-    items = [entry(1, 2), entry(2, 0), entry(0, 1)]
-    return array(items, items[0].type, span)
-
-
-def _skew(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    x = _three("skew", arguments[0])
-    zero = real(0, span)
-    rows = [
-        [zero, operators.unary("-", x[2], span), x[1]],
-        [x[2], zero, operators.unary("-", x[0], span)],
-        [operators.unary("-", x[1], span), x[0], zero],
-    ]
-    return _rows(rows, x[0].type, span, 3)
-
-
-def _outer(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    a, b = arguments
-    for value in arguments:
-        if len(value.type.dims) != 1 or value.type.base not in NUMERIC:
-            raise wrong_argument("outerProduct", value)
-    if not _known(a) or not _known(b):
-        return _kept("outerProduct", (*a.type.dims, *b.type.dims), arguments, span)
-    _bound("outerProduct", a.type.dims[0] or 0, b.type.dims[0] or 0, span)
-    rows = [[operators.binary("*", x, y, span) for y in opened(b)] for x in opened(a)]
-    element = rows[0][0].type if rows and rows[0] else flat.REAL
-    return _rows(rows, element, span, b.type.dims[0] or 0)
-
-
-def _symmetric(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (matrix,) = arguments
-    dims = matrix.type.dims
-    if len(dims) != 2 or dims[0] != dims[1]:
-        raise wrong_argument("symmetric", matrix)
-    if not _known(matrix):
-        return _kept("symmetric", dims, arguments, span)
-    n = range(1, (dims[0] or 0) + 1)
-    rows = [[pick(matrix, (min(i, j), max(i, j))) for j in n] for i in n]
-    return _rows(rows, matrix.type.element(2), span, dims[0] or 0)
-
-
-def _scalar(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (value,) = arguments
-    if any(d not in (1, None) for d in value.type.dims):
-        raise wrong_argument("scalar", value)
-    return pick(value, (1,) * len(value.type.dims))
-
-
-def _vector(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (value,) = arguments
-    dims = value.type.dims
-    if not dims:
-        return array([value], value.type, span)
-    if len([d for d in dims if d not in (1, None)]) > 1:
-        raise wrong_argument("vector", value)
-    if not _known(value):
-        return value if len(dims) == 1 else _kept("vector", (None,), arguments, span)
-    entries = [value]
-    for _ in dims:
-        entries = [e for v in entries for e in opened(v)]
-    return array(entries, value.type.with_dims(()), span)
-
-
-def _matrix(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    (value,) = arguments
-    dims = value.type.dims
-    if len(dims) == 2:
-        return value
-    if not dims:
-        return array([array([value], value.type, span)], value.type.with_dims((1,)), span)
-    if len(dims) > 2 and any(d != 1 for d in dims[2:]):
-        raise wrong_argument("matrix", value)
-    if not _known(value):
-        return _kept("matrix", (*dims[:2], 1)[:2], arguments, span)
-    if len(dims) == 1:
-        rows = [[v] for v in opened(value)]
-        return _rows(rows, value.type.element(), span, 1)
-    rest = (1,) * (len(dims) - 2)
-    rows = [[pick(e, rest) for e in opened(row)] for row in opened(value)]
-    return _rows(rows, value.type.with_dims(()), span, dims[1] or 0)
-
-
-def _cat(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+def _cat(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     along, *parts = arguments
     dimension = evaluate.structural_value(along, env, "the dimension given to `cat`")
     rank = len(parts[0].type.dims)
     if not isinstance(dimension, int) or not 1 <= dimension <= rank:
-        raise error(
-            "F291", f"`cat` cannot join arrays of {rank} dimensions along {dimension}", span
-        )
-    if not all(_known(p) for p in parts):
-        _common_element(parts)
-        dims = [None if i == dimension - 1 else d for i, d in enumerate(parts[0].type.dims)]
-        return _kept("cat", tuple(dims), arguments, span)
+        what = f"arrays of {rank} dimensions along {dimension}"
+        raise error("F291", f"`cat` cannot join {what}", span)
     return join(dimension, parts, span)
 
 
 def join(dimension: int, parts: Arguments, span: Span) -> flat.Expression:
-    """Arrays of known sizes joined along a dimension, counted from 1."""
-    return _joined(dimension, parts, _common_element(parts), span)
-
-
-def _common_element(parts: Arguments) -> flat.Type:
+    """Arrays joined along a dimension, counted from 1."""
     type_ = parts[0].type.with_dims(())
     for part in parts:
         common = unify(type_, part.type, dims=False)
         if common is None or len(part.type.dims) != len(parts[0].type.dims):
             raise wrong_argument("cat", part)
         type_ = common.with_dims(())
-    return type_
-
-
-def _joined(dimension: int, parts: Arguments, type_: flat.Type, span: Span) -> flat.Expression:
-    if dimension == 1:
-        items = [e for p in parts for e in opened(p)]
-        if len({i.type.dims for i in items}) > 1:
-            raise error("F291", "the arrays given to `cat` do not fit together", span)
-        element = type_.with_dims(parts[0].type.dims[1:])
-        return array(items, element, span)
-    if len({p.type.dims[0] for p in parts}) > 1:
+    k = dimension - 1
+    others = [(*p.type.dims[:k], *p.type.dims[dimension:]) for p in parts]
+    if not all(dims_conform(others[0], o) for o in others):
         raise error("F291", "the arrays given to `cat` do not fit together", span)
-    rows = [
-        _joined(dimension - 1, list(row), type_, span)
-        for row in zip(*(opened(p) for p in parts), strict=True)
-    ]
-    element = rows[0].type if rows else type_.with_dims(parts[0].type.dims[1:])
-    return array(rows, element, span)
+    sizes = [p.type.dims[k] for p in parts]
+    total = None if None in sizes else sum(s or 0 for s in sizes)
+    type_ = type_.with_dims((*others[0][:k], total, *others[0][k:]))
+    return _applied("cat", [integer(dimension, span), *parts], type_, span)
 
 
-def _ndims(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+# By the dimensions of arrays --------------------------------------------------------------
+
+
+class _Reshape(NamedTuple):
+    """The arrays that a function takes, and the dimensions of its result by theirs."""
+
+    takes: Callable[[Dims], bool]
+    gives: Callable[..., Dims]
+    numeric: bool = False
+
+
+_RESHAPES = {
+    "transpose": _Reshape(lambda d: len(d) > 1, lambda d: (d[1], d[0], *d[2:])),
+    "symmetric": _Reshape(lambda d: len(d) == 2 and d[0] == d[1], lambda d: d),
+    "scalar": _Reshape(lambda d: all(n in (1, None) for n in d), lambda d: ()),
+    "vector": _Reshape(
+        lambda d: sum(n not in (1, None) for n in d) < 2,
+        lambda d: (None if None in d else prod(n or 0 for n in d),),
+    ),
+    "matrix": _Reshape(lambda d: all(n == 1 for n in d[2:]), lambda d: (*d, 1, 1)[:2]),
+    "diagonal": _Reshape(lambda d: len(d) == 1, lambda d: d * 2, True),
+    "skew": _Reshape(lambda d: d == (3,), lambda d: (3, 3), True),
+    "cross": _Reshape(lambda d: d in ((3,), (None,)), lambda a, b: (3,), True),
+    "outerProduct": _Reshape(lambda d: len(d) == 1, lambda a, b: (*a, *b), True),
+}
+
+
+def _reshaped(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    rule, type_ = _RESHAPES[name], arguments[0].type
+    for argument in arguments:
+        common = unify(type_, argument.type, dims=False)
+        numeric = argument.type.base in NUMERIC or not rule.numeric
+        if common is None or not numeric or not rule.takes(argument.type.dims):
+            raise wrong_argument(name, argument)
+        type_ = common
+    dims = rule.gives(*(a.type.dims for a in arguments))
+    if name in ("vector", "matrix") and len(arguments[0].type.dims) == len(dims):
+        return arguments[0]
+    return _applied(name, arguments, type_.with_dims(dims), span)
+
+
+class _Typed(NamedTuple):
+    """Arithmetic on typed expressions for the rules of `runtime.tensor`."""
+
+    span: Span
+    zero: flat.Expression
+    one: flat.Expression
+
+    def const(self, value: float) -> flat.Expression:
+        return real(value, self.span)
+
+    def sub(self, a: flat.Expression, b: flat.Expression) -> flat.Expression:
+        return operators.binary("-", a, b, self.span)
+
+    def add(self, a: flat.Expression, b: flat.Expression) -> flat.Expression:
+        return operators.binary("+", a, b, self.span)
+
+    def mul(self, a: flat.Expression, b: flat.Expression) -> flat.Expression:
+        return operators.binary("*", a, b, self.span)
+
+    def neg(self, a: flat.Expression) -> flat.Expression:
+        return operators.unary("-", a, self.span)
+
+
+def _applied(name: str, arguments: Arguments, type_: flat.Type, span: Span) -> flat.Expression:
+    """The result entry by entry, or the call, where sizes are known only when run."""
+    if any(None in t.dims for t in (type_, *(a.type for a in arguments))):
+        return flat.Builtin(type_, span, name, tuple(arguments))
+    entries = scalar_count(type_)
+    given = sum(scalar_count(a.type) for a in arguments)
+    if entries > (MAX_MATRIX if entries > given else tensor.MAX_ENTRIES):
+        raise too_large(f"`{name}` makes an array of {entries:,} entries", span)
+    number = integer if type_.base is flat.Base.INTEGER and name != "skew" else real
+    t = _Typed(span, number(0, span), number(1, span))
+    value = tensor.apply(t, name, _count, [_entries(a) for a in arguments])
+    return _written(value, type_.with_dims(()), span)
+
+
+def _count(argument: Any) -> int:
+    return int(argument.value)
+
+
+def _entries(value: flat.Expression) -> Any:
+    """A value for the rules of `runtime.tensor`."""
+    sizes = tuple(d or 0 for d in value.type.dims)
+    items = [value]
+    for _ in sizes:
+        items = [entry for row in items for entry in opened(row)]
+    return Tensor(sizes, tuple(items)) if sizes else value
+
+
+def _written(value: Any, element: flat.Type, span: Span) -> flat.Expression:
+    """What such a rule gives, as array constructors."""
+    if not isinstance(value, Tensor):
+        expression: flat.Expression = value
+        return expression
+    rows = [_written(row, element, span) for row in value.rows()]
+    return array(rows, element.with_dims(value.shape[1:]), span)
+
+
+def _ndims(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     return integer(len(arguments[0].type.dims), span)
 
 
 #: the fewest and the most arguments, and what is built of them
-BUILDERS: dict[str, tuple[int, int, Callable[[Arguments, Span, Env], flat.Expression]]] = {
+BUILDERS: dict[str, tuple[int, int, Callable[[str, Arguments, Span, Env], flat.Expression]]] = {
     "ndims": (1, 1, _ndims),
-    "zeros": (1, MANY, _zeros),
-    "ones": (1, MANY, _ones),
-    "fill": (2, MANY, _fill),
+    "zeros": (1, MANY, _filled),
+    "ones": (1, MANY, _filled),
+    "fill": (2, MANY, _filled),
     "identity": (1, 1, _identity),
-    "diagonal": (1, 1, _diagonal),
     "linspace": (3, 3, _linspace),
-    "transpose": (1, 1, _transpose),
-    "cross": (2, 2, _cross),
-    "skew": (1, 1, _skew),
-    "outerProduct": (2, 2, _outer),
-    "symmetric": (1, 1, _symmetric),
-    "scalar": (1, 1, _scalar),
-    "vector": (1, 1, _vector),
-    "matrix": (1, 1, _matrix),
     "cat": (2, MANY, _cat),
+    **dict.fromkeys(_RESHAPES, (1, 1, _reshaped)),
+    **dict.fromkeys(("cross", "outerProduct"), (2, 2, _reshaped)),
 }

@@ -250,10 +250,6 @@ def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Express
     return arrays.size(arguments, span, env)
 
 
-def _build(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return arrays.BUILDERS[name][2](arguments, span, env)
-
-
 RULES: dict[str, Rule] = {
     "integer": Rule(1, 1, _integer),
     "sum": Rule(1, 1, _total),
@@ -274,7 +270,7 @@ RULES: dict[str, Rule] = {
     "String": Rule(1, 4, _to_string),
     "getInstanceName": Rule(0, 0, _instance_name),
     "size": Rule(1, 2, _size),
-    **{name: Rule(least, most, _build) for name, (least, most, _) in arrays.BUILDERS.items()},
+    **{name: Rule(*rule) for name, rule in arrays.BUILDERS.items()},
 }
 
 #: operators of the language that planarc refuses by name, with the section

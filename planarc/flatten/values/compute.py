@@ -15,8 +15,9 @@ from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.values.text import string_of
 from planarc.ir import flat
-from planarc.runtime import elementary
+from planarc.runtime import elementary, tensor
 from planarc.runtime.elementary import Result
+from planarc.runtime.tensor import Tensor, TooLarge, power, product
 
 #: operators that give their (first) argument when nothing changes in time
 IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
@@ -24,7 +25,6 @@ IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
 
 LARGEST = 2**63 - 1  # Integer
 MAX_TEXT = 1_000_000  # letters
-MAX_ENTRIES = 4_000_000  # of one array
 MAX_PRODUCTS = 10_000_000  # of one product of matrices
 
 
@@ -112,32 +112,46 @@ def _power(base: Any, exponent: Any) -> Value:
     return float(result)
 
 
-def _matrix_power(base: Value, exponent: Value) -> Value:
-    assert isinstance(base, list) and isinstance(exponent, int)
-    result: Value = identity(len(base))
-    square: Value = base
-    while exponent > 0:  # by squaring
-        if exponent % 2:
-            result = multiply(result, square)
-        exponent //= 2
-        if exponent:
-            square = multiply(square, square)
-    return result
-
-
-def multiply(a: Any, b: Any) -> Value:
+def multiply(a: Value, b: Value) -> Value:
     """`*` by the operands' dimensions (10.6.4)."""
     if not isinstance(a, list) or not isinstance(b, list):
         return _map(_times, a, b)
-    if a and isinstance(a[0], list):
-        columns = len(b[0]) if b and isinstance(b[0], list) else 1
-        if len(a) * len(b) * columns > MAX_PRODUCTS:
-            raise NotConstant("the matrices are too large")
-        return [multiply(row, b) for row in a]
-    if b and isinstance(b[0], list):
-        return [multiply(a, [row[j] for row in b]) for j in range(len(b[0]))]
-    products: list[Any] = [_times(x, y) for x, y in zip(a, b, strict=True)]
-    return total(products)
+    if math.prod(shape(a)) * math.prod(shape(b)[1:]) > MAX_PRODUCTS:
+        raise NotConstant("the matrices are too large")
+    return nested(product(Numbers, tensor_of(a), tensor_of(b)))
+
+
+def _matrix_power(base: Value, exponent: Value) -> Value:
+    assert isinstance(exponent, int)
+    return nested(power(Numbers, tensor_of(base), exponent))
+
+
+class Numbers:
+    """Arithmetic for the rules of `runtime.tensor`."""
+
+    zero, one = 0, 1
+    const, sub, mul, neg = float, operator.sub, _times, operator.neg
+
+    @staticmethod
+    def add(*values: Any) -> Any:
+        return sum(values)
+
+
+def tensor_of(value: Value, dims: tuple[int | None, ...] = ()) -> Any:
+    """A value for the rules of `runtime.tensor`; `dims` are those of its type, which tells
+    how many an empty array has."""
+    if not isinstance(value, list):
+        return value
+    sizes = shape(value)
+    sizes += tuple(d or 0 for d in dims[len(sizes) :])
+    items: list[Any] = [value]
+    for _ in sizes:
+        items = [entry for row in items for entry in row]
+    return Tensor(sizes, tuple(items))
+
+
+def nested(value: Any) -> Value:
+    return [nested(row) for row in value.rows()] if isinstance(value, Tensor) else value
 
 
 def index(value: Value, subscripts: list[Value | None], span: Span) -> Value:
@@ -163,16 +177,13 @@ def entry(value: list[Value], index: Any, span: Span) -> Value:
 
 
 def reduce(kind: str, values: list[Value]) -> Value:
-    match kind:
-        case "sum":
-            return total(values)
-        case "product":
-            return math.prod(flat_values(values))  # type: ignore[no-any-return]
-        case "min":
-            return min(flat_values(values), default=math.inf)
-        case "max":
-            return max(flat_values(values), default=-math.inf)
-    return values
+    """A reduction, of maybe no values at all."""
+    if kind in _OF_NOTHING and not flat_values(values):
+        return _OF_NOTHING[kind]
+    return values if kind == "array" else _FUNCTIONS[kind](values)
+
+
+_OF_NOTHING = {"min": math.inf, "max": -math.inf}
 
 
 def flat_values(value: Value) -> list[Any]:
@@ -183,84 +194,12 @@ def total(value: Value) -> Value:
     return sum(flat_values(value))  # type: ignore[no-any-return]
 
 
-def identity(n: Any) -> Value:
-    _bound(n * n)
-    return [[1 if i == j else 0 for j in range(n)] for i in range(n)]
-
-
-def _bound(entries: int) -> None:
-    if entries > MAX_ENTRIES:
-        raise NotConstant("the array is too large")
-
-
 def fill(value: Any, *dims: Any) -> Value:
-    _bound(math.prod(dims))
+    if math.prod(dims) > tensor.MAX_ENTRIES:
+        raise NotConstant("the array is too large")
     for size in reversed(dims):
         value = [value] * size
     return value  # type: ignore[no-any-return]
-
-
-def transpose(a: Any) -> Value:
-    return [list(row) for row in zip(*a, strict=True)]
-
-
-def _min(*values: Any) -> Value:
-    return min(flat_values(list(values)))  # type: ignore[no-any-return]
-
-
-def _max(*values: Any) -> Value:
-    return max(flat_values(list(values)))  # type: ignore[no-any-return]
-
-
-def _cross(a: Any, b: Any) -> Value:
-    return [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-
-
-def _skew(x: Any) -> Value:
-    return [[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]]
-
-
-def _linspace(a: Any, b: Any, n: Any) -> Value:
-    _bound(n)
-    return [a + (b - a) * i / (n - 1) for i in range(n)]
-
-
-def cat(dimension: Any, *arrays: Any) -> Value:
-    if dimension == 1:
-        _bound(sum(map(len, arrays)))
-        return [x for a in arrays for x in a]
-    return [cat(dimension - 1, *rows) for rows in zip(*arrays, strict=True)]
-
-
-def _scalar(value: Any) -> Value:
-    while isinstance(value, list):
-        value = value[0]
-    return value  # type: ignore[no-any-return]
-
-
-def _matrix(value: Any) -> Value:
-    if not isinstance(value, list):
-        return [[value]]
-    return [v if isinstance(v, list) else [v] for v in value]
-
-
-def _symmetric(a: Any) -> Value:
-    n = range(len(a))
-    return [[a[min(i, j)][max(i, j)] for j in n] for i in n]
-
-
-def _diagonal(v: Any) -> Value:
-    _bound(len(v) ** 2)
-    return [[v[i] if i == j else 0 for j in range(len(v))] for i in range(len(v))]
-
-
-def _outer(a: Any, b: Any) -> Value:
-    _bound(len(a) * len(b))
-    return [[x * y for y in b] for x in a]
 
 
 _CONVERSIONS: dict[str, Callable[..., Any]] = {"integer": math.floor, "Integer": int}
@@ -274,50 +213,47 @@ def scalar(name: str) -> Callable[..., Any] | None:
     return None if row.result is Result.EXTREME else row.value
 
 
-def function_of(name: str) -> Callable[..., Any] | None:
-    return scalar(name) or FUNCTIONS.get(name)
+def is_known(name: str) -> bool:
+    return scalar(name) is not None or name in _FUNCTIONS or name in tensor.FUNCTIONS
 
 
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "min": _min,
-    "max": _max,
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "min": lambda *values: min(flat_values(list(values))),
+    "max": lambda *values: max(flat_values(list(values))),
     "sum": total,
     "product": lambda v: math.prod(flat_values(v)),
-    "zeros": lambda *n: fill(0, *n),
-    "ones": lambda *n: fill(1, *n),
-    "fill": fill,
-    "identity": identity,
-    "diagonal": _diagonal,
-    "linspace": _linspace,
-    "transpose": transpose,
-    "cross": _cross,
-    "skew": _skew,
-    "outerProduct": _outer,
-    "symmetric": _symmetric,
-    "scalar": _scalar,
-    "vector": lambda v: flat_values(v),
-    "matrix": _matrix,
-    "cat": cat,
     "ndims": lambda v: len(shape(v)),
     "String": str,
 }
 
 
-def apply(function: Callable[..., Any] | None, values: list[Value], e: flat.Builtin) -> Value:
+def apply(values: list[Value], e: flat.Builtin) -> Value:
     """A built-in function on values; a failure is the user's error."""
     if e.function == "String":
         return string_of(values, e)
-    assert function is not None
     try:
-        result = _map(function, *values) if scalar(e.function) else function(*values)
+        result = _result(e, values)
     except ZeroDivisionError:
         raise error("F283", "division by zero in a constant expression", e.span) from None
     except (ValueError, OverflowError, IndexError):
         raise _no_value(e, values) from None
+    except TooLarge:
+        raise NotConstant("the array is too large", e.span) from None
     except TypeError:
         raise NotConstant(f"`{e.function}` has no value here", e.span) from None
     number = _NUMBERS.get(e.type.base)
     return result if number is None else _map(number, result)
+
+
+def _result(e: flat.Builtin, values: list[Value]) -> Value:
+    function = scalar(e.function)
+    if function is not None:
+        return _map(function, *values)
+    if e.function in _FUNCTIONS:
+        return _FUNCTIONS[e.function](*values)  # type: ignore[no-any-return]
+    dims = [a.type.dims for a in e.arguments] or [()] * len(values)
+    given = [tensor_of(v, d) for v, d in zip(values, dims, strict=True)]
+    return nested(tensor.apply(Numbers, e.function, int, given))
 
 
 #: What the values of a type are: functions of numbers give floats.

@@ -181,12 +181,10 @@ class Evaluator:
             return self.value(e.arguments[-1 if e.function == "smooth" else 0])
         if e.function == "size":
             return self._size(e)
-        function = compute.function_of(e.function)
-        if function is None:
+        if not compute.is_known(e.function):
             what = "`time`" if e.function == "time" else f"`{e.function}(...)`"
             raise NotConstant(f"{what} has no value before the run", e.span)
-        values = [self.value(a) for a in e.arguments]
-        return compute.apply(function, values, e)
+        return compute.apply([self.value(a) for a in e.arguments], e)
 
     def _size(self, e: flat.Builtin) -> Value:
         """`size` needs the type only, where that is known."""

@@ -214,9 +214,9 @@ def run_function(
     run = _Run(function, caller)
     for variable, value in zip(function.inputs, arguments, strict=True):
         run.frame[variable.name] = value
-    if function.external and (builtin := compute.function_of(function.external)):
+    if function.external and compute.is_known(function.external):
         call = flat.Builtin(function.outputs[0].type, span, function.external)
-        return [compute.apply(builtin, arguments, call)]
+        return [compute.apply(arguments, call)]
     if function.external is not None:
         return run.external(span)
     for variable in (*function.locals, *function.outputs):
