@@ -1,16 +1,17 @@
-"""Joints that constrain what others constrain already, by their numbers.
+"""Joints that constrain what others constrain already, and starts in flat positions.
 
 In:   System at consistent start values
-Out:  nothing, or PlanarcError R415 that names the joints and the conditions
+Out:  nothing, or PlanarcError: R415 that names the joints and the conditions, R437 (`flat`)
 
-The conditions of a loop are dependent where the Jacobian of a block has lost rank. That
-may be so in one position only, as when a four-bar lies flat: such a position is passed.
-So the mechanism is moved a little along what is free, its loops are closed again, and
-only where the rank stays too low at each place a constraint is redundant. Where it
-cannot be moved nothing is said.
+The conditions of a loop are dependent where the Jacobian of a block has lost rank: in one
+position only, as when a four-bar lies flat, or in all of them. So the mechanism is moved a
+little along what is free, and its loops are closed again. Where the rank stays too low at each
+place a constraint is redundant; where it comes back the start is a flat position. Where the
+mechanism cannot be moved nothing is said.
 
 Example: a parallelogram with a third bar parallel to the other two. Its four conditions
-of closing have the rank three, whatever the angle.
+of closing have the rank three, whatever the angle. Without that bar its two conditions have
+the rank one where all bars lie on one line, and two elsewhere.
 
 Promises:  costs one small singular value decomposition where all is well.
 """
@@ -21,12 +22,14 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode
 from planarc.solve.messages.loops import loop_names
+from planarc.solve.start.flat import flat_start
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, gradients
 
@@ -35,6 +38,12 @@ if TYPE_CHECKING:
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8
+#: Those below this part are looked at more closely.
+SUSPECT = 1e-5
+#: A start is flat where the least singular value is below this part of that beside. Rounding,
+#: 1e-16 of a bar's length, is an angle of 1e-11 where bars are 1e-5 rad off their line: there
+#: the directions of motion are known to six digits, and to none at 1e-8 rad.
+FLAT = 1e-5
 #: Ways by which the mechanism is moved (radians, metres), and the way that it must have got.
 STEPS, MOVED = (0.07, -0.11), 0.01
 #: A condition takes part in a dependency with at least this weight.
@@ -46,55 +55,69 @@ class Redundant(PlanarcError):
     """Joints that hold the same motion twice, and are not accepted (R415)."""
 
 
+class _Look(Data):
+    """What a block's Jacobian says at one place. `share` is its least singular value, as part
+    of the largest where that exceeds 1."""
+
+    share: float
+    weights: Vector  # of the conditions in the combinations that vanish, or nearly do
+    free: Vector  # motions that keep the other conditions, one in each row
+
+
 def refuse_redundancy(system: System, values: Vector) -> None:
     """Leaves the workspace at `values`."""
     for i, block in system.blocks:
         if not block.residuals or block.height < 2:
             continue
-        rows = _dependent_rows(system, i)
-        if rows is None:
+        here = _look(system, i)
+        if here is None:
             continue
-        redundant = all(_stays(system, i, block, values, step) for step in STEPS)
+        beside = [_beside(system, i, block, values, step * here.free) for step in STEPS]
         system.evaluate_flag(values)
-        if redundant:
-            raise _redundant(system, i, block, rows)
+        if here.share <= RANK and all(b is not None and b <= RANK for b in beside):
+            raise _redundant(system, i, block, here.weights)
+        if any(b is not None and here.share < FLAT * b for b in beside):
+            raise flat_start(system, i, block, values, here.free)
 
 
-def _dependent_rows(system: System, i: int) -> Vector | None:
-    """Weights of the residuals in the combinations that vanish; None at full rank."""
+def _look(system: System, i: int) -> _Look | None:
+    """None where the conditions are plainly independent, or have no value."""
     import numpy as np
 
     matrix = np.array(system.kernel.jacobian(i), dtype=float)
-    if not math.isfinite(matrix.sum()):
+    sizes = _sizes(matrix)
+    small = [s < SUSPECT for s in sizes]
+    if True not in small:
         return None
-    sizes = np.linalg.svd(matrix, compute_uv=False).tolist()
-    rank = sum(s > RANK * max(1.0, sizes[0]) for s in sizes)
-    if rank == len(matrix):
-        return None
-    left = np.linalg.svd(matrix)[0]
-    weights: Vector = np.abs(left[:, rank:]).max(axis=1)
-    return weights
+    left, _, right = np.linalg.svd(matrix)
+    rank = small.index(True)
+    return _Look(sizes[-1], np.abs(left[:, rank:]).max(axis=1), right[rank:])
 
 
-def _stays(system: System, i: int, block: BlockCode, values: Vector, step: float) -> bool:
-    """Whether conditions are dependent in a position beside this one, too."""
+def _sizes(matrix: Vector) -> list[float]:
+    """The singular values, falling; none where the matrix is not finite."""
     import numpy as np
 
-    system.evaluate_flag(values)
+    if not math.isfinite(matrix.sum()):
+        return []
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return list((sizes / max(1.0, sizes[0])).tolist())
+
+
+def _beside(system: System, i: int, block: BlockCode, values: Vector, free: Vector) -> float | None:
+    """The least singular value at a place beside this one; None where nothing moves."""
+    import numpy as np
+
     columns = list(range(block.first, block.first + len(block.tears)))
-    _, sizes, directions = np.linalg.svd(np.array(system.kernel.jacobian(i), dtype=float))
-    rank = int(np.sum(sizes > RANK * max(1.0, sizes[0])))
-    free = directions[rank:]
-    if not len(free):
-        return False
     moved = values.copy()
-    moved[columns] += step * np.cos(np.arange(len(free))) @ free
+    moved[columns] += np.cos(np.arange(len(free))) @ free
     root = solve_stage(system, moved, list(system.block_rows[i]), columns)
     far = float(np.max(np.abs(root.point[columns] - values[columns])))
     if not root.converged or far < MOVED:
-        return False
+        return None
     system.evaluate_flag(root.point)
-    return _dependent_rows(system, i) is not None
+    sizes = _sizes(np.array(system.kernel.jacobian(i), dtype=float))
+    return sizes[-1] if sizes else None
 
 
 def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> PlanarcError:

@@ -16,13 +16,13 @@ side the loop closes.
 
     held       which start values are held (`held`)
     assembly   the loops closed with them (`assembly`, on the right side: `branch`)
-    judge      joints that hold a motion twice (`redundancy`)
+    judge      joints that hold a motion twice (`redundancy`), bars on one line (`flat`)
     failure    why there is no start, in words
 
 Promises: does not depend on tolerances.
 Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
           R410 (cannot be solved), R413 (cannot be evaluated), R415 (redundant joints),
-          R428 (held at a dead centre).
+          R428 (held at a dead centre), R437 (flat).
 """
 
 from __future__ import annotations
