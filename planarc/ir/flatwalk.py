@@ -5,10 +5,13 @@ All walks are iterative and keep the order of the text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from typing import Any, TypeVar
 
 from planarc.ir import flat
+
+Item = TypeVar("Item", bound=flat.EquationNode)  # an equation or a statement
 
 
 def children(expression: flat.Expression) -> tuple[flat.Expression, ...]:
@@ -70,13 +73,27 @@ def expressions_of_variable(variable: flat.Variable) -> Iterator[flat.Expression
     yield from (v for v in values if v is not None)
 
 
-def expressions_in(items: Iterable[flat.Equation | flat.Statement]) -> Iterator[flat.Expression]:
-    """The expressions of equations or statements, targets and those inside branches and loops
-    too."""
-    stack = list(items)
+def inside(items: Iterable[Item], whens: bool = True) -> Iterator[Item]:
+    """Equations or statements, and those in their branches and loops; without `whens`, not
+    those in when-clauses."""
+    stack: list[Any] = list(items)
     stack.reverse()
     while stack:
         item = stack.pop()
+        yield item
+        match item:
+            case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
+                stack.extend(reversed([*chain(*(b for _, b in item.branches)), *otherwise]))
+            case flat.WhenEquation() | flat.WhenStatement() if whens:
+                stack.extend(reversed([*chain(*(b for _, b in item.branches))]))
+            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
+                stack.extend(reversed(body))
+
+
+def expressions_in(items: Iterable[Item]) -> Iterator[flat.Expression]:
+    """The expressions of equations or statements, targets and those inside branches and loops
+    too."""
+    for item in inside(items):
         match item:
             case flat.Equality(left=left, right=right):
                 parts = left.items if isinstance(left, flat.Targets) else (left,)
@@ -87,24 +104,38 @@ def expressions_in(items: Iterable[flat.Equation | flat.Statement]) -> Iterator[
             case flat.TupleAssignment(targets=targets, value=call):
                 yield from (t for t in targets if t is not None)
                 yield call
-            case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
+            case (
+                flat.IfEquation() | flat.IfStatement() | flat.WhenEquation() | flat.WhenStatement()
+            ):
                 yield from (c for c, _ in item.branches)
-                stack.extend(reversed([*chain(*(b for _, b in item.branches)), *otherwise]))
-            case flat.WhenEquation() | flat.WhenStatement():
-                yield from (c for c, _ in item.branches)
-                stack.extend(reversed([*chain(*(b for _, b in item.branches))]))
-            case flat.ForStatement(range=range_, body=body):
+            case flat.ForStatement(range=range_):
                 yield range_
-                stack.extend(reversed(body))
-            case flat.WhileStatement(condition=condition, body=body):
+            case flat.WhileStatement(condition=condition):
                 yield condition
-                stack.extend(reversed(body))
             case flat.Reinit(variable=variable, value=value):
                 yield from (variable, value)
             case flat.Assert(condition=condition, message=message):
                 yield from (condition, message)
             case flat.Terminate(message=message):
                 yield message
+
+
+def set_by(item: Item) -> Iterator[flat.Reference]:
+    """The variables that an assignment sets, or that stand alone left in an equation."""
+    targets: Sequence[flat.Expression | None] = ()
+    match item:
+        case flat.Equality(left=flat.Targets(items)) | flat.TupleAssignment(targets=items):
+            targets = items
+        case flat.Equality(left=flat.Reference() as target) | flat.Assignment(target=target):
+            targets = (target,)
+    for each in targets:
+        if each is not None:
+            yield from variables_of_target(each)
+
+
+def assigned_in(statements: Iterable[flat.Statement], whens: bool = True) -> list[str]:
+    """The variables that statements assign, each once."""
+    return list(dict.fromkeys(v.name for s in inside(statements, whens) for v in set_by(s)))
 
 
 def variables_of_target(target: flat.Expression) -> Iterator[flat.Reference]:

@@ -400,6 +400,16 @@ class ClassDef(Node):
     comment: str = ""
     annotation: Annotation | None = None
 
+    @property
+    def composition(self) -> Composition | None:
+        """The elements and sections, where the class is written in the long form."""
+        body = self.body.composition if isinstance(self.body, ExtendsClass) else self.body
+        return body if isinstance(body, Composition) else None
+
+    @property
+    def sections(self) -> tuple[EquationSection | AlgorithmSection, ...]:
+        return () if self.composition is None else self.composition.sections
+
 
 class StoredDefinition(Node):
     """A file; `within` is None when the file does not say, () for `within;`."""

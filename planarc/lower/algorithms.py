@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.flatwalk import variables_of_target
+from planarc.ir.flatwalk import assigned_in
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scope import Model, Scope
@@ -35,7 +35,7 @@ def lower_algorithm(
     runner = _Section(Scope(model), "this algorithm", algorithm.span, events=True)
     runner.into = into
     runner.origin = algorithm
-    plain = assigned_names(algorithm.statements)
+    plain = assigned_in(algorithm.statements, whens=False)
     for name in plain:
         runner.values[name] = _before(model, name, starts, algorithm.span)
     runner.run_body(algorithm.statements)
@@ -51,7 +51,7 @@ def lower_initial_algorithm(
     """The initial equations that an initial algorithm stands for."""
     scope = Scope(model, events=False, at_event=True)
     runner = Runner(scope, "this initial algorithm", algorithm.span)
-    names = assigned_names(algorithm.statements)
+    names = assigned_in(algorithm.statements, whens=False)
     for name in names:
         runner.values[name] = _before(model, name, starts, algorithm.span)
     count = len(model.assertions)
@@ -61,26 +61,6 @@ def lower_initial_algorithm(
         symbols, values = elements(model.values[name]), elements(runner.values[name])
         for symbol, value in zip(symbols, values, strict=True):
             yield dae.Equation(expr(symbol), expr(value), algorithm.span, algorithm.component)
-
-
-def assigned_names(statements: Sequence[flat.Statement]) -> list[str]:
-    """Variables that are assigned, but not those that only when-statements assign."""
-    found: dict[str, None] = {}
-    stack = list(reversed(statements))
-    while stack:
-        s = stack.pop()
-        if isinstance(s, flat.Assignment):
-            found.update((t.name, None) for t in variables_of_target(s.target))
-        elif isinstance(s, flat.TupleAssignment):
-            targets = (t for t in s.targets if t is not None)
-            found.update((v.name, None) for t in targets for v in variables_of_target(t))
-        elif isinstance(s, flat.IfStatement):
-            for _, body in s.branches:
-                stack.extend(reversed(body))
-            stack.extend(reversed(s.otherwise))
-        elif isinstance(s, flat.ForStatement | flat.WhileStatement):
-            stack.extend(reversed(s.body))
-    return list(found)
 
 
 def _before(model: Model, name: str, starts: Mapping[str, Value], span: Span) -> Value:
@@ -119,7 +99,7 @@ class _Section(Runner):
     def _actions(self, body: Sequence[flat.Statement]) -> Iterator[dae.Action]:
         scope = replace(self.scope, at_event=True)
         inner = _Section(scope, self.label, self.span, values=dict(self.values))
-        plain = assigned_names(body)
+        plain = assigned_in(body, whens=False)
         for name in plain:  # what is not assigned on every way keeps its value
             if name not in inner.values:
                 inner.values[name] = _before(self.scope.model, name, {}, self.span)

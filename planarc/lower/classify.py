@@ -14,6 +14,7 @@ Promises:  a parameter's value refers to parameters before it only.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from msgspec import Struct
 
@@ -24,7 +25,7 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flat import Base, Variability
-from planarc.ir.flatwalk import variables_of_target
+from planarc.ir.flatwalk import inside, set_by
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import Text, Value, fixed_dims, scalar_names
@@ -102,33 +103,11 @@ def _symbols(model: Model, v: flat.Variable) -> Value:
 
 def _assigned_in_whens(source: flat.FlatModel) -> Iterator[str]:
     """Names of variables that when-clauses give values to."""
-    for node in _nodes((source.equations, tuple(a.statements for a in source.algorithms))):
+    statements = chain.from_iterable(a.statements for a in source.algorithms)
+    for node in inside((*source.equations, *statements)):
         if isinstance(node, flat.WhenEquation | flat.WhenStatement):
-            for inner in _nodes(tuple(body for _, body in node.branches)):
-                if isinstance(inner, flat.Equality) and isinstance(inner.left, flat.Reference):
-                    yield inner.left.name
-                elif isinstance(inner, flat.Equality) and isinstance(inner.left, flat.Targets):
-                    yield from (i.name for i in inner.left.items if isinstance(i, flat.Reference))
-                elif isinstance(inner, flat.Assignment):
-                    yield from (t.name for t in variables_of_target(inner.target))
-                elif isinstance(inner, flat.TupleAssignment):
-                    for target in inner.targets:
-                        if target is not None:
-                            yield from (t.name for t in variables_of_target(target))
-
-
-def _nodes(tree: object) -> Iterator[object]:
-    """All equations and statements inside of nested tuples and nodes."""
-    stack = [tree]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, tuple) and not isinstance(node, Span):
-            stack.extend(reversed(node))
-        elif isinstance(node, flat.EquationNode):
-            yield node
-            stack.extend(getattr(node, "branches", ()))
-            stack.extend(getattr(node, "otherwise", ()))
-            stack.extend(getattr(node, "body", ()))
+            for _, body in node.branches:
+                yield from (v.name for item in inside(body) for v in set_by(item))
 
 
 # Parameters ----------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from planarc.ir import flat
-from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, variables_of_target
+from planarc.ir.flatwalk import expressions_of_function, inside, names_in, nodes_of, set_by
 
 
 def places(function: flat.Function) -> list[int]:
@@ -49,14 +49,7 @@ def _subscripts(function: flat.Function) -> set[str]:
 
 def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
     """Each variable that is assigned, with those in its new value."""
-    stack = list(statements)
-    while stack:
-        match stack.pop():
-            case flat.Assignment(target=target, value=value):
-                for variable in variables_of_target(target):
-                    yield variable.name, names_in((value,))
-            case flat.IfStatement(branches=branches, otherwise=otherwise):
-                stack.extend(s for _, body in branches for s in body)
-                stack.extend(otherwise)
-            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
-                stack.extend(body)
+    for statement in inside(statements):
+        if isinstance(statement, flat.Assignment):
+            for variable in set_by(statement):
+                yield variable.name, names_in((statement.value,))

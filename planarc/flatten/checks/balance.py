@@ -27,7 +27,7 @@ from planarc.flatten.sections.equations import count_equations
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import expressions_in, names_in, variables_of_target
+from planarc.ir.flatwalk import assigned_in, expressions_in, names_in
 
 
 class Imbalance(Data):
@@ -62,34 +62,12 @@ def names_in_equations(equations: Iterable[flat.Equation]) -> set[str]:
 
 def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
     """The scalars that algorithm sections determine."""
-    return sum(len_of(name, leaves) for a in algorithms for name in targets_of(a))
+    return sum(len_of(name, leaves) for a in algorithms for name in assigned_in(a.statements))
 
 
 def len_of(name: str, leaves: dict[str, Leaf]) -> int:
     leaf = leaves.get(name)
     return 0 if leaf is None else scalar_count(leaf.type)
-
-
-def targets_of(algorithm: flat.Algorithm) -> list[str]:
-    """The variables that an algorithm assigns, each once."""
-    found: dict[str, None] = {}
-    stack: list[flat.Statement] = list(reversed(algorithm.statements))
-    while stack:
-        statement = stack.pop()
-        match statement:
-            case flat.Assignment(target=target):
-                found.update((v.name, None) for v in variables_of_target(target))
-            case flat.TupleAssignment(targets=targets):
-                given = (t for t in targets if t is not None)
-                found.update((v.name, None) for t in given for v in variables_of_target(t))
-            case flat.IfStatement(branches=branches, otherwise=otherwise):
-                bodies = [s for _, body in branches for s in body] + list(otherwise)
-                stack.extend(reversed(bodies))
-            case flat.WhenStatement(branches=branches):
-                stack.extend(reversed([s for _, body in branches for s in body]))
-            case flat.ForStatement(body=body) | flat.WhileStatement(body=body):
-                stack.extend(reversed(body))
-    return list(found)
 
 
 def check_balance(
@@ -117,7 +95,7 @@ def check_balance(
         if not (isinstance(equation, flat.Equality) and equation.generated):
             count.equations[equation.component] += count_equations((equation,))
     for algorithm in algorithms:
-        for name in targets_of(algorithm):
+        for name in assigned_in(algorithm.statements):
             count.equations[algorithm.component] += len_of(name, leaves)
     _count_connections(connections, count)
     related = [r for i in instances if (r := _off(i, count)) is not None]
@@ -167,7 +145,7 @@ def _idle(
     """Unknowns that no equation names, and inputs that nothing is connected to."""
     named = names_in_equations(equations)
     for algorithm in algorithms:
-        named.update(targets_of(algorithm))
+        named.update(assigned_in(algorithm.statements))
     connected = {side.name for c in connections for side in (c.left, c.right)}
     nameless = [v for v in unknown if v.name not in named]
     inputs = [

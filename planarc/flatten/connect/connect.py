@@ -58,7 +58,7 @@ class Connection(Data):
     component: str
 
 
-def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> list[Connection]:
+def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
     """The pairs of single connectors of one connect equation."""
     left, right = _both(node, env)
     if left is None or right is None:
@@ -80,7 +80,7 @@ def collect_connection(node: syntax.Connect, env: Env, instance: Instance) -> li
             pairs = list(zip(a, b, strict=True)) + pairs
         elif isinstance(a, Side) and isinstance(b, Side):
             deque(match_leaves(a, b, node.span), 0)  # raises where they do not fit
-            found.append(Connection(a, b, node.span, instance.prefix or ""))
+            found.append(Connection(a, b, node.span, env.component))
         else:
             raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
     return found

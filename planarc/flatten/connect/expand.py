@@ -44,7 +44,6 @@ class Statement(Data):
 
     node: syntax.Connect
     env: Env
-    instance: Instance
 
 
 class Wish(Data):

@@ -21,7 +21,7 @@ from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, collect_connection
 from planarc.flatten.connect.expand import Statement, expand_connectors
 from planarc.flatten.tree.nodes import Env, Instance, Node, Session
-from planarc.flatten.typing.comprehension import iteration_values
+from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.connections import overconstrained_name
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
@@ -63,49 +63,36 @@ def join(instances: list[Instance], session: Session) -> Joined:
     joined = Joined()
     for instance in instances:
         for index, part in enumerate(instance.layout.parts):
-            for section in sections_of(part.definition):
+            for section in part.definition.sections:
                 if isinstance(section, syntax.EquationSection) and not section.initial:
-                    _collect(section.equations, Env(instance.scope(index)), instance, joined)
+                    _collect(section.equations, Env(instance.scope(index)), joined)
     joined.added = expand_connectors(joined.statements, instances)
     for statement in joined.statements:
         try:
-            joined.connections += collect_connection(
-                statement.node, statement.env, statement.instance
-            )
+            joined.connections += collect_connection(statement.node, statement.env)
         except PlanarcError as problem:
             session.keep(problem)
     return joined
 
 
-def sections_of(
-    definition: syntax.ClassDef,
-) -> tuple[syntax.EquationSection | syntax.AlgorithmSection, ...]:
-    body = definition.body
-    if isinstance(body, syntax.ExtendsClass):
-        body = body.composition
-    return body.sections if isinstance(body, syntax.Composition) else ()
-
-
-def _collect(
-    equations: tuple[syntax.Equation, ...], env: Env, instance: Instance, to: Joined
-) -> None:
+def _collect(equations: tuple[syntax.Equation, ...], env: Env, to: Joined) -> None:
     for equation in equations:
         try:
-            _collect_one(equation, env, instance, to)
+            _collect_one(equation, env, to)
         except PlanarcError as problem:
             env.session.keep(problem)
 
 
-def _collect_one(equation: syntax.Equation, env: Env, instance: Instance, to: Joined) -> None:
+def _collect_one(equation: syntax.Equation, env: Env, to: Joined) -> None:
     match equation:
         case syntax.Connect():
-            to.statements.append(Statement(equation, env, instance))
+            to.statements.append(Statement(equation, env))
         case syntax.CallEquation(call=call) if is_connection_operator(call):
             _operator(call, env, to)
         case syntax.ForEquation() if holds_connection(equation.body):
-            _loop(equation.iterators, equation, env, instance, to)
+            _loop(equation, env, to)
         case syntax.IfEquation() if holds_connection(all_branches(equation)):
-            _collect(_chosen(equation, env), env, instance, to)
+            _collect(_chosen(equation, env), env, to)
 
 
 def all_branches(node: syntax.IfEquation) -> tuple[syntax.Equation, ...]:
@@ -133,19 +120,10 @@ def holds_connection(equations: tuple[syntax.Equation, ...]) -> bool:
     return False
 
 
-def _loop(
-    iterators: tuple[syntax.Iterator, ...],
-    node: syntax.ForEquation,
-    env: Env,
-    instance: Instance,
-    to: Joined,
-) -> None:
-    if not iterators:
-        _collect(node.body, env, instance, to)
-        return
+def _loop(node: syntax.ForEquation, env: Env, to: Joined) -> None:
     errors = len(env.session.errors)
-    for value in iteration_values(iterators[0], env, node.body) or ():
-        _loop(iterators[1:], node, env.with_local(iterators[0].name, value), instance, to)
+    for turn in turns(node, env):
+        _collect(node.body, turn, to)
         if len(env.session.errors) > errors:
             break  # the same error would be found in each turn
 

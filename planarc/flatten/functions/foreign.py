@@ -50,11 +50,9 @@ NOTHING = ExternalCall(None)
 def external_clause(instance: Instance) -> Clause | None:
     """The clause of a function or of one that it extends."""
     for index, part in enumerate(instance.layout.parts):
-        body = part.definition.body
-        if isinstance(body, syntax.ExtendsClass):
-            body = body.composition
-        if isinstance(body, syntax.Composition) and body.external is not None:
-            return Clause(body.external, instance.scope(index), part.definition.name)
+        composition = part.definition.composition
+        if composition is not None and composition.external is not None:
+            return Clause(composition.external, instance.scope(index), part.definition.name)
     return None
 
 

@@ -213,12 +213,7 @@ def function_body(
     """The statements of a function's one algorithm section (12.2)."""
     found: list[tuple[int, syntax.AlgorithmSection]] = []
     for index, part in enumerate(instance.layout.parts):
-        body = part.definition.body
-        if isinstance(body, syntax.ExtendsClass):
-            body = body.composition
-        if not isinstance(body, syntax.Composition):
-            continue
-        for section in body.sections:
+        for section in part.definition.sections:
             if isinstance(section, syntax.EquationSection):
                 raise error("F298", "a function cannot have equations", section.span)
             found.append((index, section))
@@ -234,4 +229,4 @@ def function_body(
         return ()
     index, section = found[0]
     env = Env(instance.scope(index), names, signature, in_algorithm=True)
-    return statements.type_statements(section.statements, env, "")
+    return statements.type_statements(section.statements, env)

@@ -29,7 +29,7 @@ def _arguments(
     return found
 
 
-def type_assert(call: syntax.Call, env: Env, component: str) -> tuple[flat.Assert, ...]:
+def type_assert(call: syntax.Call, env: Env) -> tuple[flat.Assert, ...]:
     condition, message, level = _arguments(call, ("condition", "message", "level"), 2)
     assert condition is not None and message is not None
     typed = env.typed(condition)
@@ -42,18 +42,18 @@ def type_assert(call: syntax.Call, env: Env, component: str) -> tuple[flat.Asser
         expect(ASSERTION_LEVEL, typed_level, "the level of `assert`")
         value = evaluate.structural_value(typed_level, env, "the level of `assert`")
         warning = value == 1
-    return (flat.Assert(call.span, component, typed, text, warning),)
+    return (flat.Assert(call.span, env.component, typed, text, warning),)
 
 
-def type_terminate(call: syntax.Call, env: Env, component: str) -> tuple[flat.Terminate, ...]:
+def type_terminate(call: syntax.Call, env: Env) -> tuple[flat.Terminate, ...]:
     (message,) = _arguments(call, ("message",), 1)
     assert message is not None
     text = env.typed(message)
     expect(flat.STRING, text, "the message of `terminate`")
-    return (flat.Terminate(call.span, component, text),)
+    return (flat.Terminate(call.span, env.component, text),)
 
 
-def type_reinit(call: syntax.Call, env: Env, component: str) -> tuple[flat.Reinit, ...]:
+def type_reinit(call: syntax.Call, env: Env) -> tuple[flat.Reinit, ...]:
     variable, value = _arguments(call, ("x", "expr"), 2)
     assert variable is not None and value is not None
     target = env.typed(variable)
@@ -61,4 +61,4 @@ def type_reinit(call: syntax.Call, env: Env, component: str) -> tuple[flat.Reini
     expect(target.type, typed, "the new value of `reinit`")
     if not isinstance(target, flat.Reference) or target.type.base is not flat.Base.REAL:
         raise error("F304", "`reinit` takes a Real variable", call.span)
-    return (flat.Reinit(call.span, component, target, typed),)
+    return (flat.Reinit(call.span, env.component, target, typed),)

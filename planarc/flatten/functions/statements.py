@@ -20,7 +20,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.functions import call_arguments, calls, special
-from planarc.flatten.refusal import UnknownValue, joined, unknown_value, unsupported
+from planarc.flatten.refusal import UnknownValue, joined, unsupported
 from planarc.flatten.terms.conform import conforms, mismatch, type_text
 from planarc.flatten.terms.select import element_at, opened
 from planarc.flatten.tree.demand import attributes_of
@@ -33,15 +33,13 @@ from planarc.ir.flatwalk import names_in
 Statements = tuple[flat.Statement, ...]
 
 
-def type_statements(
-    statements: tuple[syntax.Statement, ...], env: Env, component: str
-) -> Statements:
+def type_statements(statements: tuple[syntax.Statement, ...], env: Env) -> Statements:
     """The statements of an algorithm section or of a branch; all wrong ones are reported."""
     typed: list[flat.Statement] = []
     wrong: list[PlanarcError] = []
     for statement in statements:
         try:
-            typed += _TYPERS[type(statement)](statement, env, component)
+            typed += _TYPERS[type(statement)](statement, env)
         except UnknownValue:
             raise  # a loop around it may be written out instead
         except PlanarcError as problem:
@@ -53,18 +51,18 @@ def type_statements(
     return tuple(typed)
 
 
-def _assignment(node: syntax.Assignment, env: Env, component: str) -> Statements:
+def _assignment(node: syntax.Assignment, env: Env) -> Statements:
     value = env.typed(node.value)
     target = type_target(node.target, env)
     if not conforms(target.type, value.type):
         raise mismatch(target.type, value.type, f"the value of `{node.target}`", node.value.span)
     if isinstance(target, flat.Reference):
-        return (flat.Assignment(node.span, component, target, value),)
+        return (flat.Assignment(node.span, env.component, target, value),)
     entries = _entries(node.span, target, value)
     names = {left.name for left, _ in entries}
     if len(entries) > 1 and names & names_in((value,)):
-        return (flat.Assignment(node.span, component, _whole(target), value),)
-    return tuple(flat.Assignment(node.span, component, *entry) for entry in entries)
+        return (flat.Assignment(node.span, env.component, _whole(target), value),)
+    return tuple(flat.Assignment(node.span, env.component, *entry) for entry in entries)
 
 
 Entries = list[tuple[flat.Reference, flat.Expression]]
@@ -156,7 +154,7 @@ def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
     return flat.Reference(target.type, ref.span, name, subscripts)
 
 
-def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements:
+def _tuple(node: syntax.TupleAssignment, env: Env) -> Statements:
     call = calls.type_call(node.value, env, results=True)
     if not isinstance(call, flat.Call):
         raise error("F302", f"`{node.value.function}` has one result only", node.span)
@@ -178,10 +176,10 @@ def _tuple(node: syntax.TupleAssignment, env: Env, component: str) -> Statements
             targets.append(_whole(typed))
         else:
             targets.append(None)
-            first += [flat.Assignment(node.span, component, *entry) for entry in entries]
+            first += [flat.Assignment(node.span, env.component, *entry) for entry in entries]
     if not any(targets):
         return tuple(first)
-    return (*first, flat.TupleAssignment(node.span, component, tuple(targets), call))
+    return (*first, flat.TupleAssignment(node.span, env.component, tuple(targets), call))
 
 
 def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:
@@ -191,91 +189,81 @@ def check_result_count(targets: int, results: int, call: syntax.Call, span: Span
         )
 
 
-def _call(node: syntax.CallStatement, env: Env, component: str) -> Statements:
+def _call(node: syntax.CallStatement, env: Env) -> Statements:
     names = node.call.function.names
     if names == ("assert",):
-        return special.type_assert(node.call, env, component)
+        return special.type_assert(node.call, env)
     if names == ("terminate",):
-        return special.type_terminate(node.call, env, component)
+        return special.type_terminate(node.call, env)
     if names == ("reinit",):
-        return special.type_reinit(node.call, env, component)
+        return special.type_reinit(node.call, env)
     call = calls.type_call(node.call, env, results=True)
     if not isinstance(call, flat.Call):
         raise error("F293", f"the result of `{node.call.function}` is not used", node.span)
-    return (flat.TupleAssignment(node.span, component, (), call),)
+    return (flat.TupleAssignment(node.span, env.component, (), call),)
 
 
-def _if(node: syntax.IfStatement, env: Env, component: str) -> Statements:
+def _if(node: syntax.IfStatement, env: Env) -> Statements:
     branches: list[tuple[flat.Expression, Statements]] = []
     for expression, body in node.branches:
         condition = evaluate.condition_of(expression, env, "the condition of `if`")
         known = evaluate.literal_value(condition)
         if known is False:
             continue
-        typed = type_statements(body, env, component)
+        typed = type_statements(body, env)
         if known is True:
             if not branches:
                 return typed
-            return (flat.IfStatement(node.span, component, tuple(branches), typed),)
+            return (flat.IfStatement(node.span, env.component, tuple(branches), typed),)
         branches.append((condition, typed))
-    otherwise = type_statements(node.otherwise, env, component)
+    otherwise = type_statements(node.otherwise, env)
     if not branches:
         return otherwise
-    return (flat.IfStatement(node.span, component, tuple(branches), otherwise),)
+    return (flat.IfStatement(node.span, env.component, tuple(branches), otherwise),)
 
 
-def _for(node: syntax.ForStatement, env: Env, component: str) -> Statements:
+def _for(node: syntax.ForStatement, env: Env) -> Statements:
     if env.function is not None:
-        return _loop(node.iterators, node, env, component)
+        return _loop(node.iterators, node, env)
     errors = len(env.session.errors)
     try:
-        return _loop(node.iterators, node, env, component)
+        return _loop(node.iterators, node, env)
     except UnknownValue:
         del env.session.errors[errors:]
-        return _unrolled(node.iterators, node, env, component)
+        return _unrolled(node, env)
 
 
 def _loop(
-    iterators: tuple[syntax.Iterator, ...], node: syntax.ForStatement, env: Env, component: str
+    iterators: tuple[syntax.Iterator, ...], node: syntax.ForStatement, env: Env
 ) -> Statements:
     if not iterators:
-        return type_statements(node.body, env, component)
+        return type_statements(node.body, replace(env, in_loop=True))
     first = iterators[0]
     range_ = comprehension.iteration_range(first, env, node.body)
     local = flat.Reference(range_.type.element(), first.span, first.name)
-    body = _loop(iterators[1:], node, env.with_iterator(first.name, local), component)
-    return (flat.ForStatement(node.span, component, first.name, range_, body),)
+    body = _loop(iterators[1:], node, env.with_iterator(first.name, local))
+    return (flat.ForStatement(node.span, env.component, first.name, range_, body),)
 
 
-def _unrolled(
-    iterators: tuple[syntax.Iterator, ...], node: syntax.ForStatement, env: Env, component: str
-) -> Statements:
-    if not iterators:
-        return type_statements(node.body, env, component)
-    values = comprehension.iteration_values(iterators[0], env, node.body)
-    if values is None:
-        raise unknown_value("the range of this loop must be known when compiling", node.span)
-    found: list[flat.Statement] = []
-    for value in values:
-        inner = replace(env.with_iterator(iterators[0].name, value), in_loop=False)
-        found += _unrolled(iterators[1:], node, inner, component)
-    return tuple(found)
+def _unrolled(node: syntax.ForStatement, env: Env) -> Statements:
+    turns = comprehension.turns(node, replace(env, in_loop=False))
+    return tuple(s for turn in turns for s in type_statements(node.body, turn))
 
 
-def _while(node: syntax.WhileStatement, env: Env, component: str) -> Statements:
+def _while(node: syntax.WhileStatement, env: Env) -> Statements:
     condition = evaluate.condition_of(node.condition, env, "the condition of `while`")
-    body = type_statements(node.body, replace(env, in_loop=True), component)
-    return (flat.WhileStatement(node.span, component, condition, body),)
+    body = type_statements(node.body, replace(env, in_loop=True))
+    return (flat.WhileStatement(node.span, env.component, condition, body),)
 
 
-def _when(node: syntax.WhenStatement, env: Env, component: str) -> Statements:
+def _when(node: syntax.WhenStatement, env: Env) -> Statements:
     if env.function is not None:
         raise error("F303", "a function cannot have a when-statement", node.span)
     branches = tuple(
-        (when_condition(condition, env), type_statements(body, env, component))
+        (when_condition(condition, env), type_statements(body, env))
         for condition, body in node.branches
     )
-    return (flat.WhenStatement(node.span, component, branches),)
+    return (flat.WhenStatement(node.span, env.component, branches),)
 
 
 def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
@@ -292,23 +280,23 @@ def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
     return typed
 
 
-def _break(node: syntax.Break, env: Env, component: str) -> Statements:
+def _break(node: syntax.Break, env: Env) -> Statements:
     if not env.in_loop:
         raise error(
             "F303",
             "`break` is allowed in loops only, and not in one over an array of components",
             node.span,
         )
-    return (flat.Break(node.span, component),)
+    return (flat.Break(node.span, env.component),)
 
 
-def _return(node: syntax.Return, env: Env, component: str) -> Statements:
+def _return(node: syntax.Return, env: Env) -> Statements:
     if env.function is None:
         raise error("F303", "`return` is allowed in functions only", node.span)
-    return (flat.Return(node.span, component),)
+    return (flat.Return(node.span, env.component),)
 
 
-_TYPERS: dict[type, Callable[[Any, Env, str], Statements]] = {
+_TYPERS: dict[type, Callable[[Any, Env], Statements]] = {
     syntax.Assignment: _assignment,
     syntax.TupleAssignment: _tuple,
     syntax.CallStatement: _call,

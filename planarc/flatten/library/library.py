@@ -102,13 +102,9 @@ class Entry:
 
 def nested_classes(definition: syntax.ClassDef) -> Iterator[syntax.ClassDef]:
     """The classes declared in the body of a class."""
-    body = definition.body
-    if isinstance(body, syntax.ExtendsClass):
-        body = body.composition
-    if isinstance(body, syntax.Composition):
-        for element in body.elements:
-            if isinstance(element, syntax.ClassDef):
-                yield element
+    composition = definition.composition
+    elements = () if composition is None else composition.elements
+    return (element for element in elements if isinstance(element, syntax.ClassDef))
 
 
 class Library:

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from msgspec import Struct
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
@@ -30,11 +30,11 @@ from planarc.flatten.functions.call_arguments import result_types
 from planarc.flatten.functions.calls import type_call
 from planarc.flatten.functions.special import type_assert, type_reinit, type_terminate
 from planarc.flatten.functions.statements import check_result_count, when_condition
-from planarc.flatten.refusal import too_large, unknown_value
+from planarc.flatten.refusal import too_large
 from planarc.flatten.several import for_each
 from planarc.flatten.terms.conform import scalar_count, type_text, unify
-from planarc.flatten.tree.nodes import Env, Instance
-from planarc.flatten.typing.comprehension import iteration_values
+from planarc.flatten.tree.nodes import Env
+from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
@@ -45,33 +45,20 @@ MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 Equations = tuple[flat.Equation, ...]
 
 
-class Collector(Struct):
-    """The place of equations: their instance, and whether a when-equation is around."""
-
-    instance: Instance
-    in_when: bool = False
-
-    @property
-    def component(self) -> str:
-        return self.instance.prefix or ""
-
-
-def type_equations(
-    equations: tuple[syntax.Equation, ...], env: Env, collector: Collector
-) -> list[flat.Equation]:
+def type_equations(equations: tuple[syntax.Equation, ...], env: Env) -> list[flat.Equation]:
     """The equations of a section; a wrong one is reported and left out."""
     typed: list[flat.Equation] = []
     for equation in equations:
         try:
-            typed += _TYPERS[type(equation)](equation, env, collector)
+            typed += _TYPERS[type(equation)](equation, env)
         except PlanarcError as problem:
             env.session.keep(problem)
     return typed
 
 
-def _equality(node: syntax.Equality, env: Env, to: Collector) -> Equations:
+def _equality(node: syntax.Equality, env: Env) -> Equations:
     if isinstance(node.left, syntax.Tuple) and isinstance(node.right, syntax.Call):
-        return _several_results(node, node.left, node.right, env, to)
+        return _several_results(node, node.left, node.right, env)
     left, right = for_each((node.left, node.right), env.typed)
     if unify(left.type, right.type) is None:
         raise error(
@@ -80,11 +67,11 @@ def _equality(node: syntax.Equality, env: Env, to: Collector) -> Equations:
             f"and {type_text(right.type)}",
             node.span,
         )
-    return (flat.Equality(node.span, to.component, left, right),)
+    return (flat.Equality(node.span, env.component, left, right),)
 
 
 def _several_results(
-    node: syntax.Equality, left: syntax.Tuple, right: syntax.Call, env: Env, to: Collector
+    node: syntax.Equality, left: syntax.Tuple, right: syntax.Call, env: Env
 ) -> Equations:
     """`(a, , b) = f(x)`."""
     call = type_call(right, env, results=True)
@@ -103,36 +90,36 @@ def _several_results(
                 typed.span,
             )
         items.append(typed)
-    return (flat.Equality(node.span, to.component, flat.Targets(tuple(items)), call),)
+    return (flat.Equality(node.span, env.component, flat.Targets(tuple(items)), call),)
 
 
-def _if(node: syntax.IfEquation, env: Env, to: Collector) -> Equations:
+def _if(node: syntax.IfEquation, env: Env) -> Equations:
     errors = len(env.session.errors)
     branches: list[tuple[flat.Expression, Equations]] = []
     for expression, body in node.branches:
         condition = evaluate.condition_of(expression, env, "the condition of `if`")
-        known = _structural_condition(condition, node, env, to)
+        known = _structural_condition(condition, node, env)
         if known is False:
             continue
-        typed = tuple(type_equations(body, env, to))
+        typed = tuple(type_equations(body, env))
         if known is True:
-            return _if_of(node, branches, typed, to)
+            return _if_of(node, branches, typed, env)
         branches.append((condition, typed))
-    otherwise = tuple(type_equations(node.otherwise, env, to))
+    otherwise = tuple(type_equations(node.otherwise, env))
     if len(env.session.errors) > errors:
         return ()  # counts would be wrong because of what is missing
-    return _if_of(node, branches, otherwise, to)
+    return _if_of(node, branches, otherwise, env)
 
 
 def _if_of(
     node: syntax.IfEquation,
     branches: list[tuple[flat.Expression, Equations]],
     otherwise: Equations,
-    to: Collector,
+    env: Env,
 ) -> Equations:
     if not branches:
         return otherwise
-    if not to.in_when:
+    if not env.in_when:
         counts = {count_equations(body) for _, body in branches} | {count_equations(otherwise)}
         if len(counts) > 1:
             raise error(
@@ -142,16 +129,16 @@ def _if_of(
                 node.span,
                 hint="give all branches, `else` too, as many equations",
             )
-    return (flat.IfEquation(node.span, to.component, tuple(branches), otherwise),)
+    return (flat.IfEquation(node.span, env.component, tuple(branches), otherwise),)
 
 
 def _structural_condition(
-    condition: flat.Expression, node: syntax.IfEquation, env: Env, to: Collector
+    condition: flat.Expression, node: syntax.IfEquation, env: Env
 ) -> bool | None:
     """The value of a condition of parameters; None when it changes while running."""
     if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
         return None
-    if to.in_when:
+    if env.in_when:
         known = evaluate.literal_value(condition)
         return None if known is None else bool(known)
     if holds_connection(all_branches(node)):
@@ -179,46 +166,29 @@ def _equality_count(equation: flat.Equality) -> int:
     return scalar_count(equation.left.type)
 
 
-def _for(node: syntax.ForEquation, env: Env, to: Collector) -> Equations:
-    return tuple(_unroll(node.iterators, node, env, to, [MAX_TURNS]))
-
-
-def _unroll(
-    iterators: tuple[syntax.Iterator, ...],
-    node: syntax.ForEquation,
-    env: Env,
-    to: Collector,
-    left: list[int],
-) -> list[flat.Equation]:
-    """`left`: how many turns may still be made."""
-    if not iterators:
-        left[0] -= 1
-        if left[0] < 0:
-            raise too_large(f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
-        return type_equations(node.body, env, to)
-    values = iteration_values(iterators[0], env, node.body)
-    if values is None:
-        raise unknown_value("the range of this loop must be known when compiling", node.span)
+def _for(node: syntax.ForEquation, env: Env) -> Equations:
     found: list[flat.Equation] = []
     errors = len(env.session.errors)
-    for value in values:
-        found += _unroll(iterators[1:], node, env.with_local(iterators[0].name, value), to, left)
+    for count, turn in enumerate(turns(node, env), start=1):
+        if count > MAX_TURNS:
+            raise too_large(f"a loop of more than {MAX_TURNS:,} turns is too long", node.span)
+        found += type_equations(node.body, turn)
         if len(env.session.errors) > errors:
             break  # the same error would be found in each turn
-    return found
+    return tuple(found)
 
 
-def _when(node: syntax.WhenEquation, env: Env, to: Collector) -> Equations:
-    if to.in_when:
+def _when(node: syntax.WhenEquation, env: Env) -> Equations:
+    if env.in_when:
         raise error("F307", "when-equations cannot be nested", node.span)
-    inner = Collector(to.instance, in_when=True)
+    inner = replace(env, in_when=True)
     branches = tuple(
-        (when_condition(condition, env), tuple(type_equations(body, env, inner)))
+        (when_condition(condition, env), tuple(type_equations(body, inner)))
         for condition, body in node.branches
     )
     for _, equations in branches:
         _expect_once(equations)
-    return (flat.WhenEquation(node.span, to.component, branches),)
+    return (flat.WhenEquation(node.span, env.component, branches),)
 
 
 def _expect_once(equations: Equations) -> None:
@@ -238,33 +208,33 @@ def _expect_once(equations: Equations) -> None:
             seen[name] = equation.span
 
 
-def _connect(node: syntax.Connect, env: Env, to: Collector) -> Equations:
+def _connect(node: syntax.Connect, env: Env) -> Equations:
     """Connections were collected before (`joining`)."""
-    if to.in_when:
+    if env.in_when:
         raise error("F306", "`connect` cannot stand in a when-equation", node.span)
     return ()
 
 
-def _call(node: syntax.CallEquation, env: Env, to: Collector) -> Equations:
+def _call(node: syntax.CallEquation, env: Env) -> Equations:
     call = node.call
     names = call.function.names
     if names == ("assert",):
-        return type_assert(call, env, to.component)
+        return type_assert(call, env)
     if names == ("terminate",):
-        return type_terminate(call, env, to.component)
+        return type_terminate(call, env)
     if names == ("reinit",):
-        if not to.in_when:
+        if not env.in_when:
             raise error("F304", "`reinit` may stand in a when-equation only", node.span)
-        return type_reinit(call, env, to.component)
+        return type_reinit(call, env)
     if is_connection_operator(call):
         return ()  # collected before (`joining`)
     typed = type_call(call, env, results=True)
     if isinstance(typed, flat.Call):
-        return (flat.Equality(node.span, to.component, flat.Targets(()), typed),)
+        return (flat.Equality(node.span, env.component, flat.Targets(()), typed),)
     raise error("F293", f"`{call.function}` is no equation: nothing uses its result", node.span)
 
 
-_TYPERS: dict[type, Callable[[Any, Env, Collector], Equations]] = {
+_TYPERS: dict[type, Callable[[Any, Env], Equations]] = {
     syntax.Equality: _equality,
     syntax.IfEquation: _if,
     syntax.ForEquation: _for,

@@ -12,12 +12,12 @@ from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.flatten.connect.inputs import is_given
-from planarc.flatten.connect.joining import Joined, join, sections_of
+from planarc.flatten.connect.joining import Joined, join
 from planarc.flatten.connect.rooting import Rooting, find_roots
 from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.declared import declared_of
-from planarc.flatten.sections.equations import Collector, type_equations
+from planarc.flatten.sections.equations import type_equations
 from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
@@ -115,27 +115,24 @@ def _is_here(element: Element, node: Node) -> bool:
 
 
 def _equations(instance: Instance, found: Gathered) -> None:
-    collector = Collector(instance)
     for index, part in enumerate(instance.layout.parts):
         env = Env(instance.scope(index))
-        for section in sections_of(part.definition):
+        for section in part.definition.sections:
             if isinstance(section, syntax.EquationSection):
-                typed = type_equations(section.equations, env, collector)
+                typed = type_equations(section.equations, env)
                 (found.initial_equations if section.initial else found.equations).extend(typed)
             else:
-                _algorithm(section, env, collector, found)
+                _algorithm(section, env, found)
 
 
-def _algorithm(
-    section: syntax.AlgorithmSection, env: Env, collector: Collector, found: Gathered
-) -> None:
+def _algorithm(section: syntax.AlgorithmSection, env: Env, found: Gathered) -> None:
     inner = Env(env.scope, in_algorithm=True)
     try:
-        statements = type_statements(section.statements, inner, collector.component)
+        statements = type_statements(section.statements, inner)
     except PlanarcError as problem:
         env.session.keep(problem)
         return
-    algorithm = flat.Algorithm(section.span, collector.component, statements)
+    algorithm = flat.Algorithm(section.span, env.component, statements)
     (found.initial_algorithms if section.initial else found.algorithms).append(algorithm)
 
 

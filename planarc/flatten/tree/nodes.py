@@ -328,10 +328,16 @@ class Env(Data):
     iterators: frozenset[str] = frozenset()
     #: true in the body of a loop that `break` can leave
     in_loop: bool = False
+    in_when: bool = False
 
     @property
     def session(self) -> Session:
         return self.scope.session
+
+    @property
+    def component(self) -> str:
+        """The full name of the component around; empty for the model itself, and in functions."""
+        return self.scope.instance.prefix or ""
 
     def typed(self, expression: syntax.Expression) -> flat.Expression:
         """The typed form of an expression: every name resolved, every node with its type."""
@@ -346,8 +352,7 @@ class Env(Data):
         return replace(self, locals={**self.locals, name: value})
 
     def with_iterator(self, name: str, value: flat.Expression) -> Env:
-        inner = replace(self, iterators=self.iterators | {name}, in_loop=True)
-        return inner.with_local(name, value)
+        return replace(self.with_local(name, value), iterators=self.iterators | {name})
 
     def with_end(self, base: flat.Expression, dimension: int) -> Env:
         return replace(self, end=(base, dimension))

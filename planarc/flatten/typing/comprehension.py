@@ -12,6 +12,7 @@ Reference: Modelica Language Specification 3.6, sections 10.3.4.1, 10.4.1 and 11
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
@@ -62,6 +63,22 @@ def iteration_values(
         raise too_large(f"a loop over {len(value):,} values is too long", iterator.span)
     element = typed.type.element()
     return [to_expression(v, element, iterator.span) for v in value]
+
+
+def turns(loop: syntax.ForEquation | syntax.ForStatement, env: Env) -> Iterator[Env]:
+    """The environment of every turn of a loop, whose ranges must be known now."""
+
+    def inner(iterators: tuple[syntax.Iterator, ...], env: Env) -> Iterator[Env]:
+        if not iterators:
+            yield env
+            return
+        values = iteration_values(iterators[0], env, loop.body)
+        if values is None:
+            raise unknown_value("the range of this loop must be known when compiling", loop.span)
+        for value in values:
+            yield from inner(iterators[1:], env.with_iterator(iterators[0].name, value))
+
+    return inner(loop.iterators, env)
 
 
 def _changes(typed: flat.Expression, env: Env) -> bool:
