@@ -29,7 +29,7 @@ from zlib import crc32
 MAX_BYTES = 256 * 1024 * 1024
 #: The kinds of entries, and their names, until they are whole and then. Nothing else in the
 #: folder is planarc's.
-KINDS = ("checks", "driver", "grammar", "models", "native", "slopes", "syntax")
+KINDS = ("checks", "grammar", "models", "native", "slopes", "syntax")
 _FORMER = "bytecode"  # a kind that there was before there was a mark
 _NAME = re.compile(r"\.new-[0-9a-f]{16}|[0-9a-f]{40}")
 #: The mark also tells programs that save files to leave the folder out

@@ -60,22 +60,17 @@ class Addresses(Data):
 
     cv_rhs     int (double t, N_Vector y, N_Vector ydot, void *context)   as CVRhsFn
     cv_roots   int (double t, N_Vector y, double *g, void *context)       as CVRootFn
-    outputs    int (void *context, double t, const double *y)             as Kernel.outputs
-    accept     int (void *context, double t)                              as Kernel.accept
-    look       double (void *context, const int64_t *blocks, int64_t count, double *scales)
-               the largest sensitivity of what is determined in these blocks to a state; the
-               scales are those of their tears. A block is told by its place in `records`
+    march      int (Arguments *)                                          see `planarc.ir.march`
     context    what the functions above take
     workspace  the first number of `Kernel.w`
+    records    of each block, by which a march knows it
 
     All live as long as the kernel that gave them.
     """
 
     cv_rhs: int
     cv_roots: int
-    outputs: int
-    accept: int
-    look: int
+    march: int
     records: tuple[int, ...]
     context: int
     workspace: int

@@ -35,7 +35,7 @@ class Recorder:
         import numpy as np
 
         varying = dict.fromkeys((*varying_slots(program), *also))
-        self.slots = np.array(list(varying), dtype=np.int32)
+        self.slots = np.array(list(varying), dtype=np.int64)
         self.stored = {slot: i for i, slot in enumerate(varying)}
         self.grid = np.ascontiguousarray(grid)
         self.next = 0
@@ -117,7 +117,7 @@ def constant_slots(program: Program) -> tuple[int, ...]:
     return tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
 
 
-def _copier(kernel: Kernel, slots: NDArray[np.int32]) -> Take:
+def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:
     """A function that copies the slots of the workspace into a row, the fastest way there is."""
     import numpy as np
 

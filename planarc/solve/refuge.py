@@ -30,7 +30,7 @@ class Refuge:
         import numpy as np
 
         self._kernel, self._recorder = kernel, recorder
-        self.slots = np.array([0, *(c.slot for c in program.candidates)], dtype=np.int32)
+        self.slots = np.array([0, *(c.slot for c in program.candidates)], dtype=np.int64)
         self.guess = np.zeros(len(self.slots))
         self.state = np.zeros(1 + program.state_count)
         self.rows = np.zeros(2, dtype=np.int64)

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.march import march_function
 
 STATES, ROWS, STOP = 2, 501, 10.0
 CRANK, COUPLER, ROCKER, GROUND = 0.4, 0.9, 0.8, 1.0
@@ -84,8 +85,10 @@ def acceleration(c: Code, phi: Value, w: Value) -> Value:
 
 
 def text(get_array: int) -> str:
-    """The functions that the driver calls; the context is the workspace: time, phi, w."""
-    rhs = Code("rhs", FLAG, [(REAL, "t"), (POINTER, "y"), (POINTER, "d"), (POINTER, "context")])
+    """The march and the functions that it calls; the context is the workspace: time, phi, w."""
+    rhs = Code(
+        "pc_cv_rhs", FLAG, [(REAL, "t"), (POINTER, "y"), (POINTER, "d"), (POINTER, "context")]
+    )
     _, y, d, _ = rhs.arguments
     pointer = f"inttoptr (i64 {get_array} to ptr)"
     y, d = (rhs.emit(POINTER, f"call ptr {pointer}(ptr {v.text})") for v in (y, d))
@@ -93,17 +96,20 @@ def text(get_array: int) -> str:
     d.store(w)
     d.store(acceleration(rhs, phi, w), 1)
     rhs.give(0)
-    outputs = Code("outputs", FLAG, [(POINTER, "context"), (REAL, "t"), (POINTER, "y")])
+    outputs = Code("pc_outputs", FLAG, [(POINTER, "context"), (REAL, "t"), (POINTER, "y")])
     context, t, y = outputs.arguments
     for place, value in enumerate((t, y.load(REAL), y.load(REAL, 1))):
         context.store(value, place)
     outputs.give(0)
-    accept = Code("accept", FLAG, [(POINTER, "context"), (REAL, "t")])
+    accept = Code("pc_accept", FLAG, [(POINTER, "context"), (REAL, "t")])
     accept.give(0)
+    arguments = [(POINTER, "frame"), (POINTER, "blocks"), (INT, "count"), (POINTER, "scales")]
+    look = Code("pc_look", REAL, arguments)
+    look.give(0.0, REAL)
     pure = "nounwind willreturn memory(none)"
     names = f"declare double @sin(double) {pure}\ndeclare double @cos(double) {pure}\n"
     names += "declare double @llvm.sqrt.f64(double)\n"
-    return names + rhs.text() + outputs.text() + accept.text()
+    return names + rhs.text() + outputs.text() + accept.text() + look.text() + march_function()
 
 
 @cache
@@ -140,11 +146,9 @@ def simulate(phi: float, tolerance: float = 1e-6) -> Any:
     engine, w = linked(), np.zeros(1 + STATES)
     at = engine.get_function_address
     addresses = Addresses(
-        cv_rhs=at("rhs"),
+        cv_rhs=at("pc_cv_rhs"),
         cv_roots=0,
-        outputs=at("outputs"),
-        accept=at("accept"),
-        look=0,
+        march=at("pc_march"),
         records=(),
         context=w.ctypes.data,
         workspace=w.ctypes.data,

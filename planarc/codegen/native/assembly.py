@@ -83,6 +83,10 @@ class Value:
     def __invert__(self) -> Value:
         return self.code.emit(BIT, f"xor i1 {self.text}, true")
 
+    def call(self, type: str, *arguments: Value) -> Value:
+        """What the function at this address gives."""
+        return self.code.emit(type, f"call {type} {self.text}({_given(arguments)})")
+
     # Memory: a pointer to 8-byte elements
 
     def at(self, index: Value | int) -> Value:
@@ -285,6 +289,12 @@ class Code:
 
     def branch(self, condition: Value, then: str, otherwise: str) -> None:
         self.lines.append(f"br i1 {condition.text}, label %{then}, label %{otherwise}")
+
+    def leave(self, condition: Value, label: str) -> None:
+        """Go to a label where the condition holds, else on."""
+        on = self.label()
+        self.branch(condition, label, on)
+        self.begin(on)
 
     def give(self, value: Value | int | None = None, type: str = FLAG) -> None:
         if value is None:

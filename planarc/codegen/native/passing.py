@@ -273,9 +273,7 @@ def _exchange(c: Code, a: Value, b: Value, count: Value) -> None:
 def _pass(c: Code, passing: Value, t: Value) -> None:
     tape = _Tape(passing)
     compute, frame = passing.load(POINTER, Passing.COEFFICIENTS), passing.load(POINTER)
-    arguments = f"ptr {frame.text}, double {t.text}, ptr {tape.values.text}"
-    flag = c.emit(FLAG, f"call i32 {compute.text}({arguments})")
-    with c.when(~flag.equals(0), leaves=True):
+    with c.when(~compute.call(FLAG, frame, t, tape.values).equals(0), leaves=True):
         c.give(1)
     groups = tape.list(Head.TABLE)
     with c.loop(tape.count(Head.GROUPS)) as number:
@@ -367,8 +365,7 @@ def _cv_jacobian(
     passing = frame.load(POINTER, Frame.PASSING)
     tape = _Tape(passing)
     get, data = frame.load(POINTER, Frame.VECTOR), passing.load(POINTER, Passing.DATA)
-    y, f = (c.emit(POINTER, f"call ptr {get.text}(ptr {v.text})") for v in (y, f))
-    out = c.emit(POINTER, f"call ptr {data.text}(ptr {matrix.text})")
+    y, f, out = get.call(POINTER, y), get.call(POINTER, f), data.call(POINTER, matrix)
     moved = passing.load(POINTER, Passing.MOVED)
     n = frame.load(POINTER, Frame.NUMBERS).load(INT, Number.STATES)
     flag = c.variable(c.call(FLAG, "pc_rhs", frame, t, y, moved), FLAG)

@@ -5,7 +5,7 @@
     pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`), looks at the choice of states (`look`) and what the start needs
-(`differences`). The model's own functions are `printer`'s.
+(`differences`), CVODE's steps (`march`). The model's own functions are `printer`'s.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
+from planarc.codegen.native.march import march_function
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.runtime.history import DEGREE, TERMS, Memory
@@ -43,6 +44,7 @@ def runtime_text() -> str:
         _cv_rhs(),
         _cv_roots(),
         _past(),
+        march_function(),
     )
     return _DECLARED + "\n".join(functions)
 
@@ -166,19 +168,18 @@ def _past(c: Code, frame: Value, delay: Value, order: Value, s: Value) -> None:
     c.give(value.get(), REAL)
 
 
-def _vector(c: Code, frame: Value, vector: Value) -> Value:
+def _vector(frame: Value, vector: Value) -> Value:
     """The numbers of an N_Vector, by SUNDIALS' own function."""
-    get = frame.load(POINTER, Frame.VECTOR)
-    return c.emit(POINTER, f"call ptr {get.text}(ptr {vector.text})")
+    return frame.load(POINTER, Frame.VECTOR).call(POINTER, vector)
 
 
 @function("i32 pc_cv_rhs(double t, ptr y, ptr d, ptr frame)")
 def _cv_rhs(c: Code, t: Value, y: Value, d: Value, frame: Value) -> None:
-    flag = c.call(FLAG, "pc_rhs", frame, t, _vector(c, frame, y), _vector(c, frame, d))
+    flag = c.call(FLAG, "pc_rhs", frame, t, _vector(frame, y), _vector(frame, d))
     # A trial point may lie outside a formula's domain: let the integrator try a smaller step.
     c.give(c.select(flag.equals(0), c.constant(0, FLAG), c.constant(1, FLAG)))
 
 
 @function("i32 pc_cv_roots(double t, ptr y, ptr g, ptr frame)")
 def _cv_roots(c: Code, t: Value, y: Value, g: Value, frame: Value) -> None:
-    c.give(c.call(FLAG, "pc_roots", frame, t, _vector(c, frame, y), g))
+    c.give(c.call(FLAG, "pc_roots", frame, t, _vector(frame, y), g))

@@ -2,7 +2,7 @@
 
 With a native kernel the right-hand side and the zero functions go to CVODE as
 machine addresses, and the march itself runs in machine code (`driver`); with
-another kernel, or without llvmlite, the same steps are made from Python.
+another kernel the same steps are made from Python.
 
 The linear systems of the corrector are dense: an acceleration depends on all angles
 of a chain. Up to `LARGEST_DENSE` states they are eliminated. Beyond, GMRES solves them
@@ -49,9 +49,10 @@ from msgspec.structs import replace
 
 from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
+from planarc.ir.march import WARNING
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
-from planarc.solve.solvers.driver import Arguments, Driver, Where, open_driver
+from planarc.solve.solvers.driver import Driver, Where
 from planarc.solve.solvers.integrator import (
     Cause,
     Counts,
@@ -66,7 +67,7 @@ from planarc.solve.solvers.sundials import open_sundials
 from planarc.solve.solvers.watch import Watch
 
 _ADAMS, _BDF = 1, 2
-_STOP_REACHED, _ROOT_FOUND, _WARNING = 1, 2, 99
+_STOP_REACHED, _ROOT_FOUND = 1, 2
 
 #: No step is longer than this part of the run, so that no short pulse is stepped over.
 LONGEST_STEP = 1 / 50
@@ -129,9 +130,9 @@ class Cvode:
         self._for_differences = 0
         self._time = C.c_double()
         self._total = Counts()
-        self._driver = self._native_driver()
-        self.looks = self._driver is not None
-        self._arguments: Arguments | None = None
+        # Who must see every step lets it come back to Python.
+        self.looks = self._addresses is not None and settings.past is None
+        self._driver: Driver | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if self._addresses is not None:
             self.name += " (native)"
@@ -141,11 +142,6 @@ class Cvode:
         if self._addresses is None:
             return self._callbacks.rhs(), self._callbacks.roots()
         return C.c_void_p(self._addresses.cv_rhs), C.c_void_p(self._addresses.cv_roots or None)
-
-    def _native_driver(self) -> Driver | None:
-        if self._addresses is None or self._settings.past is not None:
-            return None  # every step comes back to Python
-        return open_driver(self._lib)
 
     # Where it is
 
@@ -281,21 +277,19 @@ class Cvode:
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         steps = self._judge(steps)
         self._session.call("SetStopTime", limit)
-        if self._driver is None:
+        if self._addresses is None or not self.looks:
             past = self._settings.past
             return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
-        if self._arguments is None:
+        if self._driver is None:
             memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
-            assert self._addresses is not None
-            self._arguments = self._driver.prepare(where, self._addresses, recorder, watch)
-        driver, arguments = self._driver, self._arguments
-        flag, failed, looks = driver.march(arguments, limit, recorder, watch, steps)
-        if failed:
-            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=arguments.taken)
-        if looks:
-            return March(Outcome.LOOK, steps=arguments.taken)
-        return replace(self._meaning(flag), steps=arguments.taken)
+            self._driver = Driver(self._lib, where, self._addresses, recorder, watch)
+        flag, told = self._driver.march(limit, recorder, watch, steps)
+        if told.failed:
+            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=told.taken)
+        if told.looks:
+            return March(Outcome.LOOK, steps=told.taken)
+        return replace(self._meaning(flag), steps=told.taken)
 
     def step(self, limit: float) -> March:
         memory, time = self._session.memory, C.byref(self._time)
@@ -304,7 +298,7 @@ class Cvode:
         return self._meaning(flag)
 
     def _meaning(self, flag: int) -> March:
-        if flag in (0, _WARNING):
+        if flag in (0, WARNING):
             return March(Outcome.BUDGET)
         if flag == _STOP_REACHED:
             return March(Outcome.LIMIT)

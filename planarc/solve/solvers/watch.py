@@ -12,12 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from planarc.ir.newton import GROWN, WORST
 from planarc.solve.refuge import Refuge
 
-#: The greatest sensitivity of a determined candidate to a state that is accepted.
-WORST = 5.0
-#: Factor by which a worse choice that was accepted must grow to be looked at again.
-GROWN = 1.3
 #: A velocity that small says nothing about ratios.
 AT_REST = 1e-9
 #: Steps from one look in Python to the next, at first after a restart, and at most.

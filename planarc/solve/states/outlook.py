@@ -22,8 +22,9 @@ from collections.abc import Callable, Sequence
 from operator import sub
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.newton import GROWN
 from planarc.ir.program import Program
-from planarc.solve.solvers.watch import GROWN, Watch
+from planarc.solve.solvers.watch import Watch
 
 #: Turning of psi with the coordinates (per radian or metre) that is reckoned with at least.
 RATE = 0.5

@@ -45,11 +45,11 @@ from planarc.core.prose import both
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel
-from planarc.ir.newton import NEGLIGIBLE
+from planarc.ir.newton import NEGLIGIBLE, WORST
 from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
-from planarc.solve.solvers.watch import WORST, Watch, bound_after
+from planarc.solve.solvers.watch import Watch, bound_after
 from planarc.solve.states.outlook import Outlook
 from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
 

@@ -157,9 +157,7 @@ class NativeKernel(Derived):
         return Addresses(
             cv_rhs=at("pc_cv_rhs"),
             cv_roots=at("pc_cv_roots"),
-            outputs=at("pc_outputs"),
-            accept=at("pc_accept"),
-            look=at("pc_look"),
+            march=at("pc_march"),
             records=tuple(accumulate(map(len, self._place.records), initial=1)),
             context=self._frame.ctypes.data,
             workspace=self.w.ctypes.data,

@@ -1,0 +1,113 @@
+"""The march of CVODE in machine code, so that no step comes back to Python.
+
+    pc_march(a) -> CVODE's last flag; `a` are the `Arguments` of `planarc.ir.march`
+
+A call from Python into a compiled function costs 1 us, twice as much as a right-hand
+side of a four-bar; a step with its accepted point, a row and a look at the choice of
+states would need five of them. So this does what `solve.solvers.integrator.march_steps`
+does, and ends when CVODE reports anything but an ordinary step, when the steps allowed
+are used up, when the choice of states is to be looked at, or when the kernel could not
+solve its equations.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.ir.march import FIELDS, WARNING
+from planarc.ir.newton import GROWN, WORST
+
+_KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
+#: The task of `CVode` that comes back after every step.
+_ONE_STEP = 2
+
+
+class _Arguments:
+    """The arguments by name, with the values that they have when they are asked for."""
+
+    def __init__(self, a: Value) -> None:
+        self._a = a
+
+    def __getattr__(self, name: str) -> Value:
+        place, kind = FIELDS[name]
+        return self._a.load(_KINDS[kind], place)
+
+    def set(self, name: str, value: Value | int) -> None:
+        place, kind = FIELDS[name]
+        self._a.store(self._a.code.constant(value, _KINDS[kind]), place)
+
+
+@function("i32 pc_march(ptr a)")
+def march_function(c: Code, a: Value) -> None:
+    given = _Arguments(a)
+    memory, y, time, context = given.memory, given.y, given.time, given.context
+    again, failed, end = c.label(), c.label(), c.label()
+    flag = c.variable(0, FLAG)
+    c.enter(again)
+    one_step = c.constant(_ONE_STEP, FLAG)
+    flag.set(given.cvode.call(FLAG, memory, given.limit, y, time, one_step))
+    c.leave(flag.get() < 0, end)
+    t, before = time.load(REAL), given.count
+    ordinary = flag.get().equals(0) | flag.get().equals(WARNING)
+    _rows(c, given, c.select(ordinary, t, t - given.near), failed)
+    with c.when(ordinary & given.count.equals(before)):
+        # The point reached is accepted as it was evaluated last, when CVODE's corrector
+        # converged: it lies within the tolerance, and blocks only start there.
+        with c.when(~given.workspace.load(REAL).equals(t)):
+            unsolved = c.call(FLAG, "pc_cv_rhs", t, y, given.dense, context)
+            c.leave(~unsolved.equals(0), failed)
+        c.call(FLAG, "pc_accept", context, t)
+    given.set("taken", given.taken + 1)
+    c.leave(~ordinary, end)
+    with c.when(given.block_count > 0):
+        _look(c, given, t, end)
+    c.branch(given.taken < given.steps, again, end)
+    c.begin(failed)
+    given.set("failed", 1)
+    c.enter(end)
+    c.give(flag.get())
+
+
+def _rows(c: Code, given: _Arguments, until: Value, failed: str) -> None:
+    """Every row that is due."""
+    done = c.label()
+    with c.loop(given.grid_end, given.next) as i:
+        due = given.grid.load(REAL, i)
+        c.leave(due > until, done)
+        given.interpolate.call(FLAG, given.memory, due, c.constant(0, FLAG), given.dense)
+        unsolved = c.call(FLAG, "pc_outputs", given.context, due, given.dense_numbers)
+        c.leave(~unsolved.equals(0), failed)
+        count, columns = given.count, given.columns
+        given.times.store(due, count)
+        row = given.rows.at(count * columns)
+        _gather(c, given.workspace, given.slots, columns, row)
+        given.set("count", count + 1)
+        c.call(FLAG, "pc_accept", given.context, due)
+        given.set("next", i + 1)
+    c.enter(done)
+
+
+def _look(c: Code, given: _Arguments, t: Value, end: str) -> None:
+    """Measure the choice of states, and keep this point as a refuge where it is good."""
+    size = c.call(REAL, "pc_look", given.context, given.blocks, given.block_count, given.scales)
+    bound = given.bound
+    with c.when(~(size <= bound), leaves=True):
+        given.set("looks", 1)
+        c.jump(end)
+    lower = c.select(size <= WORST, WORST, size * GROWN)
+    given.set("bound", c.select(lower < bound, lower, bound))
+    _gather(c, given.workspace, given.kept_slots, given.kept_count, given.guess)
+    state = given.state
+    state.store(t)
+    numbers = given.y_numbers
+    with c.loop(given.states) as i:
+        state.store(numbers.load(REAL, i), i + 1)
+    given.kept_rows.store(given.count)
+    given.kept_rows.store(given.next, 1)
+
+
+def _gather(c: Code, source: Value, slots: Value, count: Value, target: Value) -> None:
+    """target[i] = source[slots[i]]"""
+    with c.loop(count) as i:
+        target.store(source.load(REAL, slots.load(INT, i)), i)

@@ -1,0 +1,58 @@
+"""What CVODE's march in machine code is given, and what it tells (`codegen.native.march`)."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import c_double, c_int64, c_void_p
+from typing import Any, Final
+
+#: A flag of CVODE: the step was made, and there is something to warn of.
+WARNING: Final = 99
+
+
+class Arguments(ctypes.Structure):
+    """The march of one run; pointers are those of arrays and of SUNDIALS' objects. `next`,
+    `count`, `taken`, `failed`, `bound` and `looks` are written on the way."""
+
+    _fields_ = (
+        ("memory", c_void_p),  # of CVODE
+        ("y", c_void_p),  # N_Vector
+        ("y_numbers", c_void_p),
+        ("dense", c_void_p),  # N_Vector for interpolated states and scratch
+        ("dense_numbers", c_void_p),
+        ("context", c_void_p),
+        ("workspace", c_void_p),
+        ("slots", c_void_p),  # int64
+        ("grid", c_void_p),
+        ("rows", c_void_p),
+        ("times", c_void_p),
+        ("cvode", c_void_p),  # the functions CVode and CVodeGetDky
+        ("interpolate", c_void_p),
+        ("time", c_void_p),  # where CVODE writes the time reached
+        ("limit", c_double),
+        ("near", c_double),  # rows nearer than this to a root or the limit are left to Python
+        ("columns", c_int64),
+        ("grid_end", c_int64),
+        ("next", c_int64),
+        ("count", c_int64),
+        ("steps", c_int64),
+        ("taken", c_int64),
+        ("failed", c_int64),
+        ("blocks", c_void_p),  # that are looked at
+        ("block_count", c_int64),
+        ("scales", c_void_p),
+        ("bound", c_double),
+        ("looks", c_int64),
+        ("kept_slots", c_void_p),  # int64, of the refuge
+        ("kept_count", c_int64),
+        ("guess", c_void_p),
+        ("state", c_void_p),
+        ("states", c_int64),
+        ("kept_rows", c_void_p),
+    )
+
+
+#: Place (in numbers of 8 bytes) and type of each argument.
+FIELDS: Final[dict[str, tuple[int, Any]]] = {
+    name: (place, kind) for place, (name, kind) in enumerate(Arguments._fields_)
+}
