@@ -25,10 +25,10 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flat import Base, Variability
-from planarc.ir.flatwalk import inside, set_by
+from planarc.ir.flatwalk import inside, nodes_of, set_by
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import Text, Value, fixed_dims, scalar_names
+from planarc.lower.values import Text, Value, expr, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor, each, elements
 
 KINDS = {
@@ -78,11 +78,27 @@ def classify(model: Model, source: flat.FlatModel) -> Classified:
         else:
             variables.extend(scalars)
         if v.binding is not None:
+            _know(model, v, v.binding)
             own = flat.Reference(v.type, v.span, v.name)
             bindings.append(flat.Equality(v.binding.span, v.component, own, v.binding))
+    for e in source.equations:
+        if isinstance(e, flat.Equality) and isinstance(e.left, flat.Reference):
+            _know(model, e.left, e.right)
     return Classified(
         tuple(parameters), tuple(variables), tuple(discretes), tuple(inputs), tuple(bindings)
     )
+
+
+def _know(model: Model, v: flat.Variable | flat.Reference, value: flat.Expression) -> None:
+    """Enter an Integer that equals an expression of parameters: ranges may hang on it."""
+    if v.type.base is not Base.INTEGER or v.type.dims:
+        return
+    for e in nodes_of((value,)):
+        if isinstance(e, flat.Reference) and e.name not in model.parameter_values:
+            return
+        if not isinstance(e, flat.Reference | flat.Literal | flat.Unary | flat.Binary):
+            return
+    model.parameter_values[v.name] = expr(lower_expression(Scope(model, events=False), value))
 
 
 def _is_discrete(v: flat.Variable, set_at_events: frozenset[str]) -> bool:

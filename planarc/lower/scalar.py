@@ -110,14 +110,21 @@ def _array(scope: Scope, e: flat.Array) -> Value:
     return stack([lower_expression(scope, item) for item in e.items], inner)
 
 
+def range_bounds(scope: Scope, e: flat.Range) -> tuple[Expr, Expr, Expr]:
+    """Start, step and stop; parameters that they depend on become structural."""
+    written = (e.start, e.step, e.stop)
+    found = [scope.table.one if b is None else expr(lower_expression(scope, b)) for b in written]
+    start, step, stop = (b if b.is_const else scope.model.number(b) for b in found)
+    if step.is_const and step.data == 0:
+        raise error("L310", "the step of a range is zero", e.span)
+    return start, step, stop
+
+
 def _range(scope: Scope, e: flat.Range) -> Value:
-    bounds = [expr(lower_expression(scope, b)) for b in (e.start, e.step, e.stop) if b is not None]
+    bounds = range_bounds(scope, e)
     if not all(b.is_const for b in bounds):
         raise error("L310", "the ends of a range must be known when the model is compiled", e.span)
-    start, stop = bounds[0].data, bounds[-1].data
-    step = bounds[1].data if len(bounds) == 3 else 1
-    if step == 0:
-        raise error("L310", "the step of a range is zero", e.span)
+    start, step, stop = (b.data for b in bounds)
     steps = (stop - start) / step * (1 + 1e-15)
     if not steps < MAX_ENTRIES:
         raise error("L310", f"a range of {steps:g} values is too long", e.span)

@@ -28,7 +28,8 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
-from planarc.lower.scope import Scope, UnknownCourse
+from planarc.lower.bounds import bounds
+from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.values import Text, Value, expr, fixed_dims
 from planarc.runtime.tensor import elements, shape_of
 
@@ -228,6 +229,11 @@ class Runner(Struct):
         self._join(condition, then, self.values, rest.span)
 
     def loop_for(self, s: flat.ForStatement) -> None:
+        if isinstance(s.range, flat.Range) and s.range.type.dims[0] is None:
+            start, step, stop = scalar.range_bounds(self.here(), s.range)
+            if not stop.is_const and start.is_const and step.is_const and not _leaves(s.body):
+                self._open_for(s, start.data, step.data, stop)
+                return
         domain = elements(self.value(s.range))
         self.frames.append(_For(s, domain, self.values.get(s.iterator)))
 
@@ -239,6 +245,42 @@ class Runner(Struct):
             self.frames += [replace(loop, turn=loop.turn + 1), _Body(loop.statement.body)]
         else:
             self._forget(loop)
+
+    def _open_for(self, s: flat.ForStatement, start: float, step: float, stop: Expr) -> None:
+        """A loop whose end is not known: turns of which each is done where it is not beyond.
+
+        Where a turn would leave an array, the run must not come so far, which is asserted.
+        """
+        t, hidden = self.scope.table, self.values.get(s.iterator)
+        nothing = flat.IfStatement(s.span, s.component, (), ())
+        low, high = bounds(stop)
+        last = ((high if step > 0 else low) - start) / step
+        for turn in range(MAX_WAYS):
+            if turn > last:
+                break
+            place = t.const(start + turn * step)
+            here = t.less_equal(place, stop) if step > 0 else t.less_equal(stop, place)
+            self._count_turn(s.span)
+            before = replace(self, values=dict(self.values))
+            self.values[s.iterator] = place
+            try:
+                with self.scope.model.undone_on_error():
+                    self._unknown_branch(here, s.body, nothing)
+            except OutsideArray as problem:
+                self.values, self.path = before.values, before.path
+                self.frames, self.forks = before.frames, before.forks
+                self._must_hold(t.not_(here), problem.diagnostics[0])
+                break
+        else:
+            raise self.refused(f"a loop of more than {MAX_WAYS} turns, if at all,", s.span)
+        self._forget(_For(s, (), hidden))
+
+    def _must_hold(self, condition: Expr, otherwise: Diagnostic) -> None:
+        """An assertion for all that comes here, with the message of what would go wrong."""
+        table, path = self.scope.table, self.whole_path()
+        holds = condition if path is None else table.or_(table.not_(path), condition)
+        message, span = dae.Message((otherwise.message,)), otherwise.span or self.span
+        self.scope.model.assertions.append(dae.Assertion(holds, message, span=span))
 
     def _count_turn(self, span: Span) -> None:
         self.turns[0] += 1

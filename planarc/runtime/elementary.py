@@ -68,6 +68,8 @@ class Elementary(Data):
     units: Units = Units.NUMBER
     sign: Sign = Sign.ANY  # of the value, whatever the arguments are
     odd: bool = False  # has the sign of its argument
+    rises: bool = False  # nowhere falls with an argument
+    size: float = math.inf  # no value is farther from zero
     total: bool = False  # has a value for all finite arguments
     inverse: str = ""  # in sympy; it is defined exactly where there is a solution
 
@@ -98,8 +100,8 @@ def _angle(f: Any, y: Any, x: Any) -> Any:
 _NOT_NEGATIVE = Sign.ZERO | Sign.PLUS
 
 _ROWS = (
-    Elementary("sin", 1, math.sin, lambda f, x: f.cos(x), total=True),
-    Elementary("cos", 1, math.cos, lambda f, x: -f.sin(x), total=True),
+    Elementary("sin", 1, math.sin, lambda f, x: f.cos(x), size=1.0, total=True),
+    Elementary("cos", 1, math.cos, lambda f, x: -f.sin(x), size=1.0, total=True),
     Elementary("tan", 1, math.tan, lambda f, x: 1.0 + f.tan(x) * f.tan(x), total=True),
     Elementary("asin", 1, math.asin, lambda f, x: 1.0 / f.sqrt(1.0 - x * x), "arcsin", odd=True),
     Elementary("acos", 1, math.acos, lambda f, x: -(1.0 / f.sqrt(1.0 - x * x)), "arccos",
@@ -110,7 +112,7 @@ _ROWS = (
     Elementary("sinh", 1, math.sinh, lambda f, x: f.cosh(x), odd=True, inverse="asinh"),
     Elementary("cosh", 1, math.cosh, lambda f, x: f.sinh(x), sign=Sign.PLUS),
     Elementary("tanh", 1, math.tanh, lambda f, x: 1.0 - f.tanh(x) * f.tanh(x), odd=True,
-               total=True, inverse="atanh"),
+               size=1.0, total=True, inverse="atanh"),
     Elementary("exp", 1, math.exp, lambda f, x: f.exp(x), sign=Sign.PLUS, inverse="log"),
     Elementary("log", 1, math.log, lambda f, x: 1.0 / x, inverse="exp"),
     Elementary("log10", 1, math.log10, lambda f, x: 0.4342944819032518 / x),
@@ -120,15 +122,15 @@ _ROWS = (
                result=Result.SAME, units=Units.KEPT, sign=_NOT_NEGATIVE, total=True),
     Elementary("sign", 1, lambda x: float((x > 0.0) - (x < 0.0)), None, "sign",
                built=lambda f, x: f.where(x > 0.0, 1.0, 0.0) - f.where(x < 0.0, 1.0, 0.0),
-               result=Result.INTEGER, units=Units.UNKNOWN, odd=True, total=True),
+               result=Result.INTEGER, units=Units.UNKNOWN, odd=True, size=1.0, total=True),
     Elementary("min", 2, min, _minimum, "minimum", built=lambda f, x, y: f.where(y < x, y, x),
-               result=Result.EXTREME, units=Units.SAME, total=True),
+               result=Result.EXTREME, units=Units.SAME, rises=True, total=True),
     Elementary("max", 2, max, _maximum, "maximum", built=lambda f, x, y: f.where(y > x, y, x),
-               result=Result.EXTREME, units=Units.SAME, total=True),
+               result=Result.EXTREME, units=Units.SAME, rises=True, total=True),
     Elementary("floor", 1, lambda x: float(math.floor(x)), None, native="llvm.floor.f64",
-               units=Units.UNKNOWN),
+               units=Units.UNKNOWN, rises=True),
     Elementary("ceil", 1, lambda x: float(math.ceil(x)), None, native="llvm.ceil.f64",
-               units=Units.UNKNOWN),
+               units=Units.UNKNOWN, rises=True),
     Elementary("div", 2, lambda x, y: float(math.trunc(x / y)), None,
                built=lambda f, x, y: f.trunc(x / y), result=Result.SAME, units=Units.UNKNOWN),
     Elementary("mod", 2, lambda x, y: x - math.floor(x / y) * y,

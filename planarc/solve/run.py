@@ -126,14 +126,18 @@ class Run:
         done = self.events.finish_start(t, y)
         self._note(done.ended, done.warnings)
         if self.events.present:
-            fired = self.schedule.firing(t)
-            done = self.events.process(t, done.y, {}, fired, self.states.slots())
+            fired, slots = self.schedule.firing(t), self.states.slots()
+            done = self.events.process(t, done.y, {}, fired, slots, ahead=False)
             self._note(done.ended, done.warnings)
             y = done.y
             if fired:
                 causes = self.events.causes((), fired)
                 self.records.append(EventRecord(t, causes))
-        self._row(t, y)
+        if self._row(t, y) and self.events.present and self.ended is None:
+            done = self.events.process(t, y, {}, (), slots)
+            self._note(done.ended, done.warnings)
+            y = done.y
+            self._row_where_new(t, y)
         self.recorder.pass_by(t)
         self._check_asserts(True)
         self.delays.kink(t)
@@ -341,6 +345,14 @@ class Run:
         self.recorder.take(t)
         return True
 
+    def _row_where_new(self, t: float, y: Sequence[float]) -> None:
+        """A row at the instant of the last one, where what a result shows is another."""
+        shown, before = _shown(self.program), self.recorder.last()
+        if self._row(t, y):
+            pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
+            if all(isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING) for a, b in pairs):
+                self.recorder.cut(self.recorder.count - 1)
+
     def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
         self.ended = self.ended or ended
         self.warnings.extend(warnings)
@@ -364,12 +376,7 @@ class Run:
             done = self.events.process(t, y, {}, (), self.states.slots())
             self._note(done.ended, done.warnings)
             y = done.y
-        shown = _shown(self.program)
-        before = self.recorder.last()
-        if self._row(t, y):
-            pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
-            if all(isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING) for a, b in pairs):
-                self.recorder.cut(self.recorder.count - 1)
+        self._row_where_new(t, y)
 
     def result(self) -> Result:
         self.warnings.extend(self.asserts.warnings())

@@ -77,7 +77,7 @@ def _find_binding(leaf: Leaf) -> flat.Expression | None:
     if own is not None and constant:
         return type_binding(own)  # no part of a record's value (12.6)
     record = record_binding(leaf.parent)
-    if record is not None and (own is None or record.depth < own.depth):
+    if record is not None and (own is None or own.yields_to(record)):
         value = record_value(leaf.parent)
         if value is not None:
             return references.field_of(value, leaf.element.name, value.span)
@@ -90,7 +90,7 @@ def record_binding(instance: Instance) -> Binding | None:
     current: Instance | None = instance
     while current is not None and current.is_record:
         own = current.mod.binding
-        if own is not None and (strongest is None or own.depth <= strongest.depth):
+        if own is not None and (strongest is None or not own.yields_to(strongest)):
             strongest = own
         current = current.parent
     return strongest
@@ -102,7 +102,7 @@ def record_value(instance: Instance) -> flat.Expression | None:
         own = instance.mod.binding
         outer = instance.parent
         above = record_binding(outer) if outer is not None and outer.is_record else None
-        if above is not None and outer is not None and (own is None or above.depth < own.depth):
+        if above is not None and outer is not None and (own is None or own.yields_to(above)):
             whole = record_value(outer)
             assert whole is not None and instance.element is not None
             value = references.field_of(whole, instance.element.name, whole.span)

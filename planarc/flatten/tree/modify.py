@@ -128,6 +128,8 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         return inner
     if inner.final and outer is not inner:
         raise final_error(name, outer.span, inner.span)
+    if outer.binding is not None and inner.subs:
+        inner = _beaten(inner)
     if not inner.subs:
         subs = outer.subs
     elif not outer.subs:
@@ -145,6 +147,19 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         outer.span or inner.span,
         outer.broken,
     )
+
+
+def _beaten(mod: Mod) -> Mod:
+    """A modifier whose parts yield to a value of the whole that stands further outside."""
+    subs = {
+        name: sub if sub.final else replace(_beaten(sub), binding=_yielding(sub.binding))
+        for name, sub in mod.subs.items()
+    }
+    return replace(mod, subs=subs)
+
+
+def _yielding(binding: Binding | None) -> Binding | None:
+    return None if binding is None else replace(binding, beaten=True)
 
 
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:

@@ -55,6 +55,8 @@ class Binding(Struct, eq=False):
     subscripts: tuple[int, ...] = ()
     #: true for a declaration's own `= value` in the class that declares the variable
     default: bool = False
+    #: true for a part of a record whose whole has a value from further outside
+    beaten: bool = False
     typed: flat.Expression | None = None
 
     @property
@@ -66,6 +68,10 @@ class Binding(Struct, eq=False):
         """The depth of the modifier in the component tree; less is stronger."""
         instance = self.scope.instance
         return STATIC_DEPTH if instance.prefix is None else instance.depth
+
+    def yields_to(self, whole: Binding) -> bool:
+        """The value of the record around it is stronger than this one of a part."""
+        return self.beaten or whole.depth < self.depth
 
 
 class Redeclaration(Struct, eq=False):
@@ -151,6 +157,7 @@ class Class(Struct, eq=False):
     mod: Mod = field(default_factory=lambda: NO_MOD)
     entry: Entry | Library | None = None
     original: Class | None = None  # the class that `redeclare ... extends` widens
+    under: Mod = field(default_factory=lambda: NO_MOD)  # of the constraint of a short class
     layout: Layout | None = None
     static: Instance | None = None
     function: FunctionInfo | None = None

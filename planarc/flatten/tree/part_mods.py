@@ -23,7 +23,7 @@ def part_mod(instance: Instance, index: int) -> Mod:
         scope = part.mod_scope or instance.scope(part.derived)
         if part.modification is not None or deriving.redeclarations:
             found = merge(found, _extends_mod(part, deriving, scope))
-        found = merge(found, part.cls.mod)
+        found = merge(merge(found, deriving.cls.under), part.cls.mod)
         instance.part_mods[index] = found
     return found
 
@@ -55,6 +55,7 @@ def type_mod(layout: Layout) -> Mod:
             if scope is None:
                 scope = static_instance(layout.parts[part.derived].cls).scope()
             own = compile_modification(part.modification, scope)
+            own = merge(own, layout.parts[part.derived].cls.under)
             mods[part.index] = merge(merge(above, own, part.cls.name), part.cls.mod)
             merged = merge(merged, mods[part.index], part.cls.name)
         layout.type_mod = merged

@@ -7,7 +7,8 @@ Example:
     model B  replaceable Circle c constrainedby Curve(r=r0); end B;
     B b(redeclare Ellipse c(a=2))     `b.c` is an `Ellipse(a=2, r=r0)`
 
-The modifier of the constraining class stays under that of the redeclaration;
+The modifier of the constraining class stays under that of the redeclaration, and
+under that of the declaration where nothing is redeclared;
 without `constrainedby` the declaration itself is the constraint (7.3.2).
 
 Promises:  only replaceable elements are redeclared; the new class has every public
@@ -61,8 +62,9 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
     redeclaration = mod.redeclaration
     instance = element.scope.instance
     name = _class_name(instance, definition.name)
+    under = _constraint_mod(definition, element.scope)
     if redeclaration is None:
-        return Class(definition, element.scope, name, mod, element.entry)
+        return _bounded(Class(definition, element.scope, name, mod, element.entry), under)
     new = redeclaration.element
     if not isinstance(new, syntax.ClassDef):
         raise error(
@@ -73,15 +75,21 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
         )
     _check_replaceable(element, definition.name_span, new.name_span)
     rest = Mod(None, mod.subs, None, mod.final, mod.span)
-    under = NO_MOD
-    if definition.constraint is not None:
-        under = compile_modification(definition.constraint.modification, element.scope)
-    original = None
     if isinstance(new.body, syntax.ExtendsClass) or _names_itself(new):
         original = Class(definition, element.scope, name, NO_MOD, element.entry)
-    cls = Class(new, redeclaration.scope, name, merge(rest, under), None, original)
-    if original is None:
-        _check_class_constraint(element, definition, cls)
+        original = _bounded(original, under)
+        return Class(new, redeclaration.scope, name, rest, None, original)
+    cls = _bounded(Class(new, redeclaration.scope, name, rest), under)
+    _check_class_constraint(element, definition, cls)
+    return cls
+
+
+def _bounded(cls: Class, under: Mod) -> Class:
+    """A class with the modifier of its constraining class, which a short class stands above."""
+    if isinstance(cls.definition.body, syntax.ShortClass):
+        cls.under = under
+    else:
+        cls.mod = merge(cls.mod, under)
     return cls
 
 
@@ -155,6 +163,7 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         own = compile_modification(definition.modification, element.scope, default=True)
         if definition.prefixes.final:
             own = replace(own, final=True)
+        own = merge(own, _constraint_mod(definition, element.scope), element.name)
         return definition, element.scope, merge(mod, own, element.name)
     new = redeclaration.element
     if not isinstance(new, syntax.Component):
@@ -171,7 +180,7 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
     if redeclaration.subscripts:
         own = subscript(own, redeclaration.subscripts)
     whole = merge(outer, own, element.name)
-    whole = merge(whole, _constraint_mod(definition, element.scope), element.name)
+    whole = merge(whole, _kept_mod(definition, element.scope), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:
         whole = replace(whole, final=True)
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
@@ -198,11 +207,17 @@ def _check_component_constraint(
         raise _does_not_fit(element, definition.span, new.span, cls, reason)
 
 
-def _constraint_mod(definition: syntax.Component, scope: Scope) -> Mod:
+def _kept_mod(definition: syntax.Component, scope: Scope) -> Mod:
     """The modifier that a redeclaration keeps: the constraint's, else the declaration's own."""
     if definition.constraint is not None:
-        return compile_modification(definition.constraint.modification, scope)
+        return _constraint_mod(definition, scope)
     return compile_modification(definition.modification, scope, default=True)
+
+
+def _constraint_mod(definition: syntax.Component | syntax.ClassDef, scope: Scope) -> Mod:
+    """The modifier of the constraining class, under every other one."""
+    constraint = definition.constraint
+    return NO_MOD if constraint is None else compile_modification(constraint.modification, scope)
 
 
 def _inherit_prefixes(old: syntax.Component, new: syntax.Component) -> syntax.Component:

@@ -107,8 +107,10 @@ class Events:
         crossing: Mapping[int, bool],
         samples: Iterable[int],
         states: Mapping[int, int],
+        ahead: bool = True,
     ) -> Processed:
-        """`crossing`: relation -> truth from here on. `states`: slot -> index in y."""
+        """`crossing`: relation -> truth from here on. `states`: slot -> index in y. Without
+        `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
         w, program, done = self.kernel.w, self.program, Processed(list(y))
         self.crossings.heard = [0.0] * len(program.relations)
         flag = self.crossings.evaluate(t, done.y)
@@ -140,7 +142,7 @@ class Events:
                 break
             if moved or fired_now or self._snapshot() != earlier:
                 continue
-            if not settling.look_ahead():
+            if not (ahead and settling.look_ahead()):
                 break
         else:
             settling.endless(trail)

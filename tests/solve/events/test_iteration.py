@@ -155,7 +155,8 @@ def test_a_relation_that_holds_at_the_start_makes_no_event(tools: Any) -> None:
 
 
 def test_a_relation_at_zero_takes_the_side_it_moves_to(tools: Any) -> None:
-    """v < 0 is false at rest; a falling mass is below at once, without an event."""
+    """v < 0 is false at rest, as the first row shows; a falling mass is below at once, without
+    an event."""
     mechanism = falling(
         tools,
         relations=lambda t: [(t.symbol("h", 1), True, False, "v < 0")],
@@ -163,7 +164,8 @@ def test_a_relation_at_zero_takes_the_side_it_moves_to(tools: Any) -> None:
     )
     result = run(tools, mechanism, intervals=4)
     assert result.events == ()
-    assert result["down"].tolist() == [1.0] * 5
+    assert result.time[:2].tolist() == [0.0, 0.0]
+    assert result["down"].tolist() == [0.0] + [1.0] * 5
 
 
 def sampled(tools: Any, start: float, interval: float) -> Any:

@@ -218,7 +218,7 @@ end M;""",
 
 @pytest.mark.parametrize("start", ["0", "1"])
 def test_what_leaves_zero_without_speed_is_seen(backend: str, start: str) -> None:
-    """x = 1 - t^2/2, or from zero on: the relation switches at once."""
+    """x = 1 - t^2/2, or from zero on: the relation switches right after the first row."""
     result = run(
         f"""
   Real x(start={start}, fixed=true), v(start=0, fixed=true);
@@ -230,4 +230,24 @@ equation
         1.0,
     )
     assert result.events == ()
-    assert result["below"].all()
+    assert not result["below"][0]
+    assert result["below"][1:].all()
+
+
+def test_the_first_row_shows_truths_at_the_start(backend: str) -> None:
+    """Strictly above zero is what starts from zero only later, and a when sees that it comes."""
+    result = run(
+        """
+  Real u = 3*sin(2*time);
+  Real side = if u > 0 then integer(u) else integer(u) - 1;
+  Integer n(start=0, fixed=true);
+equation
+  when u > 0 then
+    n = pre(n) + 1;
+  end when;""",
+        backend,
+        0.1,
+    )
+    assert result.time[:2].tolist() == [0, 0]
+    assert result["side"][:2].tolist() == [-1, 0]
+    assert result["n"][:2].tolist() == [0, 1]

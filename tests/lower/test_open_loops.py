@@ -1,0 +1,125 @@
+"""Loops whose ends are not known when the model is compiled."""
+
+from __future__ import annotations
+
+import pytest
+
+import planarc
+
+PARTIAL = """
+  function partial_sum "The first n entries"
+    input Integer n;
+    input Real x[:];
+    output Real y;
+  algorithm
+    y := 0;
+    for i in 1:n loop
+      y := y + x[i];
+    end for;
+  end partial_sum;
+"""
+
+
+def run(body: str, stop: float = 1.0) -> planarc.Result:
+    model = planarc.load(f"model M\n{body}\nend M;", backend="numpy")
+    return model.simulate(stop, intervals=10)
+
+
+def test_a_function_adds_as_many_entries_as_an_integer_says_while_running() -> None:
+    result = run(
+        PARTIAL
+        + """
+  Integer n(start=0, fixed=true);
+  Real y = partial_sum(n, {1, 10, 100});
+equation
+  when sample(0.25, 0.25) then
+    n = pre(n) + 1;
+  end when;""",
+        0.9,
+    )
+    found = dict(zip(result.time, result["y"], strict=True))
+    assert [found[t] for t in (0, 0.25, 0.5, 0.75, 0.9)] == [0, 1, 11, 111, 111]
+
+
+def test_a_loop_that_goes_beyond_an_array_ends_the_run_there() -> None:
+    body = PARTIAL + "Integer n = integer(4*time) + 1; Real y = partial_sum(n, {1, 10});"
+    with pytest.raises(planarc.RunStopped, match="subscript 3 is outside of 1 to 2") as stopped:
+        run(body)
+    assert stopped.value.result.time[-1] == pytest.approx(0.5)
+
+
+def test_loops_of_algorithms_may_hang_on_one_another_and_run_backwards() -> None:
+    result = run(
+        """
+  Integer n = if time > 0.5 then 3 else 2;
+  Real w[3], s, down;
+algorithm
+  w := {1, 10, 100};
+  s := 0;
+  for i in 1:n loop
+    for j in 1:i loop
+      s := s + w[j];
+    end for;
+  end for;
+  down := 0;
+  for i in 3:-1:n loop
+    down := 10*down + w[i];
+  end for;"""
+    )
+    early, late = result.time < 0.5, result.time > 0.5
+    assert (result["s"][early] == 12).all() and (result["s"][late] == 123).all()
+    assert (result["down"][early] == 1010).all() and (result["down"][late] == 100).all()
+
+
+def test_the_turns_of_a_loop_are_bounded_by_what_its_end_can_be() -> None:
+    result = run(
+        """
+  function f
+    input Real x;
+    output Real y;
+  algorithm
+    y := 0;
+    for i in 1:integer(floor(2*sin(x) + min(x, 3))) loop
+      y := y + i;
+    end for;
+  end f;
+  Real y = f(5*time);"""
+    )
+    from math import floor, sin
+
+    for t, y in zip(result.time, result["y"], strict=True):
+        n = max(0, floor(2 * sin(5 * t) + min(5 * t, 3)))
+        assert y == n * (n + 1) / 2
+
+
+def test_ends_that_are_declared_or_set_equal_to_numbers_are_known() -> None:
+    result = run(
+        """
+  parameter Integer p = 2;
+  Integer m = p + 1, k;
+  Real x, y;
+equation
+  k = 2;
+algorithm
+  x := 0;
+  for i in 1:m loop
+    x := x + i*time;
+  end for;
+  y := sum(i*time for i in 1:k);"""
+    )
+    assert result["x"][-1] == 6
+    assert result["y"][-1] == 3
+
+
+def test_a_loop_without_a_bound_is_refused() -> None:
+    body = """
+  Integer n = integer(time);
+  Real s;
+algorithm
+  s := 0;
+  for i in 1:n loop
+    s := s + i;
+  end for;"""
+    with pytest.raises(planarc.PlanarcError, match="more than 1000 turns") as refused:
+        run(body)
+    assert refused.value.diagnostics[0].code == "L322"
