@@ -46,16 +46,7 @@ from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance
 from planarc.flatten.tree.inherit import make_layout
 from planarc.flatten.tree.lookup import member
-from planarc.flatten.tree.nodes import (
-    NO_MOD,
-    Class,
-    Instance,
-    Layout,
-    Makers,
-    Part,
-    Scope,
-    Session,
-)
+from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Makers, Part, Scope, Session
 from planarc.flatten.tree.redeclare import make_class
 from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units

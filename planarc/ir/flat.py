@@ -30,6 +30,10 @@ class Base(Enum):
     FUNCTION = "function"  # an argument that is itself a function
 
 
+#: Sizes, None where they are known only when run (functions).
+Dims: TypeAlias = "tuple[int | None, ...]"
+
+
 class Type(Data):
     """A built-in type with dimensions; None is a size known only when run (functions).
 
@@ -38,7 +42,7 @@ class Type(Data):
     """
 
     base: Base
-    dims: tuple[int | None, ...] = ()
+    dims: Dims = ()
     name: str = ""
     literals: tuple[str, ...] = ()
     fields: tuple[tuple[str, Type], ...] = ()
@@ -47,7 +51,7 @@ class Type(Data):
         """The type with its first `drop` dimensions taken away."""
         return Type(self.base, self.dims[drop:], self.name, self.literals, self.fields)
 
-    def with_dims(self, dims: tuple[int | None, ...]) -> Type:
+    def with_dims(self, dims: Dims) -> Type:
         return Type(self.base, dims, self.name, self.literals, self.fields)
 
 

@@ -205,7 +205,7 @@ class ElementModification(Node):
 class ElementRedeclaration(Node):
     """`redeclare ...` or `replaceable ...` as an argument of a modification (7.3)."""
 
-    element: Component | ClassDef
+    element: Declaration
     redeclare: bool = True  # False: only `replaceable`
     each: bool = False
     final: bool = False
@@ -336,6 +336,8 @@ class AlgorithmSection(Node):
     initial: bool = False
 
 
+#: An element with a name.
+Declaration: TypeAlias = "Component | ClassDef"
 Element: TypeAlias = "Import | Extends | Component | ClassDef"
 
 

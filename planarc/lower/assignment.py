@@ -88,11 +88,7 @@ def _replaced_in_entry(
 
 
 def assigned(
-    scope: Scope,
-    old: Value,
-    subscripts: tuple[flat.Expression, ...],
-    value: Value,
-    span: Span,
+    scope: Scope, old: Value, subscripts: tuple[flat.Expression, ...], value: Value, span: Span
 ) -> Value:
     """The array `old` after `old[subscripts] := value`."""
     if not subscripts:

@@ -226,11 +226,7 @@ def _before(scope: Scope, e: Expr) -> Expr:
 
 
 def _named(
-    scope: Scope,
-    truth: Expr,
-    into: Lowered,
-    origin: flat.EquationNode,
-    always: bool = False,
+    scope: Scope, truth: Expr, into: Lowered, origin: flat.EquationNode, always: bool = False
 ) -> Expr:
     """A discrete variable with that value (reserved names serve as they are)."""
     model = scope.model

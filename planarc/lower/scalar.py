@@ -242,11 +242,7 @@ def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:
         (name, domain), *others = rest
         entries = elements(lower_expression(at, domain))
         inner = [
-            rows(
-                replace(at, locals={**(at.locals or {}), name: x}),
-                tuple(others),
-            )
-            for x in entries
+            rows(replace(at, locals={**(at.locals or {}), name: x}), tuple(others)) for x in entries
         ]
         return stack(inner)
 

@@ -143,7 +143,7 @@ class Runner(Struct):
             _bound(math.prod(fixed_dims(type_)), variable)
             self.values[variable.name] = zero_of(type_, self.scope.table)
 
-    def dims(self, variable: flat.Variable) -> tuple[int | None, ...]:
+    def dims(self, variable: flat.Variable) -> flat.Dims:
         """The dimensions, with those that depend on the inputs computed."""
         dims = list(variable.type.dims)
         for k, size in enumerate(variable.sizes):

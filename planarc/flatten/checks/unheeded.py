@@ -67,9 +67,7 @@ def _check_experiment(root: Instance, session: Session) -> None:
             session.warn("F226", message, argument.span, meant(near))
 
 
-def _modifications(
-    arguments: tuple[syntax.Argument, ...],
-) -> Iterable[syntax.ElementModification]:
+def _modifications(arguments: tuple[syntax.Argument, ...]) -> Iterable[syntax.ElementModification]:
     return (a for a in arguments if isinstance(a, syntax.ElementModification))
 
 

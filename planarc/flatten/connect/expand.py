@@ -137,10 +137,7 @@ def _share(groups: DisjointSets[str], buses: dict[str, Instance]) -> list[Node]:
 
 
 def _fulfil(
-    statement: Statement,
-    groups: DisjointSets[str],
-    buses: dict[str, Instance],
-    made: list[Node],
+    statement: Statement, groups: DisjointSets[str], buses: dict[str, Instance], made: list[Node]
 ) -> bool:
     """Add the member that a connection asks for; True when nothing is left to do."""
     left = _side(statement.node.left, statement.env)

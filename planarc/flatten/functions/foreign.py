@@ -57,9 +57,7 @@ def external_clause(instance: Instance) -> Clause | None:
 
 
 def external_call(
-    clause: Clause,
-    names: dict[str, flat.Expression],
-    signature: Signature,
+    clause: Clause, names: dict[str, flat.Expression], signature: Signature
 ) -> ExternalCall:
     """The call that stands for an external function. Raises PlanarcError when there is none."""
     node, name = clause.node, clause.name
@@ -84,9 +82,7 @@ def _tell_missed(what: str, node: syntax.External, session: Session) -> None:
 
 
 def _matched(
-    clause: Clause,
-    names: dict[str, flat.Expression],
-    signature: Signature,
+    clause: Clause, names: dict[str, flat.Expression], signature: Signature
 ) -> ExternalCall:
     """The arguments told apart: expressions of inputs, outputs, scratch variables."""
     node = clause.node

@@ -80,7 +80,7 @@ def _unwrap(cls: Class) -> tuple[Class, dict[str, Binding]]:
 
 
 def _binds_inputs_only(
-    mod: Mod, members: dict[str, tuple[int, syntax.Component | syntax.ClassDef]], cls: Class
+    mod: Mod, members: dict[str, tuple[int, syntax.Declaration]], cls: Class
 ) -> bool:
     for name, sub in mod.subs.items():
         if name not in members:
@@ -206,9 +206,7 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> FunctionInfo:
 
 
 def function_body(
-    instance: Instance,
-    names: dict[str, flat.Expression],
-    signature: Signature,
+    instance: Instance, names: dict[str, flat.Expression], signature: Signature
 ) -> tuple[flat.Statement, ...]:
     """The statements of a function's one algorithm section (12.2)."""
     found: list[tuple[int, syntax.AlgorithmSection]] = []

@@ -34,8 +34,7 @@ from planarc.ir.flatwalk import nodes_of
 
 
 def declare_variables(
-    instance: Instance,
-    signature: Signature,
+    instance: Instance, signature: Signature
 ) -> list[tuple[flat.Variable, syntax.Causality]]:
     """The variables of a function, in the order in which they get their first values."""
     found: list[tuple[flat.Variable, syntax.Causality]] = []
@@ -58,10 +57,7 @@ def interface(
 
 
 def _declare(
-    instance: Instance,
-    name: str,
-    names: dict[str, flat.Expression],
-    signature: Signature,
+    instance: Instance, name: str, names: dict[str, flat.Expression], signature: Signature
 ) -> tuple[flat.Variable, syntax.Causality]:
     element = lookup.member(instance, name)
     assert element is not None
@@ -140,7 +136,7 @@ def _dims(
     names: dict[str, flat.Expression],
     signature: Signature,
     value: flat.Expression | None,
-) -> tuple[tuple[int | None, ...], tuple[flat.Expression | None, ...]]:
+) -> tuple[flat.Dims, tuple[flat.Expression | None, ...]]:
     """Sizes that are known, and expressions for those that are known only when run."""
     dims: list[int | None] = []
     sizes: list[flat.Expression | None] = []

@@ -205,8 +205,7 @@ def _make_composite(
     dims = shape.family_dims(written, element, mod, name)
     if prod(dims) > MAX_ITEMS:
         raise too_large(
-            f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}",
-            definition.span,
+            f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}", definition.span
         )
     items = []
     for indices in product(*(range(1, d + 1) for d in dims)):
@@ -215,7 +214,7 @@ def _make_composite(
     return Family(name, dims, items, cls, element)
 
 
-def _times(dims: tuple[int | None, ...]) -> str:
+def _times(dims: flat.Dims) -> str:
     return " x ".join(f"{d:,}" for d in dims if d is not None)
 
 

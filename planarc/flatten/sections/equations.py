@@ -21,11 +21,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
-from planarc.flatten.connect.joining import (
-    all_branches,
-    holds_connection,
-    is_connection_operator,
-)
+from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.call_arguments import result_types
 from planarc.flatten.functions.calls import type_call
 from planarc.flatten.functions.special import type_assert, type_reinit, type_terminate

@@ -23,16 +23,7 @@ from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
 from planarc.flatten.tree.lookup import components
-from planarc.flatten.tree.nodes import (
-    Absent,
-    Element,
-    Env,
-    Family,
-    Instance,
-    Leaf,
-    Node,
-    Session,
-)
+from planarc.flatten.tree.nodes import Absent, Element, Env, Family, Instance, Leaf, Node, Session
 from planarc.flatten.tree.redeclare import inner_half
 from planarc.flatten.values.evaluator import Evaluator
 from planarc.flatten.values.variability import variability_of

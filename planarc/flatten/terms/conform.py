@@ -40,7 +40,7 @@ def base_conforms(expected: flat.Type, actual: flat.Type) -> bool:
     return True
 
 
-def dims_conform(expected: tuple[int | None, ...], actual: tuple[int | None, ...]) -> bool:
+def dims_conform(expected: flat.Dims, actual: flat.Dims) -> bool:
     """Equal sizes; a size known only when run fits any."""
     return len(expected) == len(actual) and all(
         e is None or a is None or e == a for e, a in zip(expected, actual, strict=True)
@@ -96,9 +96,7 @@ def expect_scalar(
     return value
 
 
-def unify_dims(
-    left: tuple[int | None, ...], right: tuple[int | None, ...]
-) -> tuple[int | None, ...]:
+def unify_dims(left: flat.Dims, right: flat.Dims) -> flat.Dims:
     """The dimensions of two arrays of one shape, with what either of them knows."""
     return tuple(a if a is not None else b for a, b in zip(left, right, strict=True))
 

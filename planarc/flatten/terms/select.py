@@ -102,9 +102,7 @@ def subscripted(
     return flat.Index(type_, span, expression, subscripts)
 
 
-def _dims_after(
-    dims: tuple[int | None, ...], subscripts: tuple[flat.Expression, ...]
-) -> tuple[int | None, ...]:
+def _dims_after(dims: flat.Dims, subscripts: tuple[flat.Expression, ...]) -> flat.Dims:
     kept: list[int | None] = []
     for size, subscript in zip(dims, subscripts, strict=False):
         if isinstance(subscript, flat.Slice):

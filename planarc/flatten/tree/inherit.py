@@ -70,7 +70,7 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
     if entry is not None and entry.open:
         part.entries.append(entry)
     imports = []
-    redeclarations: list[syntax.Component | syntax.ClassDef] = []
+    redeclarations: list[syntax.Declaration] = []
     for element in body.elements:
         if isinstance(element, syntax.Import):
             imports.append(element)
@@ -97,7 +97,7 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
         _check_redeclared(layout, part, definition)
 
 
-def _check_single(part: Part, element: syntax.Component | syntax.ClassDef) -> None:
+def _check_single(part: Part, element: syntax.Declaration) -> None:
     if element.name in part.own:
         raise error(
             "F231",
@@ -107,7 +107,7 @@ def _check_single(part: Part, element: syntax.Component | syntax.ClassDef) -> No
         )
 
 
-def name_span(element: syntax.Component | syntax.ClassDef) -> Span:
+def name_span(element: syntax.Declaration) -> Span:
     return element.name_span if isinstance(element, syntax.ClassDef) else element.span
 
 
@@ -213,9 +213,7 @@ def _take_builtin(layout: Layout, known: Layout, span: Span) -> None:
     layout.builtin = known.builtin
 
 
-def _add_member(
-    layout: Layout, name: str, index: int, element: syntax.Component | syntax.ClassDef
-) -> None:
+def _add_member(layout: Layout, name: str, index: int, element: syntax.Declaration) -> None:
     slot = layout.members.get(name)
     if slot is None:
         layout.members[name] = (index, element)
@@ -231,18 +229,14 @@ def _add_member(
     )
 
 
-def _without_text(
-    element: syntax.Component | syntax.ClassDef,
-) -> syntax.Component | syntax.ClassDef:
+def _without_text(element: syntax.Declaration) -> syntax.Declaration:
     """A declaration without what does not tell two apart: description and annotation (7.1)."""
     if isinstance(element, syntax.Component):
         return replace(element, comment="", annotation=None)
     return element
 
 
-def _check_redeclared(
-    layout: Layout, part: Part, definition: syntax.Component | syntax.ClassDef
-) -> None:
+def _check_redeclared(layout: Layout, part: Part, definition: syntax.Declaration) -> None:
     name = definition.name
     if name in layout.members or any(e.child(name) is not None for e in part.entries):
         return

@@ -77,9 +77,7 @@ def inner_elements(element: Element) -> Iterator[Element]:
         current = current.parent
 
 
-def _declare(
-    instance: Instance, name: str, index: int, definition: syntax.Component | syntax.ClassDef
-) -> Element:
+def _declare(instance: Instance, name: str, index: int, definition: syntax.Declaration) -> Element:
     part = instance.layout.parts[index]
     entry = None
     if part.cls.entry is not None and isinstance(definition, syntax.ClassDef):

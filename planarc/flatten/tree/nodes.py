@@ -77,7 +77,7 @@ class Binding(Struct, eq=False):
 class Redeclaration(Struct, eq=False):
     """A new declaration for a replaceable element, with the scope it was written in."""
 
-    element: syntax.Component | syntax.ClassDef
+    element: syntax.Declaration
     scope: Scope
     each_height: int | None = None
     final: bool = False
@@ -112,9 +112,9 @@ class Part(Struct, eq=False):
 
     cls: Class
     index: int
-    own: dict[str, syntax.Component | syntax.ClassDef]
+    own: dict[str, syntax.Declaration]
     imports: tuple[syntax.Import, ...] = ()
-    redeclarations: tuple[syntax.Component | syntax.ClassDef, ...] = ()
+    redeclarations: tuple[syntax.Declaration, ...] = ()
     #: names that the text of this part can see: its own and those of its bases
     visible: set[str] = field(default_factory=set)
     entries: list[Entry | Library] = field(default_factory=list)
@@ -133,7 +133,7 @@ class Layout(Struct, eq=False):
 
     parts: list[Part]
     #: name -> (part that declares it, its declaration), in order of declaration
-    members: dict[str, tuple[int, syntax.Component | syntax.ClassDef]]
+    members: dict[str, tuple[int, syntax.Declaration]]
     builtin: flat.Type | None = None
     dimensions: tuple[tuple[syntax.Expression, Scope], ...] = ()
     causality: syntax.Causality = syntax.Causality.NONE
@@ -183,7 +183,7 @@ class Element(Struct, eq=False):
     """One member of an instance."""
 
     name: str
-    definition: syntax.Component | syntax.ClassDef
+    definition: syntax.Declaration
     scope: Scope
     mod: Mod
     protected: bool = False

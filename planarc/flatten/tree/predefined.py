@@ -10,10 +10,7 @@ from planarc.flatten.tree.nodes import NO_MOD, Class, Element, Layout, Part, Ses
 from planarc.ir import flat, syntax
 
 STATE_SELECT = flat.Type(
-    flat.Base.ENUMERATION,
-    (),
-    "StateSelect",
-    ("never", "avoid", "default", "prefer", "always"),
+    flat.Base.ENUMERATION, (), "StateSelect", ("never", "avoid", "default", "prefer", "always")
 )
 ASSERTION_LEVEL = flat.Type(flat.Base.ENUMERATION, (), "AssertionLevel", ("warning", "error"))
 #: an object that lives outside of Modelica (12.9.7); refused when a component is made of it

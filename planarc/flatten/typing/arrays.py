@@ -17,13 +17,7 @@ from typing import Any, NamedTuple
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
-from planarc.flatten.terms.conform import (
-    NUMERIC,
-    dims_conform,
-    scalar_count,
-    type_text,
-    unify,
-)
+from planarc.flatten.terms.conform import NUMERIC, dims_conform, scalar_count, type_text, unify
 from planarc.flatten.terms.select import array, integer, opened, real
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import operators
@@ -33,7 +27,6 @@ from planarc.runtime import tensor
 from planarc.runtime.tensor import Tensor
 
 Arguments = list[flat.Expression]
-Dims = tuple[int | None, ...]
 MAX_OPENED = 100_000
 MANY = 1000  # arguments: as many as there are
 MAX_MATRIX = 1_000_000  # entries of a matrix that is written out
@@ -71,7 +64,7 @@ def size_along(value: flat.Expression, k: int, span: Span) -> flat.Expression:
     return flat.Builtin(flat.INTEGER, span, "size", (value, integer(k + 1, span)))
 
 
-def _sizes(name: str, arguments: Arguments, env: Env) -> Dims:
+def _sizes(name: str, arguments: Arguments, env: Env) -> flat.Dims:
     """Sizes given as arguments, None where they are known only when run."""
     sizes: list[int | None] = []
     for argument in arguments:
@@ -155,8 +148,8 @@ def join(dimension: int, parts: Arguments, span: Span) -> flat.Expression:
 class _Reshape(NamedTuple):
     """The arrays that a function takes, and the dimensions of its result by theirs."""
 
-    takes: Callable[[Dims], bool]
-    gives: Callable[..., Dims]
+    takes: Callable[[flat.Dims], bool]
+    gives: Callable[..., flat.Dims]
     numeric: bool = False
 
 

@@ -10,13 +10,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.terms.conform import (
-    NUMERIC,
-    dims_conform,
-    type_text,
-    unify,
-    unify_dims,
-)
+from planarc.flatten.terms.conform import NUMERIC, dims_conform, type_text, unify, unify_dims
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.values import evaluate
 from planarc.ir import flat
@@ -101,9 +95,7 @@ def _arithmetic(
     return flat.Binary(base.with_dims(dims), span, op, left, right)
 
 
-def _result_dims(
-    op: str, a: tuple[int | None, ...], b: tuple[int | None, ...]
-) -> tuple[int | None, ...] | None:
+def _result_dims(op: str, a: flat.Dims, b: flat.Dims) -> flat.Dims | None:
     if op in ("+", "-"):
         return unify_dims(a, b) if dims_conform(a, b) else None
     if op in _DOTTED:
@@ -120,9 +112,7 @@ def _result_dims(
     return None
 
 
-def _product_dims(
-    a: tuple[int | None, ...], b: tuple[int | None, ...]
-) -> tuple[int | None, ...] | None:
+def _product_dims(a: flat.Dims, b: flat.Dims) -> flat.Dims | None:
     """Scalar, inner, matrix-vector, vector-matrix and matrix products (10.6.4)."""
     if not a or not b:
         return a or b

@@ -137,7 +137,7 @@ class Numbers:
         return sum(values)
 
 
-def tensor_of(value: Value, dims: tuple[int | None, ...] = ()) -> Any:
+def tensor_of(value: Value, dims: flat.Dims = ()) -> Any:
     """A value for the rules of `runtime.tensor`; `dims` are those of its type, which tells
     how many an empty array has."""
     if not isinstance(value, list):

@@ -15,18 +15,7 @@ _DISCRETE = flat.Variability.DISCRETE
 _CONTINUOUS = flat.Variability.CONTINUOUS
 
 #: results that change at events only, whatever their arguments
-_EVENTS = frozenset(
-    [
-        "pre",
-        "edge",
-        "change",
-        "initial",
-        "terminal",
-        "sample",
-        "integer",
-        "hold",
-    ]
-)
+_EVENTS = frozenset(["pre", "edge", "change", "initial", "terminal", "sample", "integer", "hold"])
 _STATIC = frozenset({"size", "ndims"})
 
 

@@ -9,11 +9,7 @@ from planarc.parse.build.parts import Builder, Description, Part, cover, nodes
 from planarc.parse.grammar.lexer import Token
 
 _ARGUMENT_ORDER = (("redeclare",), ("each",), ("final",), ("replaceable",))
-_TYPE_ORDER = (
-    ("flow", "stream"),
-    ("discrete", "parameter", "constant"),
-    ("input", "output"),
-)
+_TYPE_ORDER = (("flow", "stream"), ("discrete", "parameter", "constant"), ("input", "output"))
 _TYPE_WORDS = (syntax.Flow, syntax.Variability, syntax.Causality)
 #: No constraining clause, and the comment that one would bring.
 NO_CLAUSE: tuple[syntax.Constraint | None, Description] = (None, Description())
@@ -101,7 +97,7 @@ class Modifications(Builder):
         return self._redeclaration(prefixes, element)
 
     def _redeclaration(
-        self, prefixes: Part, element: syntax.Component | syntax.ClassDef
+        self, prefixes: Part, element: syntax.Declaration
     ) -> syntax.ElementRedeclaration:
         words = prefixes.value
         if not words & {"redeclare", "replaceable"}:

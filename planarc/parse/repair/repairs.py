@@ -46,11 +46,7 @@ _INSERTED: tuple[tuple[str, ...], ...] = (
     *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
 )
 #: The tokens that may take the place of another.
-_REPLACED = {
-    "ASSIGN": ("EQUAL",),
-    "EQUAL": ("ASSIGN", "RELATION", "IN"),
-    "IDENT": ("THEN", "LOOP"),
-}
+_REPLACED = {"ASSIGN": ("EQUAL",), "EQUAL": ("ASSIGN", "RELATION", "IN"), "IDENT": ("THEN", "LOOP")}
 _INSERTED_LAST: tuple[tuple[str, ...], ...] = (
     ("IDENT",),
     ("LPAR",),
