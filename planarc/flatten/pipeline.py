@@ -27,20 +27,17 @@ from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, er
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
-from planarc.flatten.checks.parameters import check_parameters
-from planarc.flatten.checks.ranges import check_ranges
+from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.connect.expand import is_expandable
-from planarc.flatten.connect.redundancy import redundant_unknowns
+from planarc.flatten.connect.rooting import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
 from planarc.flatten.functions.calls import type_call
-from planarc.flatten.functions.functions import find_function
-from planarc.flatten.functions.reachable import with_functions
+from planarc.flatten.functions.functions import find_function, with_functions
 from planarc.flatten.instances.bindings import make_attributes, make_binding
 from planarc.flatten.instances.instantiate import check_modifier, instantiate_model, make_node
 from planarc.flatten.library.library import Library, split_name
-from planarc.flatten.sections.experiment import experiment_of
-from planarc.flatten.sections.figures import figures_of
+from planarc.flatten.sections.annotations import experiment_of, figures_of
 from planarc.flatten.sections.gather import Gathered, gather, variable_of
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance

@@ -9,7 +9,8 @@ Parts of the language that planarc does not have are refused by name, never igno
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import Span
@@ -52,3 +53,21 @@ def unsupported(feature: str, section: str, span: Span | None) -> PlanarcError:
         f"planarc does not support {feature} (Modelica specification, section {section})",
         span,
     )
+
+
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+
+
+def for_each(parts: Iterable[Part], do: Callable[[Part], Result]) -> list[Result]:
+    """`do` of every part. Raises one PlanarcError with the diagnostics of all that fail."""
+    found: list[Result] = []
+    wrong: list[PlanarcError] = []
+    for part in parts:
+        try:
+            found.append(do(part))
+        except PlanarcError as problem:
+            wrong.append(problem)
+    if wrong:
+        raise joined(wrong)
+    return found

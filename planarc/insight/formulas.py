@@ -48,7 +48,7 @@ def _evaluate(formula: Formula, result: Result) -> Any:
 
 
 def _operation(name: str) -> tuple[int, Callable[..., Any]]:
-    """Operand count and NumPy function, by the names of `flatten.sections.figures`."""
+    """Operand count and NumPy function, by the names of `flatten.sections.annotations`."""
     row = elementary.TABLE.get(name)
     if row is not None:
         return row.arity, on_arrays(row)

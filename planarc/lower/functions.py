@@ -13,7 +13,7 @@ Example:
 
 An `if` whose condition is not known is run on both sides and joined; loops run
 as often as they would, which must be known when the model is compiled; where it hangs on
-an Integer that chooses an array's entry (`places`), each entry is a case of its own.
+an Integer that chooses an array's entry, each entry is a case of its own.
 
 Promises:  no call is left; what cannot be run so is refused with the function's name.
 """
@@ -30,9 +30,9 @@ from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
 from planarc.ir.expr import Expr, Substitution
+from planarc.ir.flatwalk import expressions_of_function, inside, names_in, nodes_of, set_by
 from planarc.lower import scalar
 from planarc.lower.foreign import call_external
-from planarc.lower.places import places
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, RecordValue, Value, expr
@@ -195,3 +195,48 @@ def _started(
     for variable, value in zip(function.inputs, arguments, strict=True):
         runner.values[variable.name] = value
     return runner
+
+
+# Integers that choose an entry --------------------------------------------------------
+
+
+def places(function: flat.Function) -> list[int]:
+    """The inputs that say which entry of an array is meant, such as where a search begins:
+
+        next := last;
+        while next < n and u >= table[next, 1] loop  next := next + 1;  end while;
+
+    One is an Integer that stands in a subscript, or in what a variable is assigned that stands
+    in one; the function can be run once for each entry that it may mean.
+    """
+    names = _subscripts(function)
+    sources = list(_assigned_from(function.body))
+    grown = True
+    while grown:
+        before = len(names)
+        for target, read in sources:
+            if target in names:
+                names |= read
+        grown = len(names) > before
+    return [
+        i
+        for i, v in enumerate(function.inputs)
+        if v.name in names and v.type.base is flat.Base.INTEGER and not v.type.dims
+    ]
+
+
+def _subscripts(function: flat.Function) -> set[str]:
+    """The variables in subscripts."""
+    found: set[str] = set()
+    for node in nodes_of(expressions_of_function(function)):
+        if isinstance(node, flat.Reference | flat.Index):
+            found |= names_in(node.subscripts)
+    return found
+
+
+def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
+    """Each variable that is assigned, with those in its new value."""
+    for statement in inside(statements):
+        if isinstance(statement, flat.Assignment):
+            for variable in set_by(statement):
+                yield variable.name, names_in((statement.value,))

@@ -6,7 +6,6 @@ Out:  Dae         scalar equations over one expression table; events taken out
     classify      what each name is; parameters in evaluation order
     equations     array equations entry by entry; when-clauses
     algorithms    statements run on expressions
-    visuals       what is drawn
 
 Needs:     a checked flat model (types, dimensions, names).
 Promises:  every name in an equation is a variable or parameter of the Dae, or reserved.
@@ -19,6 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
+from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
@@ -26,9 +26,10 @@ from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
-from planarc.lower.scope import Model
-from planarc.lower.values import Value, expr
-from planarc.lower.visuals import lower_declared, lower_visual
+from planarc.lower.scalar import lower_expression
+from planarc.lower.scope import Model, Scope
+from planarc.lower.values import Text, Value, expr
+from planarc.runtime.tensor import Tensor
 
 
 def lower(source: flat.FlatModel) -> dae.Dae:
@@ -165,3 +166,36 @@ def _start_time(
         return ()
     value = model.table.const(default)
     return (dae.Parameter(dae.START_TIME, dae.Kind.REAL, value, settable=True, protected=True),)
+
+
+# What is drawn and declared -----------------------------------------------------------
+
+
+def lower_visual(model: Model, visual: flat.Visual) -> dae.Visual:
+    """A visual with every number in its attributes as an expression."""
+    scope = Scope(model, events=False)
+    attributes = tuple(
+        (name, _plain(lower_expression(scope, value), visual.span))
+        for name, value in visual.attributes
+    )
+    return dae.Visual(visual.component, visual.kind, attributes)
+
+
+def lower_declared(model: Model, declared: flat.Declared) -> dae.Declared:
+    """What a component says of itself, its value as an expression."""
+    value = lower_expression(Scope(model, events=False), declared.value)
+    plain = _plain(value, declared.value.span)
+    return dae.Declared(declared.component, declared.kind, declared.name, plain)
+
+
+def _plain(value: Value, span: Span) -> dae.VisualValue:
+    if isinstance(value, Tensor):
+        return tuple(_plain(row, span) for row in value.rows())
+    if isinstance(value, Text):
+        text = value.constant
+        if text is None:
+            raise error("L360", "a drawn text cannot change while running", span)
+        return text
+    if not isinstance(value, Expr):
+        raise error("L361", "a visual's attribute must be a number, a text or an array", span)
+    return value

@@ -6,8 +6,14 @@ import pytest
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.source import NOWHERE
-from planarc.flatten.refusal import NotThere, TooLarge, UnknownValue, too_large, unknown_value
-from planarc.flatten.several import for_each
+from planarc.flatten.refusal import (
+    NotThere,
+    TooLarge,
+    UnknownValue,
+    for_each,
+    too_large,
+    unknown_value,
+)
 
 PLAIN = error("F270", "plain")
 ABSENT = NotThere(Diagnostic("F215", "absent"))

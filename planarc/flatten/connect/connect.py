@@ -20,8 +20,7 @@ from collections.abc import Iterator
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, Severity, error
 from planarc.core.source import Span
-from planarc.flatten.refusal import NotThere
-from planarc.flatten.several import for_each
+from planarc.flatten.refusal import NotThere, for_each
 from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.terms.select import element_at
 from planarc.flatten.tree.demand import layout_of, node_of

@@ -10,9 +10,9 @@ from __future__ import annotations
 from planarc.core.diagnostic import error
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions.signature import result_type
 from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
-from planarc.flatten.several import for_each
+from planarc.flatten.functions.variables import result_type
+from planarc.flatten.refusal import for_each
 from planarc.flatten.terms.conform import base_conforms, expect
 from planarc.flatten.terms.select import array, opened
 from planarc.flatten.tree.nodes import Env, FunctionInfo

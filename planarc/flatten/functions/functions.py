@@ -28,6 +28,7 @@ from planarc.flatten.functions.variables import declare_variables, interface
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree import annotation, lookup
 from planarc.flatten.tree.demand import function_of, layout_of, session_of, static_instance
+from planarc.flatten.tree.modify import part_mod
 from planarc.flatten.tree.naming import not_modifiable
 from planarc.flatten.tree.nodes import (
     Binding,
@@ -40,9 +41,9 @@ from planarc.flatten.tree.nodes import (
     Session,
     Signature,
 )
-from planarc.flatten.tree.part_mods import part_mod
 from planarc.flatten.values import compute
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import expressions_of_model, functions_called
 
 # Finding the function ----------------------------------------------------------------------------
 
@@ -228,3 +229,28 @@ def function_body(
     index, section = found[0]
     env = Env(instance.scope(index), names, signature, in_algorithm=True)
     return statements.type_statements(section.statements, env)
+
+
+# What a model calls -------------------------------------------------------------------
+
+
+def with_functions(model: flat.FlatModel, session: Session) -> flat.FlatModel:
+    """The model with the functions that it calls, directly or through others, in the order in
+    which they were made: not those that were only run while compiling."""
+    wanted = functions_called(expressions_of_model(model), session.functions)
+    called = [f for name, f in session.functions.items() if name in wanted]
+    return replace(model, functions=(*_interfaces(called, session), *called))
+
+
+def _interfaces(functions: list[flat.Function], session: Session) -> list[flat.Function]:
+    """The partial functions that are the types of inputs."""
+    names = {v.type.name: None for f in functions for v in f.inputs if _is_function(v)}
+    return [
+        flat.Function(name, formal.inputs, formal.outputs, partial=True)
+        for name, formal in session.formals.items()
+        if name in names
+    ]
+
+
+def _is_function(variable: flat.Variable) -> bool:
+    return variable.type.base is flat.Base.FUNCTION

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions import call_arguments, calls, special
+from planarc.flatten.functions import call_arguments, calls
 from planarc.flatten.refusal import UnknownValue, joined, unsupported
 from planarc.flatten.terms.conform import conforms, mismatch, type_text
 from planarc.flatten.terms.select import element_at, opened
@@ -192,11 +192,11 @@ def check_result_count(targets: int, results: int, call: syntax.Call, span: Span
 def _call(node: syntax.CallStatement, env: Env) -> Statements:
     names = node.call.function.names
     if names == ("assert",):
-        return special.type_assert(node.call, env)
+        return calls.type_assert(node.call, env)
     if names == ("terminate",):
-        return special.type_terminate(node.call, env)
+        return calls.type_terminate(node.call, env)
     if names == ("reinit",):
-        return special.type_reinit(node.call, env)
+        return calls.type_reinit(node.call, env)
     call = calls.type_call(node.call, env, results=True)
     if not isinstance(call, flat.Call):
         raise error("F293", f"the result of `{node.call.function}` is not used", node.span)

@@ -12,7 +12,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions.signature import result_type
+from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
 from planarc.flatten.tree.demand import function_of

@@ -1,7 +1,9 @@
 """The variables of a function: inputs, outputs and locals, with types and sizes.
 
 A size that depends on an argument is kept as an expression; a type may be built-in, a
-record, or the interface of a function that is handed in.
+record, or the interface of a function that is handed in. Of the results, the types are known
+before the body is looked at: with `output Real w[size(v, 1)]` a call with a vector of three
+entries has a result of three.
 
 Reference: Modelica Language Specification 3.6, sections 12.1, 12.2 and 12.4.2.
 """
@@ -13,9 +15,10 @@ from planarc.core.source import Span
 from planarc.flatten.functions.order import names_in_order
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.terms.conform import expect
+from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import layout_of, static_instance
-from planarc.flatten.tree.modify import merge
+from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import (
     Class,
     Element,
@@ -27,8 +30,7 @@ from planarc.flatten.tree.nodes import (
     Session,
     Signature,
 )
-from planarc.flatten.tree.part_mods import type_mod
-from planarc.flatten.values import evaluate
+from planarc.flatten.values import evaluate, evaluator
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import nodes_of
 
@@ -210,3 +212,57 @@ def _formal_type(cls: Class, session: Session) -> flat.Type:
         signature.outputs = interface(instance, variables, syntax.Causality.OUTPUT)
         session.formals[cls.name] = signature
     return flat.Type(flat.Base.FUNCTION, name=cls.name)
+
+
+# Types of results ---------------------------------------------------------------------
+
+
+def result_type(
+    signature: Signature, output: int, arguments: list[flat.Expression], span: Span
+) -> flat.Type:
+    """The type of a result; sizes that depend on the arguments are computed."""
+    if output >= len(signature.outputs):
+        raise error("F290", f"`{signature.name}` has no result", span)
+    variable = signature.outputs[output]
+    if None not in variable.type.dims:
+        return variable.type
+    frame = {v.name: a for v, a in zip(signature.inputs, arguments, strict=False)}
+    dims = tuple(
+        size if size is not None else _known_size(variable, k, frame)
+        for k, size in enumerate(variable.type.dims)
+    )
+    return variable.type.with_dims(dims)
+
+
+def _known_size(
+    variable: flat.Variable, k: int, arguments: dict[str, flat.Expression]
+) -> int | None:
+    """The size of an output as far as the types and values of the arguments tell it."""
+    if k >= len(variable.sizes) or variable.sizes[k] is None:
+        return None
+    size = variable.sizes[k]
+    assert size is not None
+    try:
+        value = evaluator.Evaluator(None).value(_insert(size, arguments))
+    except NotConstant:
+        return None
+    return value if isinstance(value, int) else None
+
+
+def _insert(e: flat.Expression, arguments: dict[str, flat.Expression]) -> flat.Expression:
+    """Inputs replaced by arguments, in an expression of a size."""
+    match e:
+        case flat.Reference(name=name) if name in arguments and not e.subscripts:
+            return arguments[name]
+        case flat.Unary():
+            return flat.Unary(e.type, e.span, e.op, _insert(e.operand, arguments))
+        case flat.Binary():
+            left, right = _insert(e.left, arguments), _insert(e.right, arguments)
+            return flat.Binary(e.type, e.span, e.op, left, right)
+        case flat.Builtin():
+            inner = tuple(_insert(a, arguments) for a in e.arguments)
+            return flat.Builtin(e.type, e.span, e.function, inner)
+        case flat.If():
+            branches = tuple((_insert(c, arguments), _insert(v, arguments)) for c, v in e.branches)
+            return flat.If(e.type, e.span, branches, _insert(e.otherwise, arguments))
+    return e

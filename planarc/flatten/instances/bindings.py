@@ -19,9 +19,8 @@ from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import expect, type_text
 from planarc.flatten.terms.select import pick
-from planarc.flatten.tree.modify import merge
+from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import Binding, Env, Instance, Leaf, Mod, State, silent
-from planarc.flatten.tree.part_mods import type_mod
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
 from planarc.flatten.values import evaluate

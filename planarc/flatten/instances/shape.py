@@ -12,8 +12,8 @@ from planarc.flatten.instances import bindings
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of
+from planarc.flatten.tree.modify import type_mod
 from planarc.flatten.tree.nodes import Class, Element, Env, Leaf, Mod, Scope
-from planarc.flatten.tree.part_mods import type_mod
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
 from planarc.flatten.values import evaluate

@@ -23,11 +23,9 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.call_arguments import result_types
-from planarc.flatten.functions.calls import type_call
-from planarc.flatten.functions.special import type_assert, type_reinit, type_terminate
+from planarc.flatten.functions.calls import type_assert, type_call, type_reinit, type_terminate
 from planarc.flatten.functions.statements import check_result_count, when_condition
-from planarc.flatten.refusal import too_large
-from planarc.flatten.several import for_each
+from planarc.flatten.refusal import for_each, too_large
 from planarc.flatten.terms.conform import scalar_count, type_text, unify
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing.comprehension import turns

@@ -3,6 +3,9 @@
 In:   the root Instance
 Out:  Gathered   variables, equations, connections, visuals, ..., in order of declaration
 
+A visual is an instance that is drawn and not simulated: its class says so, by
+`annotation(__planarc(visual="kind"))`, and its components are the attributes.
+
 The walk opens every component, so all errors of a model are found, not only the first.
 """
 
@@ -18,7 +21,6 @@ from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import type_equations
-from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
@@ -205,3 +207,34 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         binding.span,
         hint="declare it without the prefix, or bind it to constants and parameters",
     )
+
+
+# Visuals ------------------------------------------------------------------------------
+
+
+def visual_of(instance: Instance) -> flat.Visual:
+    """The drawing of an instance of a visual class."""
+    attributes: list[tuple[str, flat.Expression]] = []
+    for name, element in components(instance):
+        try:
+            _collect(node_of(element), name, attributes)
+        except PlanarcError as problem:
+            instance.session.keep(problem)
+    kind = instance.layout.visual
+    assert kind is not None and instance.prefix is not None
+    span = instance.element.definition.span if instance.element else instance.cls.span
+    return flat.Visual(instance.prefix, kind, tuple(attributes), span)
+
+
+def _collect(node: Node, name: str, attributes: list[tuple[str, flat.Expression]]) -> None:
+    if isinstance(node, Leaf):
+        attributes_of(node)
+        binding = leaf_binding(node)
+        if binding is not None:
+            attributes.append((name, binding))
+    elif isinstance(node, Family):
+        for item in node.items:
+            _collect(item, f"{name}{item.name[item.name.rindex('[') :]}", attributes)
+    elif isinstance(node, Instance):
+        for inner, element in components(node):
+            _collect(node_of(element), f"{name}.{inner}", attributes)

@@ -5,7 +5,7 @@ Out:  Layout   parts (the class and its bases), members in order of declaration
 
 Base classes cannot be replaced, so a layout is the same for all instances of a
 class and is made once. Modifiers of extends clauses are not applied here; each
-part remembers its own, and an instance resolves them (`part_mods`).
+part remembers its own, and an instance resolves them (`modify.part_mod`).
 
 Example:
     model B  extends A(x=1); Real y; end B;      parts 0: B, 1: A (derived by 0)

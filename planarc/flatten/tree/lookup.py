@@ -24,8 +24,8 @@ from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, node_of, static_instance
+from planarc.flatten.tree.modify import part_mod
 from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope, Session
-from planarc.flatten.tree.part_mods import part_mod
 from planarc.ir import syntax
 
 

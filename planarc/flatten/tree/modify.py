@@ -8,6 +8,9 @@ Example, with `model A  Real x(start=1, min=0); end A;`
     A a(x(start=2))     the outer `x(start=2)` merged over `x(start=1, min=0)`
                         gives x(start=2, min=0); `2` belongs to the scope of `a`
 
+A part of a class gets the modifier of the part that derives from it, over that of the extends
+clause; a type those of its definition, `Real(unit="m")`.
+
 Promises:  nothing is resolved here; a final modifier that is overridden is refused.
 Reference: Modelica Language Specification 3.6, section 7.2.
 """
@@ -19,7 +22,17 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree.nodes import NO_MOD, Binding, Mod, Redeclaration, Scope
+from planarc.flatten.tree.demand import static_instance
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Binding,
+    Instance,
+    Layout,
+    Mod,
+    Part,
+    Redeclaration,
+    Scope,
+)
 from planarc.ir import syntax
 
 
@@ -189,3 +202,58 @@ def subscript(mod: Mod, indices: tuple[int, ...], level: int = 0) -> Mod:
 
 def _is_split(each_height: int | None, level: int) -> bool:
     return each_height is None or each_height >= level
+
+
+# Modifiers of parts and types ---------------------------------------------------------
+
+
+def part_mod(instance: Instance, index: int) -> Mod:
+    """The modifier that reaches a part: of the deriving part, over its extends clause."""
+    if index == 0:
+        return instance.mod
+    found = instance.part_mods.get(index)
+    if found is None:
+        part = instance.layout.parts[index]
+        assert part.derived is not None
+        deriving = instance.layout.parts[part.derived]
+        found = part_mod(instance, part.derived)
+        scope = part.mod_scope or instance.scope(part.derived)
+        if part.modification is not None or deriving.redeclarations:
+            found = merge(found, _extends_mod(part, deriving, scope))
+        found = merge(merge(found, deriving.cls.under), part.cls.mod)
+        instance.part_mods[index] = found
+    return found
+
+
+def _extends_mod(part: Part, deriving: Part, scope: Scope) -> Mod:
+    own = compile_modification(part.modification, scope)
+    if not deriving.redeclarations:
+        return own
+    subs = dict(own.subs)
+    for definition in deriving.redeclarations:
+        redeclaration = Redeclaration(definition, scope, final=definition.prefixes.final)
+        mod = Mod(
+            redeclaration=redeclaration, final=definition.prefixes.final, span=definition.span
+        )
+        name = definition.name
+        subs[name] = merge(mod, subs[name], name) if name in subs else mod
+    return Mod(own.binding, subs, None, own.final, own.span, own.broken)
+
+
+def type_mod(layout: Layout) -> Mod:
+    """The modifiers of a type's own definition, `Real(unit="m")`, the outermost first."""
+    if layout.type_mod is None:
+        merged = NO_MOD
+        mods: dict[int, Mod] = {0: NO_MOD}
+        for part in layout.parts[1:]:
+            assert part.derived is not None
+            above = mods[part.derived]
+            scope = part.mod_scope
+            if scope is None:
+                scope = static_instance(layout.parts[part.derived].cls).scope()
+            own = compile_modification(part.modification, scope)
+            own = merge(own, layout.parts[part.derived].cls.under)
+            mods[part.index] = merge(merge(above, own, part.cls.name), part.cls.mod)
+            merged = merge(merged, mods[part.index], part.cls.name)
+        layout.type_mod = merged
+    return layout.type_mod

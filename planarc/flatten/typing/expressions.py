@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.flatten.several import for_each
+from planarc.flatten.refusal import for_each
 from planarc.flatten.terms.conform import common_type, expect_scalar, type_text, unify
 from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree.nodes import Env

@@ -13,7 +13,6 @@ from typing import Any
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
-from planarc.flatten.values.text import string_of
 from planarc.ir import flat
 from planarc.runtime import elementary, tensor
 from planarc.runtime.elementary import Result
@@ -263,3 +262,28 @@ _NUMBERS: dict[flat.Base, type] = {flat.Base.REAL: float, flat.Base.INTEGER: int
 def _no_value(e: flat.Builtin, values: list[Value]) -> PlanarcError:
     shown = ", ".join(str(v) for v in values)
     return error("F283", f"`{e.function}({shown[:60]})` has no value", e.span)
+
+
+def string_of(values: list[Value], call: flat.Builtin) -> Value:
+    """The text of a value; formats other than the plain one are left to the run."""
+    if len(values) == 2:
+        raise NotConstant("`String` with a format has no value before the run", call.span)
+    if len(values) == 4:
+        plain = _plain(values[0], call, values[1])
+        length, left = values[2], values[3]
+        assert isinstance(length, int)
+        return plain.ljust(length) if left else plain.rjust(length)
+    return _plain(values[0], call, 6)
+
+
+def _plain(value: Value, call: flat.Builtin, digits: Value) -> str:
+    type_ = call.arguments[0].type
+    if type_.literals and isinstance(value, int):
+        return type_.literals[value - 1]
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.{digits}g}"
+    if isinstance(value, int | str):
+        return str(value)
+    raise NotConstant("`String` of an array", call.span)

@@ -1,18 +1,25 @@
-"""`annotation(Documentation(figures={Figure(plots={Plot(curves={Curve(y=a.phi)})})}))`.
+"""What annotations of the model say: its figures, and how it is run.
+
+    annotation(Documentation(figures={Figure(plots={Plot(curves={Curve(y=a.phi)})})}))
+    annotation(experiment(StartTime, StopTime, Interval, Tolerance))
 
 Only curves over time are kept, of variables and of expressions made of them by elementary
 operations; one over another variable is left out, as are figures that hold none.
 
-Reference: Modelica Language Specification 3.6, section 18.4.3.
+Reference: Modelica Language Specification 3.6, section 18.4.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import error
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
-from planarc.flatten.tree.nodes import Instance, Session
-from planarc.ir import syntax
+from planarc.flatten.tree.nodes import Env, Instance, Scope, Session
+from planarc.flatten.values import evaluate
+from planarc.ir import flat, syntax
 from planarc.ir.figure import Figure, Formula, Plot, Step
 from planarc.ir.text.expression import expression_text
 from planarc.runtime import elementary
@@ -112,3 +119,49 @@ def _name(value: syntax.Expression | None) -> str | None:
     if isinstance(value, syntax.Ref):
         return "".join(value.span.text.split())
     return None if value is None else ""
+
+
+# The experiment -----------------------------------------------------------------------
+
+
+def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
+    """`annotation(experiment(StartTime, StopTime, Interval, Tolerance))`."""
+    found = flat.Experiment()
+    annotation = instance.cls.definition.annotation
+    arguments = arguments_of(annotation, "experiment", session)
+    for argument in inside(find_argument(arguments, "experiment")):
+        if not isinstance(argument, syntax.ElementModification):
+            continue
+        name = _EXPERIMENT.get(argument.name[0])
+        value = binding_of(argument)
+        if name is None or value is None:
+            continue
+        number = _number(value, instance.scope(), argument.name[0])
+        if name in ("interval", "tolerance") and number <= 0:
+            raise error(
+                "F287", f"`{argument.name[0]}` of the experiment must be positive", value.span
+            )
+        found = replace(found, **{name: number})
+    if found.stop < found.start:
+        raise error(
+            "F287",
+            f"the experiment stops at {found.stop:g}, before it starts at {found.start:g}",
+            None if annotation is None else annotation.span,
+        )
+    return found
+
+
+_EXPERIMENT = {
+    "StartTime": "start",
+    "StopTime": "stop",
+    "Interval": "interval",
+    "Tolerance": "tolerance",
+}
+
+
+def _number(expression: syntax.Expression, scope: Scope, name: str) -> float:
+    env = Env(scope)
+    value = evaluate.structural_value(env.typed(expression), env, f"`{name}` of the experiment")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise error("F287", f"`{name}` of the experiment must be a number", expression.span)
+    return float(value)
