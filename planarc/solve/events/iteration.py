@@ -31,9 +31,9 @@ from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import time_functions
 from planarc.solve.events.settling import (
     LAST_ITERATIONS,
-    MOST_ITERATIONS,
     Settling,
     Snapshot,
+    most_iterations,
     snapshot,
 )
 from planarc.solve.events.whens import Processed, Whens
@@ -128,7 +128,7 @@ class Events:
             return done
         trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
         moved = False
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(most_iterations(program)):
             earlier = self._snapshot()
             trail.append(earlier)
             if not settling.settle(moved):

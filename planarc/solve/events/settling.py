@@ -49,6 +49,11 @@ SOON = 1e-7
 Snapshot: TypeAlias = tuple[float, ...]
 
 
+def most_iterations(program: Program) -> int:
+    """Each discrete variable may wait for the one before it."""
+    return MOST_ITERATIONS + len(program.discretes)
+
+
 def snapshot(program: Program, kernel: Kernel) -> Snapshot:
     w = kernel.w
     return (*(w[r.slot] for r in program.relations), *(w[d.slot] for d in program.discretes))
@@ -89,7 +94,7 @@ class Settling:
         careful = False
         restless: set[int] = set()
         trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
-        for count in range(MOST_ITERATIONS):
+        for count in range(most_iterations(self.program)):
             before = snapshot(self.program, self.kernel)
             trail.append(before)
             if not self._evaluate():

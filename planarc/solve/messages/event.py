@@ -74,8 +74,8 @@ def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str])
         f"events follow each other without end at t = {t:.6g} s: {listed(told)} {switch} "
         f"to and fro{_sides(program, kernel, first)}",
         first.span if first else None,
-        hint="let the model come to rest there (a stuck or resting mode), or smooth the "
-        "relation, or put it in `noEvent(...)`",
+        hint="let the model come to rest there (a stuck or resting mode), let it switch on and "
+        "off at different values, or make the jump smooth",
     )
     return point_home(program, found, first.component if first else "")
 

@@ -304,7 +304,7 @@ equation
     )
     assert diagnostic.code == "R432"
     assert "x + v" in diagnostic.message
-    assert "noEvent" in str(diagnostic.hint)
+    assert "mode" in str(diagnostic.hint)
     assert abs(result["x"][-1] + result["v"][-1]) < 1e-3
 
 
@@ -472,3 +472,23 @@ equation
     s = y / np.cos(1.5) + 0.5 * along(1.5)
     assert result["x"][-1] == pytest.approx(-s * np.sin(1.5), rel=1e-7)
     assert result["y"][-1] == pytest.approx(s * np.cos(1.5), rel=1e-7)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_chain_of_clauses_comes_to_rest_however_long(backend: str) -> None:
+    """Each clause waits for the pass after that of the one before it."""
+    count = 150
+    waits = "\n".join(
+        f"when k[{i}] > pre(k[{i}]) then k[{i + 1}] = pre(k[{i + 1}]) + 1; end when;"
+        for i in range(1, count)
+    )
+    model = planarc.load(f"""
+    model Chain
+      discrete Integer k[{count}](each start=0, each fixed=true);
+    equation
+      when time > 0.5 then k[1] = pre(k[1]) + 1; end when;
+      {waits}
+    end Chain;
+    """)
+    run = model.simulate(1, backend=backend)
+    assert run[f"k[{count}]"][-1] == 1
