@@ -4,7 +4,7 @@
 
 A call from Python into a compiled function costs 1 us, twice as much as a right-hand
 side of a four-bar; a step with its accepted point, a row and a look at the choice of
-states would need five of them. So this does what `solve.solvers.integrator.march_steps`
+states would need five of them. So this does what `solve.solvers.integrator.Integrator.march`
 does, and ends when CVODE reports anything but an ordinary step, when the steps allowed
 are used up, when the choice of states is to be looked at, or when the kernel could not
 solve its equations.

@@ -32,7 +32,7 @@ from planarc.solve.events.instants import room, same
 from planarc.solve.messages.text import Reader
 
 if TYPE_CHECKING:
-    from planarc.solve.solvers.integrator import Stepper
+    from planarc.solve.solvers.integrator import Integrator
 
 #: Times that a kink is followed, one order smoother each time.
 GENERATIONS = 4
@@ -108,7 +108,7 @@ class Delays:
 
     # On the way
 
-    def take(self, stepper: Stepper, begin: float) -> bool:
+    def take(self, stepper: Integrator, begin: float) -> bool:
         """The step from `begin` to where the stepper is becomes past; false where the
         equations could not be solved on it, or a delay is out of its range."""
         end = stepper.t

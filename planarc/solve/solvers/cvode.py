@@ -53,14 +53,7 @@ from planarc.ir.march import WARNING
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
 from planarc.solve.solvers.driver import Driver, Where
-from planarc.solve.solvers.integrator import (
-    Cause,
-    Counts,
-    March,
-    Outcome,
-    Settings,
-    march_steps,
-)
+from planarc.solve.solvers.integrator import Cause, Counts, Integrator, March, Outcome, Settings
 from planarc.solve.solvers.scipy import FEWEST_DERIVED
 from planarc.solve.solvers.session import ONE_STEP, Session
 from planarc.solve.solvers.sundials import open_sundials
@@ -106,15 +99,15 @@ def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Cvo
     return Cvode(kernel, states, settings, solver is Solver.CVODE_ADAMS)
 
 
-class Cvode:
+class Cvode(Integrator):
     """One run's integrator. Owns its session and callbacks until `close`."""
 
     ends_evaluated = True
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings, adams: bool) -> None:
+        super().__init__(kernel, states, settings)
         self._lib = lib = open_sundials()
         self._session = Session(lib)
-        self._kernel, self._size, self._settings = kernel, states, settings
         self._adams = adams
         self._vectors, numbers = self._session.vectors(3, states)
         self._y, self._dense, self._absolute = numbers
@@ -278,8 +271,7 @@ class Cvode:
         steps = self._judge(steps)
         self._session.call("SetStopTime", limit)
         if self._addresses is None or not self.looks:
-            past = self._settings.past
-            return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
+            return super().march(limit, recorder, watch, steps)
         if self._driver is None:
             memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)

@@ -9,6 +9,7 @@ row that is due and tells the kernel of every accepted step.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from enum import Enum
 from typing import Protocol
@@ -68,8 +69,8 @@ class Counts(Data):
 class Past(Protocol):
     """An observer that must see every step."""
 
-    def take(self, stepper: Stepper, begin: float) -> bool:
-        """The step from `begin` to where the stepper is; false where the run cannot go on."""
+    def take(self, stepper: Integrator, begin: float) -> bool:
+        """The step from `begin` to where the integrator is; false where the run cannot go on."""
 
 
 class Settings(Data):
@@ -83,18 +84,29 @@ class Settings(Data):
     fixed_step: float | None = None  # seconds
 
 
-class Integrator(Protocol):
-    name: str
-    looks: bool  # whether a march measures the choice of states at every step
-    formulas: bool  # whether the Jacobian comes from formulas
-    remark: str  # behind the reason for it in a run's summary
+class Integrator(ABC):
+    """Steps from Python: whoever marches elsewhere has a `march` of its own."""
+
+    name = ""
+    looks = False  # whether a march measures the choice of states at every step
+    formulas = False  # whether the Jacobian comes from formulas
+    remark = ""  # behind the reason for it in a run's summary
+    #: Whether a step's last evaluation lies within the tolerance of its end, as where an
+    #: implicit method has converged: good enough for the blocks of the next one to start from.
+    ends_evaluated = False
+
+    def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
+        self._kernel, self._size, self._settings = kernel, states, settings
 
     @property
+    @abstractmethod
     def t(self) -> float: ...
 
     @property
+    @abstractmethod
     def y(self) -> list[float]: ...
 
+    @abstractmethod
     def restart(
         self,
         t: float,
@@ -106,82 +118,62 @@ class Integrator(Protocol):
         """Go on from here. `absolute` are the absolute tolerances; `directions[i]` is the
         only way in which zero function i may cross; `step` the first step to try."""
 
-    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        """March on; at `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
+    @abstractmethod
+    def step(self, limit: float) -> March:
+        """One step, not beyond `limit`; `BUDGET` stands for an ordinary one."""
 
+    @abstractmethod
+    def interpolate(self, t: float) -> Sequence[float]:
+        """The states at a time within the last step."""
+
+    @abstractmethod
     def last_step(self) -> float: ...
 
     def errors(self) -> Sequence[float]:
         """The error of each state in the last step tried, as a part of its tolerance; nothing
         where that is not known."""
+        return ()
 
+    @abstractmethod
     def counts(self) -> Counts: ...
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (most have nothing to give back)
         """Give back what the integrator holds outside of Python."""
 
+    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
+        """March on; at `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
+        kernel, past = self._kernel, self._settings.past
+        ydot = [0.0] * self._size
+        for done in range(1, steps + 1):
+            begin = self.t
+            march = self.step(limit)
+            if march.outcome is Outcome.FAILED:
+                return replace(march, steps=done - 1)
+            unsolved = March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
+            if past is not None and not past.take(self, begin):
+                return unsolved
+            t = self.t
+            ordinary = march.outcome is Outcome.BUDGET
+            before = recorder.count
+            if not self._take_rows(recorder, t if ordinary else t - recorder.near):
+                return unsolved
+            if not ordinary:
+                return replace(march, steps=done)
+            if recorder.count == before:  # no row to begin the next step's blocks from
+                known = self.ends_evaluated and kernel.w[0] == t
+                if not known and kernel.rhs(t, self.y, ydot) != 0:
+                    return unsolved
+                kernel.accept(t)
+            if watch.moved(kernel.w):
+                return March(Outcome.LOOK, steps=done)
+        return March(Outcome.BUDGET, steps=steps)
 
-class Stepper(Protocol):
-    """An integrator in Python, by single steps; `march_steps` makes the rest of it."""
-
-    #: Whether a step's last evaluation lies within the tolerance of its end, as where an
-    #: implicit method has converged: good enough for the blocks of the next one to start from.
-    ends_evaluated: bool
-
-    @property
-    def t(self) -> float: ...
-
-    @property
-    def y(self) -> list[float]: ...
-
-    def step(self, limit: float) -> March:
-        """One step, not beyond `limit`; `BUDGET` stands for an ordinary one."""
-
-    def interpolate(self, t: float) -> Sequence[float]:
-        """The states at a time within the last step."""
-
-
-def march_steps(
-    stepper: Stepper,
-    kernel: Kernel,
-    limit: float,
-    recorder: Recorder,
-    watch: Watch,
-    steps: int,
-    past: Past | None = None,
-) -> March:
-    """The march of an integrator that comes back to Python after every step."""
-    ydot = [0.0] * len(stepper.y)
-    for done in range(1, steps + 1):
-        begin = stepper.t
-        march = stepper.step(limit)
-        if march.outcome is Outcome.FAILED:
-            return replace(march, steps=done - 1)
-        if past is not None and not past.take(stepper, begin):
-            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
-        t = stepper.t
-        ordinary = march.outcome is Outcome.BUDGET
-        before = recorder.count
-        if not take_rows(stepper, kernel, recorder, t if ordinary else t - recorder.near):
-            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
-        if not ordinary:
-            return replace(march, steps=done)
-        if recorder.count == before:  # no row to begin the next step's blocks from
-            known = stepper.ends_evaluated and kernel.w[0] == t
-            if not known and kernel.rhs(t, stepper.y, ydot) != 0:
-                return March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
-            kernel.accept(t)
-        if watch.moved(kernel.w):
-            return March(Outcome.LOOK, steps=done)
-    return March(Outcome.BUDGET, steps=steps)
-
-
-def take_rows(stepper: Stepper, kernel: Kernel, recorder: Recorder, until: float) -> bool:
-    """Every row due up to a time; false where the equations could not be solved."""
-    while (due := recorder.due(until)) is not None:
-        if kernel.outputs(due, stepper.interpolate(due)) != 0:
-            return False
-        recorder.take(due)
-        recorder.next += 1
-        kernel.accept(due)
-    return True
+    def _take_rows(self, recorder: Recorder, until: float) -> bool:
+        """Every row due up to a time; false where the equations could not be solved."""
+        while (due := recorder.due(until)) is not None:
+            if self._kernel.outputs(due, self.interpolate(due)) != 0:
+                return False
+            recorder.take(due)
+            recorder.next += 1
+            self._kernel.accept(due)
+        return True

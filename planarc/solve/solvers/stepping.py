@@ -6,21 +6,12 @@ on their own interpolation.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 
 from planarc.ir.kernel import Kernel
-from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.integrator import (
-    Cause,
-    Counts,
-    March,
-    Outcome,
-    Settings,
-    march_steps,
-)
+from planarc.solve.solvers.integrator import Cause, Counts, Integrator, March, Outcome, Settings
 from planarc.solve.solvers.locate import crossed, locate
-from planarc.solve.solvers.watch import Watch
 
 
 class Unsolved(Exception):
@@ -35,16 +26,13 @@ class Unsolved(Exception):
         return March(Outcome.FAILED, cause=cause)
 
 
-class SteppingIntegrator(ABC):
-    """See `Integrator` and `Stepper`. No step is longer than `longest` times the run."""
+class SteppingIntegrator(Integrator):
+    """No step is longer than `longest` times the run."""
 
-    name = ""
-    looks = ends_evaluated = formulas = False
-    remark = ""
     longest = 1 / 50
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
-        self._kernel, self._size, self._settings = kernel, states, settings
+        super().__init__(kernel, states, settings)
         self._t, self._y = 0.0, [0.0] * states
         self._directions: Sequence[int] = ()
         self._g: list[float] = []
@@ -81,22 +69,6 @@ class SteppingIntegrator(ABC):
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         """Begin anew with these absolute tolerances, and the first step to try."""
 
-    def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
-        past = self._settings.past
-        return march_steps(self, self._kernel, limit, recorder, watch, steps, past)
-
-    @abstractmethod
-    def step(self, limit: float) -> March: ...
-
-    @abstractmethod
-    def interpolate(self, t: float) -> Sequence[float]: ...
-
-    @abstractmethod
-    def last_step(self) -> float: ...
-
-    def errors(self) -> Sequence[float]:
-        return ()
-
     def counts(self) -> Counts:
         return Counts(self._steps, self._calls)
 
@@ -124,6 +96,3 @@ class SteppingIntegrator(ABC):
                 return March(Outcome.ROOT, tuple(found[1]))
         self._t, self._y, self._g = t, y, g
         return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
-
-    def close(self) -> None:  # noqa: B027 (most have nothing to give back)
-        """Nothing is held outside of Python."""
