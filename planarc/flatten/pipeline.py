@@ -187,12 +187,9 @@ def _check_kind(cls: Class) -> None:
     if kind not in _MODEL_KINDS:
         raise error("F201", f"`{cls.name}` is a {kind.value}, not a model", cls.span)
     if cls.definition.partial:
-        raise error(
-            "F254",
-            f"`{cls.name}` is partial and cannot be used by itself",
-            cls.span,
-            hint="use a model that extends it",
-        )
+        message = f"`{cls.name}` is partial and cannot be used by itself"
+        hint = "use a model that extends it"
+        raise error("F254", message, cls.span, hint=hint)
 
 
 def _warn_obsolete(instances: list[Instance], session: Session) -> None:

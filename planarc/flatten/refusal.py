@@ -48,11 +48,8 @@ def joined(problems: Sequence[PlanarcError]) -> PlanarcError:
 
 def unsupported(feature: str, section: str, span: Span | None) -> PlanarcError:
     """The diagnostic for a feature, with the section of the specification that defines it."""
-    return error(
-        "F299",
-        f"planarc does not support {feature} (Modelica specification, section {section})",
-        span,
-    )
+    message = f"planarc does not support {feature} (Modelica specification, section {section})"
+    return error("F299", message, span)
 
 
 Part = TypeVar("Part")

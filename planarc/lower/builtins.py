@@ -57,12 +57,9 @@ def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
             return scope.table.false
         if scope.at_event or symbol.name in scope.model.parameters:
             return symbol  # the value just before the event acts
-        raise error(
-            "L306",
-            f"`pre({symbol})` of a continuous variable stands outside of a when-clause",
-            span,
-            hint="use `pre` on discrete variables, or move the equation into a `when`",
-        )
+        message = f"`pre({symbol})` of a continuous variable stands outside of a when-clause"
+        hint = "use `pre` on discrete variables, or move the equation into a `when`"
+        raise error("L306", message, span, hint=hint)
 
     return each(one, a[0])
 

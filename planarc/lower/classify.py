@@ -230,12 +230,9 @@ def in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
 
 
 def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
-    return error(
-        "L332",
-        f"the value of a parameter depends on itself: {ticked(names)}",
-        by_name[names[0]].span,
-        related=[Related(f"`{n}` is declared here", by_name[n].span) for n in names[1:]],
-    )
+    message = f"the value of a parameter depends on itself: {ticked(names)}"
+    related = [Related(f"`{n}` is declared here", by_name[n].span) for n in names[1:]]
+    return error("L332", message, by_name[names[0]].span, related=related)
 
 
 def referenced(roots: object) -> Iterator[str]:

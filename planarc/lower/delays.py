@@ -53,12 +53,9 @@ def _check(model: Model, interval: Expr, maximum: Expr | None, span: Span) -> No
     if _is_fixed(model, interval):
         return
     if maximum is None:
-        raise error(
-            "L363",
-            "the delay time of `delay` with two arguments must be a parameter expression",
-            span,
-            hint="give the largest delay time as a third argument",
-        )
+        message = "the delay time of `delay` with two arguments must be a parameter expression"
+        hint = "give the largest delay time as a third argument"
+        raise error("L363", message, span, hint=hint)
     if not _is_fixed(model, maximum):
         raise error("L363", "the third argument of `delay` must be a parameter expression", span)
 

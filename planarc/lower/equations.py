@@ -61,12 +61,9 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
             case flat.Assert():
                 model.assertions.append(_assertion(scope, e))
             case flat.Terminate() | flat.Reinit():
-                raise error(
-                    "L340",
-                    "`terminate` and `reinit` stand in when-clauses only",
-                    e.span,
-                    hint="write `when condition then ... end when;`",
-                )
+                message = "`terminate` and `reinit` stand in when-clauses only"
+                hint = "write `when condition then ... end when;`"
+                raise error("L340", message, e.span, hint=hint)
 
 
 def add_equation(
@@ -165,12 +162,9 @@ def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
         here = scope.where(none_of(scope, truths[:k])).where(truths[k])
         branch = _section(here, e.branches[k][1])
         if len(branch) != len(result):
-            raise error(
-                "L345",
-                f"the branches hold {len(branch)} and {len(result)} equations",
-                e.span,
-                hint="give every branch as many equations, or make the condition a parameter",
-            )
+            message = f"the branches hold {len(branch)} and {len(result)} equations"
+            hint = "give every branch as many equations, or make the condition a parameter"
+            raise error("L345", message, e.span, hint=hint)
         pairs = zip(branch, result, strict=True)
         result = [_join(scope, truths[k], a, b) for a, b in pairs]
     return result
@@ -298,12 +292,9 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
                 case dae.Assertion():
                     yield action
                 case dae.Terminate():
-                    raise error(
-                        "L349",
-                        "`terminate` under an `if` inside of a when-clause",
-                        action.span,
-                        hint="put the condition into the `when`",
-                    )
+                    message = "`terminate` under an `if` inside of a when-clause"
+                    hint = "put the condition into the `when`"
+                    raise error("L349", message, action.span, hint=hint)
         earlier = t.or_(earlier, own)
     for (what, symbol), (value, span) in chosen.items():
         if what == "set":

@@ -45,12 +45,9 @@ MAX_DEPTH = 100  # of calls inside calls
 def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> tuple[Value, ...]:
     """The results of a call. Raises PlanarcError when it cannot be run on expressions."""
     if scope.depth >= MAX_DEPTH:
-        raise error(
-            "L320",
-            f"`{name}` calls itself more than {MAX_DEPTH} times",
-            span,
-            hint="recursion must end for the arguments that are known at compile time",
-        )
+        message = f"`{name}` calls itself more than {MAX_DEPTH} times"
+        hint = "recursion must end for the arguments that are known at compile time"
+        raise error("L320", message, span, hint=hint)
     passed = scope.locals.get(name) if scope.locals else None
     if isinstance(passed, FunctionValue):  # a functional argument is called
         bound = dict(passed.bound)
@@ -179,12 +176,8 @@ def _results(
         runner.run_body(function.body)
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
-        raise error(
-            "L321",
-            f"function `{function.name}` gives its output `{missing[0]}` no value",
-            span,
-            related=(Related("the function", function.span),),
-        )
+        message = f"function `{function.name}` gives its output `{missing[0]}` no value"
+        raise error("L321", message, span, related=(Related("the function", function.span),))
     return tuple(runner.values[v.name] for v in function.outputs)
 
 

@@ -109,11 +109,8 @@ def _start_discretes(
         if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
             right = at_start(equation.right)
             if not model.is_steady(right):
-                raise error(
-                    "L334",
-                    f"the start value of `{left.name}` must be an expression of parameters",
-                    equation.span,
-                )
+                message = f"the start value of `{left.name}` must be an expression of parameters"
+                raise error("L334", message, equation.span)
             given[left.name] = replace(equation, right=right)
         else:
             rest.append(equation)

@@ -128,11 +128,8 @@ def check_ranges(pairs: list[tuple[Leaf, flat.Variable | None]], session: Sessio
         found = _outside(value, v.attributes, session)
         if found is not None:
             number, side, bound = found
-            session.warn(
-                "F265",
-                f"the {what} {number:.6g} of `{leaf.name}` lies {side} its {bound}",
-                value.span,
-            )
+            message = f"the {what} {number:.6g} of `{leaf.name}` lies {side} its {bound}"
+            session.warn("F265", message, value.span)
 
 
 def _outside(

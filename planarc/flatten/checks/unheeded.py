@@ -37,12 +37,9 @@ def check_unheeded(root: Instance, connections: Iterable[Connection], session: S
     for connection in connections:
         if connection.left == connection.right:
             name = connection.left.name
-            session.warn(
-                "F228",
-                f"`{name}` is connected to itself, which says nothing",
-                connection.span,
-                "connect it to the other part",
-            )
+            message = f"`{name}` is connected to itself, which says nothing"
+            hint = "connect it to the other part"
+            session.warn("F228", message, connection.span, hint)
 
 
 def _check_experiment(root: Instance, session: Session) -> None:

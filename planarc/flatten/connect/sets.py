@@ -175,12 +175,9 @@ def _check_sources(joined: list[Member], span: Span) -> None:
     sources = [m for m in joined if _is_source(m)]
     if len(sources) > 1:
         names = both(m.key[0] for m in sources[:2])
-        raise error(
-            "F313",
-            f"{names} are connected, but both give the value",
-            span,
-            related=[Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]],
-        )
+        message = f"{names} are connected, but both give the value"
+        related = [Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]]
+        raise error("F313", message, span, related=related)
 
 
 def _is_source(member: Member) -> bool:

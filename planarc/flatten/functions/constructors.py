@@ -34,12 +34,8 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
         values[name] = env.typed(argument)
     for named in node.named:
         if named.name not in names:
-            raise error(
-                "F290",
-                f"the record `{cls.name}` has no field `{named.name}`",
-                named.span,
-                hint=did_you_mean(named.name, names),
-            )
+            message = f"the record `{cls.name}` has no field `{named.name}`"
+            raise error("F290", message, named.span, hint=did_you_mean(named.name, names))
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)
         values[named.name] = env.typed(named.value)

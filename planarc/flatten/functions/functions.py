@@ -217,13 +217,10 @@ def function_body(
                 raise error("F298", "a function cannot have equations", section.span)
             found.append((index, section))
     if len(found) > 1:
-        raise error(
-            "F298",
-            f"the function `{instance.cls.name}` has more than one algorithm section",
-            found[0][1].span,
-            related=[Related("the other one", found[1][1].span)],
-            hint="extend a partial function, which has none",
-        )
+        message = f"the function `{instance.cls.name}` has more than one algorithm section"
+        hint = "extend a partial function, which has none"
+        related = [Related("the other one", found[1][1].span)]
+        raise error("F298", message, found[0][1].span, related=related, hint=hint)
     if not found:
         return ()
     index, section = found[0]

@@ -14,15 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.prose import both
-from planarc.core.source import Span
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.nodes import Instance
 from planarc.ir import flat, flatwalk, syntax
+from planarc.ir.syntaxwalk import nodes_of, references_in
 
 
 def names_in_order(instance: Instance) -> list[str]:
@@ -59,13 +58,10 @@ def _visit(
 def _circle(names: Sequence[str], instance: Instance) -> Exception:
     spans = [instance.layout.members[n][1].span for n in names]
     verb = "depends on itself" if len(names) == 1 else "depend on each other"
-    return error(
-        "F207",
-        f"the first value{'s' if len(names) > 1 else ''} of {both(names)} {verb}",
-        spans[0],
-        related=[Related("and on this one", s) for s in spans[1:]],
-        hint="give one of them its value in the algorithm",
-    )
+    message = f"the first value{'s' if len(names) > 1 else ''} of {both(names)} {verb}"
+    hint = "give one of them its value in the algorithm"
+    related = [Related("and on this one", s) for s in spans[1:]]
+    return error("F207", message, spans[0], related=related, hint=hint)
 
 
 def _written_with(instance: Instance, name: str) -> Iterator[str]:
@@ -81,20 +77,9 @@ def _written_with(instance: Instance, name: str) -> Iterator[str]:
 
 def names_in(tree: object) -> list[str]:
     """First names of all references in an expression, without those of its iterators."""
-    found: dict[str, None] = {}
-    own: set[str] = set()
-    stack = [tree]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, syntax.Ref) and not node.absolute:
-            found[node.names[0]] = None
-        if isinstance(node, syntax.Iterator):
-            own.add(node.name)
-        if isinstance(node, tuple) and not isinstance(node, Span):
-            stack.extend(node)
-        elif isinstance(node, Struct):
-            stack.extend(getattr(node, name) for name in node.__struct_fields__)
-    return [n for n in found if n not in own]
+    own = {node.name for node in nodes_of(tree) if isinstance(node, syntax.Iterator)}
+    names = dict.fromkeys(ref.names[0] for ref in references_in(tree) if not ref.absolute)
+    return [name for name in names if name not in own]
 
 
 def assigned_first(

@@ -270,11 +270,8 @@ def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
     """A Boolean or a vector of Booleans."""
     typed = env.typed(expression)
     if typed.type.base is not flat.Base.BOOLEAN or len(typed.type.dims) > 1:
-        raise error(
-            "F270",
-            f"the condition of `when` must be of type Boolean, but is {type_text(typed.type)}",
-            expression.span,
-        )
+        message = f"the condition of `when` must be of type Boolean, but is {type_text(typed.type)}"
+        raise error("F270", message, expression.span)
     if typed.type.dims and not isinstance(typed, flat.Array) and None not in typed.type.dims:
         return flat.Array(typed.type, typed.span, tuple(opened(typed)))
     return typed
@@ -282,11 +279,8 @@ def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
 
 def _break(node: syntax.Break, env: Env) -> Statements:
     if not env.in_loop:
-        raise error(
-            "F303",
-            "`break` is allowed in loops only, and not in one over an array of components",
-            node.span,
-        )
+        message = "`break` is allowed in loops only, and not in one over an array of components"
+        raise error("F303", message, node.span)
     return (flat.Break(node.span, env.component),)
 
 

@@ -96,12 +96,9 @@ def _declare(
         and not (definition.prefixes.protected or element.protected)
         and definition.variability is not syntax.Variability.CONSTANT
     ):
-        env.session.warn(
-            "F296",
-            f"the local variable `{name}` of the function `{instance.cls.name}` is public",
-            definition.span,
-            "declare it under `protected`",
-        )
+        message = f"the local variable `{name}` of the function `{instance.cls.name}` is public"
+        hint = "declare it under `protected`"
+        env.session.warn("F296", message, definition.span, hint)
     return (
         flat.Variable(
             name,

@@ -131,12 +131,8 @@ def make_attributes(leaf: Leaf) -> flat.Attributes:
 def _check_attribute_names(leaf: Leaf) -> None:
     for name, mod in leaf.mod.subs.items():
         if name not in ATTRIBUTES:
-            raise error(
-                "F222",
-                f"the variable `{leaf.name}` has no attribute `{name}` to modify",
-                mod.span,
-                hint=did_you_mean(name, ATTRIBUTES),
-            )
+            message = f"the variable `{leaf.name}` has no attribute `{name}` to modify"
+            raise error("F222", message, mod.span, hint=did_you_mean(name, ATTRIBUTES))
 
 
 def _attributes(mod: Mod, leaf: Leaf, written: bool) -> flat.Attributes:

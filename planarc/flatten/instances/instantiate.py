@@ -68,11 +68,8 @@ def make_node(element: Element) -> Node:
     if element.state is State.BROKEN:
         raise silent()
     if element.state is State.BUSY:
-        raise error(
-            "F250",
-            f"the size or condition of `{element.name}` depends on itself",
-            element.definition.span,
-        )
+        message = f"the size or condition of `{element.name}` depends on itself"
+        raise error("F250", message, element.definition.span)
     element.state = State.BUSY
     try:
         element.node = _make_node(element)
@@ -130,10 +127,8 @@ def _make_leaf(
         shape.leaf_dims(leaf, redeclare.written_dims(definition, scope, layout))
     )
     if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
-        raise too_large(
-            f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}",
-            definition.span,
-        )
+        message = f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}"
+        raise too_large(message, definition.span)
     if parent.prefix is not None:
         parent.session.leaves[name] = leaf
     return leaf
@@ -229,13 +224,10 @@ def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name:
     if kind is syntax.ClassKind.OPERATOR_RECORD:
         raise unsupported("operator records", "14", definition.span)
     if cls.definition.partial:
-        raise error(
-            "F254",
-            f"`{name}` is declared of the partial class `{cls.name}`",
-            definition.span,
-            related=[Related("declared partial here", cls.span)],
-            hint="use a class that extends it",
-        )
+        message = f"`{name}` is declared of the partial class `{cls.name}`"
+        hint = "use a class that extends it"
+        related = [Related("declared partial here", cls.span)]
+        raise error("F254", message, definition.span, related=related, hint=hint)
 
 
 def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
@@ -269,8 +261,5 @@ def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
     own = instance.mod.subs[name]
     scope = None if own.binding is None else own.binding.scope
     if scope is not None and scope.instance is not instance:
-        raise error(
-            "F214",
-            f"`{name}` is protected in `{instance.cls.name}` and cannot be modified",
-            mod.span,
-        )
+        message = f"`{name}` is protected in `{instance.cls.name}` and cannot be modified"
+        raise error("F214", message, mod.span)

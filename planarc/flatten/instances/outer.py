@@ -28,12 +28,9 @@ def inner_node(element: Element) -> Node:
     definition = element.definition
     assert isinstance(definition, syntax.Component)
     if definition.modification is not None and not definition.prefixes.inner:
-        raise error(
-            "F260",
-            f"the outer component `{element.name}` cannot have a modifier",
-            definition.span,
-            hint="modify the `inner` component",
-        )
+        message = f"the outer component `{element.name}` cannot have a modifier"
+        hint = "modify the `inner` component"
+        raise error("F260", message, definition.span, hint=hint)
     found = next(inner_elements(element), None)
     if found is not None:
         _warn_twins(element, found.scope.instance)
@@ -80,12 +77,9 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
         raise _missing(element, definition)
     made = Instance(cls, layout, element.name, cls.mod, root, session, element=element)
     session.defaults[element.name] = made
-    session.warn(
-        "F262",
-        f"no `inner {definition.type} {element.name}` is declared: a default one is used",
-        root.cls.definition.name_span,
-        f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`",
-    )
+    message = f"no `inner {definition.type} {element.name}` is declared: a default one is used"
+    hint = f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`"
+    session.warn("F262", message, root.cls.definition.name_span, hint)
     return made
 
 
@@ -135,9 +129,5 @@ def _check_compatible(
         fits = have is not None and layout.builtin is None
         fits = fits and layout_of(have).members.keys() >= layout.members.keys() if have else fits
     if not fits:
-        raise error(
-            "F263",
-            f"the inner `{element.name}` is no `{definition.type}`",
-            definition.span,
-            related=[Related("the inner one", place)],
-        )
+        message = f"the inner `{element.name}` is no `{definition.type}`"
+        raise error("F263", message, definition.span, related=[Related("the inner one", place)])

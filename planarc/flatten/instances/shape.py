@@ -100,12 +100,9 @@ def _deduced(
 ) -> tuple[int, ...]:
     span = element.definition.span
     if value is None:
-        raise error(
-            "F256",
-            f"the size `:` of `{name}` needs a value that tells it",
-            span,
-            hint="write the size, or bind the variable",
-        )
+        message = f"the size `:` of `{name}` needs a value that tells it"
+        hint = "write the size, or bind the variable"
+        raise error("F256", message, span, hint=hint)
     if len(value.type.dims) != len(written):
         raise error(
             "F256",

@@ -13,6 +13,7 @@ from __future__ import annotations
 from planarc.flatten.library.library import Entry
 from planarc.flatten.tree.nodes import Binding, Instance, Leaf, Scope
 from planarc.ir import syntax
+from planarc.ir.syntaxwalk import references_in
 
 MAX_CHAIN = 50
 
@@ -52,24 +53,8 @@ def _belongs_to_user(scope: Scope) -> bool:
 def _parameters(expression: syntax.Expression, writer: Instance) -> list[Leaf]:
     """The parameters of the writing instance that an expression names."""
     found = []
-    for name in _names(expression):
-        element = writer.elements.get(name)
+    for ref in references_in(expression):
+        element = writer.elements.get(ref.names[0])
         if element is not None and isinstance(element.node, Leaf):
             found.append(element.node)
     return found
-
-
-def _names(expression: syntax.Expression) -> list[str]:
-    """First identifiers of the references in an expression, in order."""
-    names: list[str] = []
-    stack: list[object] = [expression]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, syntax.Ref):
-            names.append(node.parts[0].name)
-        elif isinstance(node, tuple | list):
-            stack.extend(reversed(node))
-        elif isinstance(node, syntax.Node):
-            fields = (getattr(node, f) for f in node.__struct_fields__ if f != "span")
-            stack.extend(reversed([f for f in fields if isinstance(f, tuple | syntax.Node)]))
-    return names

@@ -33,12 +33,9 @@ def resource_path(uri: str, library: Library, span: Span) -> str:
         return Path(unquote(plain) if plain != uri else uri).absolute().as_posix()
     folder = _folder(match["name"], library)
     if folder is None:
-        raise error(
-            "F278",
-            f"`{uri}` names no package of a library",
-            span,
-            hint="write `modelica://Library/path`, and give the library with `--library`",
-        )
+        message = f"`{uri}` names no package of a library"
+        hint = "write `modelica://Library/path`, and give the library with `--library`"
+        raise error("F278", message, span, hint=hint)
     path = folder / unquote(match["path"])
     library.looked.names.add(str(path))
     if not path.exists():

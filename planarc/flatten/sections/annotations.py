@@ -143,11 +143,8 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
             )
         found = replace(found, **{name: number})
     if found.stop < found.start:
-        raise error(
-            "F287",
-            f"the experiment stops at {found.stop:g}, before it starts at {found.start:g}",
-            None if annotation is None else annotation.span,
-        )
+        message = f"the experiment stops at {found.stop:g}, before it starts at {found.start:g}"
+        raise error("F287", message, None if annotation is None else annotation.span)
     return found
 
 

@@ -192,13 +192,10 @@ def _expect_once(equations: Equations) -> None:
         if isinstance(equation, flat.Equality) and isinstance(equation.left, flat.Reference):
             name = print_expression(equation.left)
             if name in seen:
-                raise error(
-                    "F321",
-                    f"`{equation.left.span.text}` is given twice in one branch of a when",
-                    equation.span,
-                    related=[Related("first here", seen[name])],
-                    hint="keep one of them, or make an `elsewhen` of the other",
-                )
+                message = f"`{equation.left.span.text}` is given twice in one branch of a when"
+                hint = "keep one of them, or make an `elsewhen` of the other"
+                related = [Related("first here", seen[name])]
+                raise error("F321", message, equation.span, related=related, hint=hint)
             seen[name] = equation.span
 
 

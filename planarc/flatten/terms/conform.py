@@ -77,12 +77,8 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
 
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
     hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
-    return error(
-        "F270",
-        f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}",
-        span,
-        hint=hint,
-    )
+    message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
+    return error("F270", message, span, hint=hint)
 
 
 def expect_scalar(

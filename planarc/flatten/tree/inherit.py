@@ -99,12 +99,9 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
 
 def _check_single(part: Part, element: syntax.Declaration) -> None:
     if element.name in part.own:
-        raise error(
-            "F231",
-            f"`{element.name}` is declared twice in `{part.cls.name}`",
-            name_span(element),
-            related=[Related("first here", name_span(part.own[element.name]))],
-        )
+        message = f"`{element.name}` is declared twice in `{part.cls.name}`"
+        related = [Related("first here", name_span(part.own[element.name]))]
+        raise error("F231", message, name_span(element), related=related)
 
 
 def name_span(element: syntax.Declaration) -> Span:
@@ -220,13 +217,10 @@ def _add_member(layout: Layout, name: str, index: int, element: syntax.Declarati
         return
     if slot[1] is element or _without_text(slot[1]) == _without_text(element):
         return
-    raise error(
-        "F235",
-        f"`{layout.parts[0].cls.name}` gets two different declarations of `{name}`",
-        name_span(element),
-        related=[Related("the other one", name_span(slot[1]))],
-        hint="declare it in one class only, or make both declarations equal",
-    )
+    message = f"`{layout.parts[0].cls.name}` gets two different declarations of `{name}`"
+    hint = "declare it in one class only, or make both declarations equal"
+    related = [Related("the other one", name_span(slot[1]))]
+    raise error("F235", message, name_span(element), related=related, hint=hint)
 
 
 def _without_text(element: syntax.Declaration) -> syntax.Declaration:
@@ -240,8 +234,5 @@ def _check_redeclared(layout: Layout, part: Part, definition: syntax.Declaration
     name = definition.name
     if name in layout.members or any(e.child(name) is not None for e in part.entries):
         return
-    raise error(
-        "F236",
-        f"no base class of `{part.cls.name}` declares `{name}` to be redeclared",
-        name_span(definition),
-    )
+    message = f"no base class of `{part.cls.name}` declares `{name}` to be redeclared"
+    raise error("F236", message, name_span(definition))

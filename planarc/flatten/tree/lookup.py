@@ -168,13 +168,10 @@ def _imported(scope: Scope, name: str) -> Element | None:
             if element is not None:
                 found.append((element, clause))
     if len(found) > 1 and found[0][0] is not found[1][0]:
-        raise error(
-            "F212",
-            f"`{name}` is found by two `.*` imports",
-            found[1][1].span,
-            related=[Related("also found by", found[0][1].span)],
-            hint="import it by its own name",
-        )
+        message = f"`{name}` is found by two `.*` imports"
+        hint = "import it by its own name"
+        related = [Related("also found by", found[0][1].span)]
+        raise error("F212", message, found[1][1].span, related=related, hint=hint)
     return found[0][0] if found else None
 
 
@@ -263,10 +260,7 @@ def _class_through_component(element: Element, names: tuple[str, ...], ref: synt
 
 def _as_class(element: Element, name: str, span: Span) -> Class:
     if not element.is_class:
-        raise error(
-            "F211",
-            f"`{name}` is a component, not a class",
-            span,
-            related=[Related("declared here", element.definition.span)],
-        )
+        message = f"`{name}` is a component, not a class"
+        related = [Related("declared here", element.definition.span)]
+        raise error("F211", message, span, related=related)
     return class_of(element, span)

@@ -114,12 +114,8 @@ def _compile_element(argument: syntax.ElementModification, scope: Scope, each: i
 def _combine(first: Mod, second: Mod, name: str) -> Mod:
     """Two arguments for one element in one modifier: allowed when they do not overlap."""
     if (first.binding and second.binding) or (first.redeclaration and second.redeclaration):
-        raise error(
-            "F220",
-            f"`{name}` is modified twice in one modifier",
-            second.span,
-            related=[Related("first here", first.span)],
-        )
+        message = f"`{name}` is modified twice in one modifier"
+        raise error("F220", message, second.span, related=[Related("first here", first.span)])
     subs = dict(first.subs)
     for key, mod in second.subs.items():
         subs[key] = _combine(subs[key], mod, key) if key in subs else mod
@@ -176,13 +172,9 @@ def _yielding(binding: Binding | None) -> Binding | None:
 
 
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
-    return error(
-        "F221",
-        f"`{name}` is final and cannot be modified",
-        outer,
-        hint="remove the modifier",
-        related=[Related("declared final here", inner)],
-    )
+    message = f"`{name}` is final and cannot be modified"
+    hint = "remove the modifier"
+    return error("F221", message, outer, hint=hint, related=[Related("declared final here", inner)])
 
 
 def subscript(mod: Mod, indices: tuple[int, ...], level: int = 0) -> Mod:

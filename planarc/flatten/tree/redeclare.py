@@ -67,12 +67,9 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
         return _bounded(Class(definition, element.scope, name, mod, element.entry), under)
     new = redeclaration.element
     if not isinstance(new, syntax.ClassDef):
-        raise error(
-            "F240",
-            f"`{element.name}` is a class and is redeclared as a component",
-            new.span,
-            related=[Related("declared here", definition.name_span)],
-        )
+        message = f"`{element.name}` is a class and is redeclared as a component"
+        related = [Related("declared here", definition.name_span)]
+        raise error("F240", message, new.span, related=related)
     _check_replaceable(element, definition.name_span, new.name_span)
     rest = Mod(None, mod.subs, None, mod.final, mod.span)
     if isinstance(new.body, syntax.ExtendsClass) or _names_itself(new):
@@ -107,12 +104,8 @@ def _check_class_constraint(element: Element, definition: syntax.ClassDef, cls: 
 def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: str) -> PlanarcError:
     body = cls.definition.body
     name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
-    return error(
-        "F242",
-        f"`{name}` cannot replace `{element.name}`: {reason}",
-        new,
-        related=[Related("declared here", old)],
-    )
+    message = f"`{name}` cannot replace `{element.name}`: {reason}"
+    return error("F242", message, new, related=[Related("declared here", old)])
 
 
 def _names_itself(definition: syntax.ClassDef) -> bool:
@@ -144,13 +137,9 @@ def _check_replaceable(element: Element, old: Span, new: Span) -> None:
     """Replaceable by its declaration, or by an earlier redeclaration that said so again."""
     if element.definition.prefixes.replaceable:
         return
-    raise error(
-        "F241",
-        f"`{element.name}` is not replaceable and cannot be redeclared",
-        new,
-        related=[Related("declared here", old)],
-        hint="write `replaceable` in front of its declaration",
-    )
+    message = f"`{element.name}` is not replaceable and cannot be redeclared"
+    hint = "write `replaceable` in front of its declaration"
+    raise error("F241", message, new, related=[Related("declared here", old)], hint=hint)
 
 
 def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]:
@@ -167,12 +156,9 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         return definition, element.scope, merge(mod, own, element.name)
     new = redeclaration.element
     if not isinstance(new, syntax.Component):
-        raise error(
-            "F240",
-            f"`{element.name}` is a component and is redeclared as a class",
-            new.name_span,
-            related=[Related("declared here", definition.span)],
-        )
+        message = f"`{element.name}` is a component and is redeclared as a class"
+        related = [Related("declared here", definition.span)]
+        raise error("F240", message, new.name_span, related=related)
     _check_replaceable(element, definition.span, new.span)
     _check_component_constraint(element, definition, new, redeclaration)
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)

@@ -24,9 +24,11 @@ from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.nodes import Class, Env, Family
 from planarc.flatten.typing import references
+from planarc.flatten.typing.arrays import size_along
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
+from planarc.ir.syntaxwalk import references_in
 
 MAX_OPENED = 200_000
 
@@ -97,12 +99,9 @@ def iteration_range(
             return typed
     typed = env.typed(iterator.range)
     if len(typed.type.dims) != 1:
-        raise error(
-            "F275",
-            f"the iterator `{iterator.name}` needs a vector to run over",
-            iterator.range.span,
-            hint="write a range such as `1:n`",
-        )
+        message = f"the iterator `{iterator.name}` needs a vector to run over"
+        hint = "write a range such as `1:n`"
+        raise error("F275", message, iterator.range.span, hint=hint)
     return typed
 
 
@@ -130,53 +129,31 @@ def _deduced_range(
     """`for i loop x[i] ...`: 1 to the size of the array that `i` indexes (11.2.2.1)."""
     found = _find_use(iterator.name, uses)
     if found is None:
-        raise error(
-            "F275",
-            f"the iterator `{iterator.name}` has no range and is not used as a plain index",
-            iterator.span,
-        )
+        message = f"the iterator `{iterator.name}` has no range and is not used as a plain index"
+        raise error("F275", message, iterator.span)
     prefix, dimension = found
     base = syntax.Ref(
         prefix.span,
         (*prefix.parts[:-1], syntax.RefPart(prefix.span, prefix.parts[-1].name)),
         prefix.absolute,
     )
-    size = _size_of(base, dimension, env)
+    view = references.resolve(base, env) if base.parts[0].name not in env.locals else None
     span = iterator.span
-    type_ = flat.INTEGER.with_dims((size,))
-    if size is None:
-        value = env.typed(base)
-        stop: flat.Expression = flat.Builtin(
-            flat.INTEGER, span, "size", (value, integer(dimension + 1, span))
-        )
+    if isinstance(view, Family):
+        size: int | None = view.dims[dimension]
+        stop: flat.Expression = integer(view.dims[dimension], span)
     else:
-        stop = integer(size, span)
-    return flat.Range(type_, span, integer(1, span), None, stop)
-
-
-def _size_of(base: syntax.Ref, dimension: int, env: Env) -> int | None:
-    if base.parts[0].name not in env.locals:
-        view = references.resolve(base, env)
-        if isinstance(view, Family):
-            return view.dims[dimension]
-    return env.typed(base).type.dims[dimension]
+        value = env.typed(base)
+        size, stop = value.type.dims[dimension], size_along(value, dimension, span)
+    return flat.Range(flat.INTEGER.with_dims((size,)), span, integer(1, span), None, stop)
 
 
 def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | None:
-    stack: list[object] = list(reversed(uses))
-    while stack:
-        node = stack.pop()
-        if isinstance(node, syntax.Ref):
-            for count, part in enumerate(node.parts, 1):
-                for k, subscript in enumerate(part.subscripts):
-                    if isinstance(subscript, syntax.Ref) and subscript.names == (name,):
-                        return syntax.Ref(node.span, node.parts[:count], node.absolute), k
-            stack.extend(s for p in reversed(node.parts) for s in reversed(p.subscripts))
-        elif isinstance(node, tuple):
-            stack.extend(reversed(node))
-        elif isinstance(node, syntax.Node):
-            fields = [getattr(node, f) for f in node.__struct_fields__ if f != "span"]
-            stack.extend(f for f in reversed(fields) if isinstance(f, tuple | syntax.Node))
+    for ref in references_in(uses):
+        for count, part in enumerate(ref.parts, 1):
+            for k, subscript in enumerate(part.subscripts):
+                if isinstance(subscript, syntax.Ref) and subscript.names == (name,):
+                    return syntax.Ref(ref.span, ref.parts[:count], ref.absolute), k
     return None
 
 

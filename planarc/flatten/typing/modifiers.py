@@ -35,9 +35,6 @@ def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
         )
     for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
         if size is not None and index > size:
-            raise error(
-                "F224",
-                f"the modifier has {size} values, but the array of components has more",
-                binding.span,
-            )
+            message = f"the modifier has {size} values, but the array of components has more"
+            raise error("F224", message, binding.span)
     return pick(typed, binding.subscripts)

@@ -52,12 +52,8 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     plain = not left.type.dims or not right.type.dims
     if op in ("+", "-") and plain and left.type.dims != right.type.dims:
         hint = f"write `.{op}` to add a scalar to each element"
-    return error(
-        "F274",
-        f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}",
-        span,
-        hint=hint,
-    )
+    message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
+    return error("F274", message, span, hint=hint)
 
 
 def _relation(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> flat.Binary:
@@ -137,11 +133,8 @@ def range_(
     for part in parts[1:]:
         common = unify(type_, part.type)
         if common is None or common.base in (flat.Base.STRING, flat.Base.RECORD):
-            raise error(
-                "F277",
-                f"a range cannot go from {type_text(start.type)} to {type_text(stop.type)}",
-                span,
-            )
+            message = f"a range cannot go from {type_text(start.type)} to {type_text(stop.type)}"
+            raise error("F277", message, span)
         type_ = common
     size = evaluate.range_size(start, step, stop, env)
     return flat.Range(type_.with_dims((size,)), span, start, step, stop)

@@ -183,11 +183,8 @@ def select(
     if isinstance(node, Instance):
         raise error("F218", f"`{node.name}` is no array", ref.span)
     if len(subscripts) > len(node.dims):
-        raise error(
-            "F218",
-            f"`{node.name}` has {counted(len(node.dims), 'dimension')}, not {len(subscripts)}",
-            ref.span,
-        )
+        message = f"`{node.name}` has {counted(len(node.dims), 'dimension')}, not {len(subscripts)}"
+        raise error("F218", message, ref.span)
     chosen = [_chosen(node, k, s, env) for k, s in enumerate(subscripts)]
     chosen += [list(range(1, d + 1)) for d in node.dims[len(subscripts) :]]
     return _select(node, chosen, 0, 0)

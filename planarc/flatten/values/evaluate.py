@@ -37,10 +37,8 @@ def structural_value(expression: flat.Expression, env: Env, what: str) -> Value:
     try:
         return _value(expression, env, mark=True)
     except NotConstant as problem:
-        raise unknown_value(
-            f"{what} must be known when the model is compiled: {problem.reason}",
-            problem.span or expression.span,
-        ) from None
+        message = f"{what} must be known when the model is compiled: {problem.reason}"
+        raise unknown_value(message, problem.span or expression.span) from None
 
 
 def try_value(expression: flat.Expression, env: Env, mark: bool = False) -> Value | None:
