@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import chain
+from typing import Any
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import error
@@ -28,11 +29,14 @@ from planarc.runtime.elementary import Result
 
 
 class Rule(Data):
-    """The number of arguments that a built-in takes, and the maker of its result."""
+    """The number of arguments that a built-in takes, and their types; the type of its value, or
+    what makes it."""
 
     least: int
     most: int
-    make: Callable[[str, Arguments, Span, Env], flat.Expression]
+    gives: Callable[[Arguments], flat.Type] | None = None
+    takes: Callable[[flat.Type], bool] = lambda type_: True
+    make: Callable[[str, Arguments, Span, Env], flat.Expression] | None = None
     names: tuple[str, ...] = ()  # of arguments that may be given by name
 
 
@@ -41,7 +45,13 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
     rule = rule_of(name)
     if not rule.least <= len(arguments) <= rule.most:
         raise error("F290", f"`{name}` takes {_wanted(rule)}, not {len(arguments)}", span)
-    return rule.make(name, arguments, span, env)
+    for argument in arguments:
+        if not rule.takes(argument.type):
+            raise wrong_argument(name, argument)
+    if rule.make is not None:
+        return rule.make(name, arguments, span, env)
+    assert rule.gives is not None
+    return flat.Builtin(rule.gives(arguments), span, name, tuple(arguments))
 
 
 def _wanted(rule: Rule) -> str:
@@ -52,17 +62,12 @@ def _wanted(rule: Rule) -> str:
     return f"{rule.least} to {rule.most} arguments"
 
 
-def _numeric(name: str, arguments: Arguments) -> None:
-    for argument in arguments:
-        if argument.type.base not in NUMERIC:
-            raise wrong_argument(name, argument)
+def _number(type_: flat.Type) -> bool:
+    return type_.base in NUMERIC
 
 
-def _scalars(name: str, arguments: Arguments) -> None:
-    """Numbers, and no arrays of them."""
-    for argument in arguments:
-        if argument.type.base not in NUMERIC or argument.type.dims:
-            raise wrong_argument(name, argument)
+def _scalar(type_: flat.Type) -> bool:
+    return type_.base in NUMERIC and not type_.dims
 
 
 def mapped(name: str, result: flat.Type, arguments: Arguments, span: Span) -> flat.Expression:
@@ -86,20 +91,12 @@ def mapped(name: str, result: flat.Type, arguments: Arguments, span: Span) -> fl
     return array(items, element, span)
 
 
-def _real(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
-    return mapped(name, flat.REAL, arguments, span)
+def _mapped(type_of: Callable[[Arguments], flat.Type]) -> Any:
+    return lambda name, arguments, span, env: mapped(name, type_of(arguments), arguments, span)
 
 
-def _integer(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
-    return mapped(name, flat.INTEGER, arguments, span)
-
-
-def _same_number(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
-    all_integer = all(a.type.base is flat.Base.INTEGER for a in arguments)
-    return mapped(name, flat.INTEGER if all_integer else flat.REAL, arguments, span)
+def _same_number(arguments: Arguments) -> flat.Type:
+    return flat.INTEGER if all(a.type.base is flat.Base.INTEGER for a in arguments) else flat.REAL
 
 
 def _extreme(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
@@ -116,25 +113,22 @@ def _extreme(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expr
 
 
 def _total(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
-    if not arguments[0].type.dims:
-        return arguments[0]
-    return flat.Builtin(arguments[0].type.with_dims(()), span, name, tuple(arguments))
+    (value,) = arguments
+    if not value.type.dims:
+        return value
+    return flat.Builtin(value.type.with_dims(()), span, name, (value,))
 
 
 # Operators of differential and discrete equations -------------------------------------------
 
 
 def _der(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    value = arguments[0]
-    if value.type.base not in NUMERIC:
-        raise wrong_argument(name, value)
+    (value,) = arguments
     if value.type.base is not flat.Base.REAL:
         _expect_steady(value, env)
     elif isinstance(value, flat.Reference):
         _warn_of_nothing(value, span, env)
-    type_ = flat.REAL.with_dims(value.type.dims)
-    return flat.Builtin(type_, span, "der", (value,))
+    return flat.Builtin(flat.REAL.with_dims(value.type.dims), span, name, (value,))
 
 
 def _warn_of_nothing(value: flat.Reference, span: Span, env: Env) -> None:
@@ -150,10 +144,6 @@ def _expect_steady(value: flat.Expression, env: Env) -> None:
         raise error("F291", "`der` cannot be applied to what changes at events only", value.span)
 
 
-def _same(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return flat.Builtin(arguments[0].type, span, name, tuple(arguments))
-
-
 def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if not isinstance(arguments[0], flat.Reference | flat.Array):
         raise error("F291", f"`{name}` takes a variable, not an expression", span)
@@ -162,40 +152,27 @@ def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.
     return flat.Builtin(result, span, name, tuple(arguments))
 
 
-def _flag(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return flat.Builtin(flat.BOOLEAN, span, name)
-
-
 def _sample(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if len(arguments) == 1:
         raise unsupported("clocks", "16", span)
-    _scalars(name, arguments)
+    for argument in arguments:
+        if not _scalar(argument.type):
+            raise wrong_argument(name, argument)
     return flat.Builtin(flat.BOOLEAN, span, name, tuple(arguments))
 
 
 def _smooth(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    if arguments[0].type.base is not flat.Base.INTEGER or arguments[0].type.dims:
-        raise wrong_argument(name, arguments[0])
-    return flat.Builtin(arguments[1].type, span, name, tuple(arguments))
+    order, value = arguments
+    if order.type.base is not flat.Base.INTEGER or order.type.dims:
+        raise wrong_argument(name, order)
+    return flat.Builtin(value.type, span, name, (order, value))
 
 
 def _homotopy(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _numeric(name, arguments)
     common = unify(arguments[0].type, arguments[1].type)
     if common is None:
         raise wrong_argument(name, arguments[1])
     return flat.Builtin(common, span, name, tuple(arguments))
-
-
-def _scalar_real(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    _scalars(name, arguments)
-    return flat.Builtin(flat.REAL, span, name, tuple(arguments))
-
-
-def _to_integer(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    if arguments[0].type.base is not flat.Base.ENUMERATION:
-        raise wrong_argument(name, arguments[0])
-    return mapped(name, flat.INTEGER, arguments, span)
 
 
 def to_string(
@@ -208,14 +185,13 @@ def to_string(
     for option, wanted in STRING_OPTIONS.items():
         if option in options:
             expect(wanted, options[option], f"`{option}` of `String`")
+    given: tuple[flat.Expression, ...] = ()
     if "format" in options:
-        return flat.Builtin(flat.STRING, span, "String", (value, options["format"]))
-    if not options:
-        return flat.Builtin(flat.STRING, span, "String", (value,))
-    digits = options.get("significantDigits", integer(6, span))
-    length = options.get("minimumLength", integer(0, span))
-    left = options.get("leftJustified", boolean(True, span))
-    return flat.Builtin(flat.STRING, span, "String", (value, digits, length, left))
+        given = (options["format"],)
+    elif options:
+        defaults = (integer(6, span), integer(0, span), boolean(True, span))
+        given = tuple(options.get(n, d) for n, d in zip(STRING_OPTIONS, defaults, strict=False))
+    return flat.Builtin(flat.STRING, span, "String", (value, *given))
 
 
 STRING_OPTIONS = {
@@ -230,9 +206,7 @@ def _to_string(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Ex
     value, *rest = arguments
     if len(rest) == 1 and rest[0].type.base is flat.Base.STRING:
         return to_string(value, {"format": rest[0]}, span)
-    names = ["significantDigits", "minimumLength", "leftJustified"]
-    if value.type.base is not flat.Base.REAL:
-        names = names[1:]
+    names = list(STRING_OPTIONS)[value.type.base is not flat.Base.REAL : 3]
     return to_string(value, dict(zip(names, rest, strict=False)), span)
 
 
@@ -246,31 +220,32 @@ def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> fla
     return flat.Literal(flat.STRING, span, f"{model}.{instance.prefix}".rstrip("."))
 
 
-def _size(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    return arrays.size(arguments, span, env)
-
-
 RULES: dict[str, Rule] = {
-    "integer": Rule(1, 1, _integer),
-    "sum": Rule(1, 1, _total),
-    "product": Rule(1, 1, _total),
-    "der": Rule(1, 1, _der),
-    "pre": Rule(1, 1, _of_variable),
-    "edge": Rule(1, 1, _of_variable),
-    "change": Rule(1, 1, _of_variable),
-    "noEvent": Rule(1, 1, _same),
-    "smooth": Rule(2, 2, _smooth),
-    "homotopy": Rule(2, 2, _homotopy, ("actual", "simplified")),
-    "semiLinear": Rule(3, 3, _scalar_real),
-    "delay": Rule(2, 3, _scalar_real),
-    "initial": Rule(0, 0, _flag),
-    "terminal": Rule(0, 0, _flag),
-    "sample": Rule(1, 2, _sample),
-    "Integer": Rule(1, 1, _to_integer),
-    "String": Rule(1, 4, _to_string),
-    "getInstanceName": Rule(0, 0, _instance_name),
-    "size": Rule(1, 2, _size),
-    **{name: Rule(*rule) for name, rule in arrays.BUILDERS.items()},
+    "integer": Rule(1, 1, takes=_number, make=_mapped(lambda a: flat.INTEGER)),
+    "sum": Rule(1, 1, takes=_number, make=_total),
+    "product": Rule(1, 1, takes=_number, make=_total),
+    "der": Rule(1, 1, takes=_number, make=_der),
+    "pre": Rule(1, 1, make=_of_variable),
+    "edge": Rule(1, 1, make=_of_variable),
+    "change": Rule(1, 1, make=_of_variable),
+    "noEvent": Rule(1, 1, lambda a: a[0].type),
+    "smooth": Rule(2, 2, make=_smooth),
+    "homotopy": Rule(2, 2, takes=_number, make=_homotopy, names=("actual", "simplified")),
+    "semiLinear": Rule(3, 3, lambda a: flat.REAL, _scalar),
+    "delay": Rule(2, 3, lambda a: flat.REAL, _scalar),
+    "initial": Rule(0, 0, lambda a: flat.BOOLEAN),
+    "terminal": Rule(0, 0, lambda a: flat.BOOLEAN),
+    "sample": Rule(1, 2, make=_sample),
+    "Integer": Rule(
+        1,
+        1,
+        takes=lambda type_: type_.base is flat.Base.ENUMERATION,
+        make=_mapped(lambda a: flat.INTEGER),
+    ),
+    "String": Rule(1, 4, make=_to_string),
+    "getInstanceName": Rule(0, 0, make=_instance_name),
+    "size": Rule(1, 2, make=lambda name, a, span, env: arrays.size(a, span, env)),
+    **{name: Rule(least, most, make=f) for name, (least, most, f) in arrays.BUILDERS.items()},
 }
 
 #: operators of the language that planarc refuses by name, with the section
@@ -290,10 +265,9 @@ OF_MODELS = frozenset(
 )
 
 _ELEMENTARY = {
-    Result.REAL: _real,
-    Result.INTEGER: _integer,
-    Result.SAME: _same_number,
-    Result.EXTREME: _extreme,
+    Result.REAL: _mapped(lambda a: flat.REAL),
+    Result.INTEGER: _mapped(lambda a: flat.INTEGER),
+    Result.SAME: _mapped(_same_number),
 }
 
 
@@ -301,8 +275,9 @@ def rule_of(name: str) -> Rule:
     row = elementary.TABLE.get(name)
     if row is None:
         return RULES[name]
-    least = 1 if row.result is Result.EXTREME else row.arity
-    return Rule(least, row.arity, _ELEMENTARY[row.result])
+    if row.result is Result.EXTREME:
+        return Rule(1, row.arity, make=_extreme)
+    return Rule(row.arity, row.arity, takes=_number, make=_ELEMENTARY[row.result])
 
 
 _EQUATIONS = ("cardinality", "assert", "terminate", "reinit")
