@@ -27,7 +27,9 @@ from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, er
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
+from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
+from planarc.flatten.checks.prefixes import check_prefixes
 from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.connect.expand import is_expandable
 from planarc.flatten.connect.rooting import redundant_unknowns
@@ -220,6 +222,8 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
+    check_classes(session)
+    check_prefixes(found.instances, found.leaves, session)
     check_parameters(pairs, session)
     imbalance = None
     if not session.errors:

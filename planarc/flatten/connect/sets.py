@@ -69,7 +69,7 @@ def connect_all(
         if _is_physical(connection.left):
             physical.join(connection.left.name, connection.right.name)
     for leaf in leaves:
-        if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or leaf.parent.is_connector):
+        if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or _in_connector(leaf)):
             continue
         for lone in _lone_members(leaf, members):
             sets.add(lone.key)
@@ -91,6 +91,14 @@ def connect_all(
         result.equations.append(broken_equation(pair, session))
     result.physical = [tuple(names) for names in physical.sets()]
     return result
+
+
+def _in_connector(leaf: Leaf) -> bool:
+    """A variable of a connector, or of a record in one."""
+    owner = leaf.parent
+    while owner.is_record and owner.parent is not None:
+        owner = owner.parent
+    return owner.is_connector
 
 
 def broken_equation(pair: Pair, session: Session) -> flat.Equality:

@@ -215,6 +215,9 @@ def function_body(
         for section in part.definition.sections:
             if isinstance(section, syntax.EquationSection):
                 raise error("F298", "a function cannot have equations", section.span)
+            if section.initial:
+                message = "a function cannot have an initial algorithm"
+                raise error("F298", message, section.span)
             found.append((index, section))
     if len(found) > 1:
         message = f"the function `{instance.cls.name}` has more than one algorithm section"

@@ -118,7 +118,7 @@ def _make_leaf(
     leaf = Leaf(name, layout.builtin, flat.Variability.CONTINUOUS, element, parent, mod, layout)
     leaf.variability = _leaf_variability(definition, layout.builtin, parent)
     leaf.causality = _causality(definition, layout, parent)
-    leaf.flow = definition.flow if definition.flow is not syntax.Flow.NONE else layout.flow
+    leaf.flow = _flow(definition, layout, parent)
     if leaf.flow is syntax.Flow.STREAM:
         raise unsupported("stream variables", "15", definition.span)
     in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
@@ -143,6 +143,16 @@ def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -
     if parent.is_record or parent.is_connector:
         return parent.causality
     return syntax.Causality.NONE
+
+
+def _flow(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Flow:
+    """Likewise `flow` and `stream` of the declaration, of its type, or around it."""
+    for own in (definition.flow, layout.flow):
+        if own is not syntax.Flow.NONE:
+            return own
+    if parent.is_record or parent.is_connector:
+        return parent.flow
+    return syntax.Flow.NONE
 
 
 def _leaf_variability(
@@ -179,7 +189,7 @@ def _make_composite(
     if cls.mod:
         mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
-    causality = _causality(definition, layout, parent)
+    causality, flow = _causality(definition, layout, parent), _flow(definition, layout, parent)
     written = redeclare.written_dims(definition, scope, layout)
     session = parent.session
 
@@ -191,7 +201,7 @@ def _make_composite(
             raise too_large(f"the model has more than {MAX_COMPONENTS:,} components", None)
         prefix = full if parent.prefix is not None else None
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
-        made.causality = causality
+        made.causality, made.flow = causality, flow
         check_modifier(made)
         return made
 

@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
-from planarc.flatten.tree.demand import layout_of, static_instance
+from planarc.flatten.tree.demand import layout_of, session_of, static_instance
 from planarc.flatten.tree.naming import not_modifiable
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
@@ -43,6 +43,7 @@ def make_layout(cls: Class) -> Layout:
         cls.static = None
         raise
     cls.layout.done = True
+    session_of(cls).opened.append(cls)
     return cls.layout
 
 

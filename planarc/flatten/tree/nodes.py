@@ -230,6 +230,8 @@ class Instance(Struct, eq=False):
     element: Element | None = None
     #: the causality of its variables that declare none: `input Orientation R`
     causality: syntax.Causality = syntax.Causality.NONE
+    #: likewise `flow`: `flow Force f` of a record
+    flow: syntax.Flow = syntax.Flow.NONE
     depth: int = 0  # of components around
     drawn: bool = False  # belongs to a visual: it has values, but no variables
     elements: dict[str, Element] = field(default_factory=dict)
@@ -436,6 +438,7 @@ class Session:
         self.leaves: dict[str, Leaf] = {}
         self.annotations: dict[int, tuple[syntax.Annotation, tuple[syntax.Argument, ...]]] = {}
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
+        self.opened: list[Class] = []  # classes with a layout, in the order of their use
         self.component_count = 0
         # known when all connections are, before equations are typed:
         self.rooting: Forest | None = None

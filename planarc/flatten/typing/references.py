@@ -29,6 +29,9 @@ from planarc.flatten.tree.nodes import Absent, Class, Element, Env, Family, Inst
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
+#: classes whose text does not know `time` (3.6.7)
+_TIMELESS = (syntax.ClassKind.RECORD, syntax.ClassKind.CONNECTOR, syntax.ClassKind.FUNCTION)
+
 View: TypeAlias = "Node | Class | flat.Expression | list[View]"
 
 
@@ -38,6 +41,9 @@ def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
     if not ref.absolute and first.name in env.locals:
         return _local(ref, env)
     if first.name == "time" and len(ref.parts) == 1 and lookup.find(env.scope, "time") is None:
+        if env.scope.part.definition.kind in _TIMELESS:
+            kind = env.scope.part.definition.kind.value
+            raise error("F217", f"`time` is known in models and blocks, not in a {kind}", ref.span)
         return flat.Builtin(flat.REAL, ref.span, "time")
     return value_of(resolve(ref, env), ref, env)
 
