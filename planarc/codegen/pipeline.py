@@ -58,7 +58,6 @@ def generate(sorted: SortedDae) -> Program:
         equations=equations,
         initial_equations=tuple(equations[r.equation] for r in sorted.initial_residuals),
         guesses=tables.guesses(),
-        functions=dae.functions,
         visuals=dae.visuals,
         declared=dae.declared,
         parts=dae.parts,

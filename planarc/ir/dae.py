@@ -234,20 +234,6 @@ class Declared(Data):
     value: VisualValue
 
 
-class Function(Located):
-    """A function that is called as such, because it could not be inlined.
-
-    Its arguments and results are scalars (arrays element by element). The body is a
-    list of statements for `codegen`, which also makes its derivatives.
-    """
-
-    name: str
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    body: tuple[object, ...]
-    span: Span = NOWHERE
-
-
 class Dae(Located):
     name: str
     table: Exprs
@@ -263,7 +249,6 @@ class Dae(Located):
     delays: tuple[Delay, ...] = ()
     whens: tuple[When, ...] = ()
     assertions: tuple[Assertion, ...] = ()
-    functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
     declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()

@@ -19,7 +19,7 @@ from msgspec import field
 
 from planarc.core.data import Data
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.dae import Action, Assertion, Declared, Function, Kind, Visual
+from planarc.ir.dae import Action, Assertion, Declared, Kind, Visual
 from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
@@ -279,7 +279,6 @@ class Program(Data):
     equations: tuple[EquationInfo, ...]
     initial_equations: tuple[EquationInfo, ...] = ()
     guesses: tuple[tuple[int, int], ...] = ()  # of tears of the top: (slot, slot of start)
-    functions: tuple[Function, ...] = ()
     visuals: tuple[Visual, ...] = ()
     declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
