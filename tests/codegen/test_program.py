@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
@@ -130,20 +129,3 @@ def test_stored_program_is_the_same_program(four_bar: SortedDae) -> None:
     again = loads(dumps(program, program.table))
     check(again)
     assert source(again) == source(program)
-
-
-def test_checker_sees_what_is_broken(four_bar: SortedDae) -> None:
-    from planarc.ir.check.program import BrokenProgramError
-
-    program = generate(four_bar)
-    missing = dict(program.slots)
-    del missing["j1.phi"]
-    twice = (*program.levels[:-1], (*program.levels[-1], *program.levels[-1]))
-    for broken in (
-        replace(program, slots=missing),
-        replace(program, levels=twice),
-        replace(program, rest=(Let(program.table.symbol("$t999"), program.table.symbol("?")),)),
-        replace(program, blocks=(*program.blocks[:1], replace(program.blocks[1], first=0))),
-    ):
-        with pytest.raises(BrokenProgramError):
-            check(broken)

@@ -18,7 +18,7 @@ from planarc.parse.parser import parse_annotation, parse_file, parse_text
 #: `R('r.a', 'r.b') := f(R('r.a', 'r.b'))`: what Modelica has no words for without a record.
 _RECORD_TARGET = re.compile(r"^ +\(?(?:[\w']+\(|\{)[^:]*:= ", re.MULTILINE)
 
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2]
 
 
 def flat_texts() -> list[pytest.param]:  # type: ignore[valid-type]

@@ -1,4 +1,4 @@
-"""Functions in the place of external ones: random generators, spectra, texts."""
+"""Random generators in the place of external ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planarc.runtime import external
-from planarc.runtime.external import random, text
+from planarc.runtime.external import random
 
 GENERATORS = {
     "ModelicaRandom_xorshift64star": 2,
@@ -29,9 +29,6 @@ def draws(name: str, count: int, seed: int = 1) -> list[float]:
 
 def word(low: float, high: float) -> int:
     return (int(low) % 2**32) + (int(high) % 2**32) * 2**32
-
-
-# Random generators -----------------------------------------------------------------------------
 
 
 def test_one_step_of_xorshift64star_by_hand() -> None:
@@ -89,62 +86,3 @@ def test_fresh_numbers_differ_by_time_place_and_seed_and_are_uniform() -> None:
     assert len(set(numbers)) == len(numbers)
     assert min(numbers) > 0 and max(numbers) <= 1
     assert abs(np.mean(numbers) - 0.5) < 4 * math.sqrt(1 / 12 / len(numbers))
-
-
-# Spectra ---------------------------------------------------------------------------------------
-
-
-def test_a_spectrum_tells_amplitudes_and_phases() -> None:
-    n = 24
-    t = np.arange(n) / n
-    u = 3 * np.cos(2 * math.pi * 2 * t + 0.4) + 1.5 * np.sin(2 * math.pi * 5 * t)
-    found = external.call_numbers("ModelicaFFT_kiss_fftr", (*u.tolist(), n))
-    amplitudes, phases = found[1 : n // 2 + 2], found[n // 2 + 2 :]
-    assert found[0] == 0
-    wanted = [{2: 3.0, 5: 1.5}.get(k, 0.0) for k in range(n // 2 + 1)]
-    assert amplitudes == pytest.approx(wanted, abs=1e-12)
-    assert phases[2] == pytest.approx(0.4)
-    assert phases[5] == pytest.approx(-math.pi / 2)
-
-
-def test_an_odd_number_of_samples_is_flagged() -> None:
-    assert external.call_numbers("ModelicaFFT_kiss_fftr", (1.0, 2.0, 3.0, 3))[0] == 1
-
-
-# Texts -----------------------------------------------------------------------------------------
-
-
-def test_the_hash_function_gives_what_the_standard_library_documents() -> None:
-    assert text.hash_string("this is a test") == (1827717433,)
-    assert text.hash_string("Controller.noise1") == (-1025762750,)
-
-
-@pytest.mark.parametrize(
-    ("name", "arguments", "wanted"),
-    [
-        ("length", ("abc",), (3,)),
-        ("substring", ("abcdef", 2, 4), ("bcd",)),
-        ("substring", ("abc", 2, 1), ("",)),
-        ("compare", ("abc", "abd", True), (1,)),
-        ("compare", ("ABC", "abc", False), (2,)),
-        ("compare", ("b", "a", True), (3,)),
-        ("skipWhiteSpace", ("  x", 1), (3,)),
-        ("skipWhiteSpace", ("x  ", 2), (4,)),
-        ("scanIdentifier", (" a_1+", 1), (5, "a_1")),
-        ("scanIdentifier", ("1a", 1), (1, "")),
-        ("scanInteger", (" -12 ", 1, False), (5, -12)),
-        ("scanInteger", ("-12", 1, True), (1, 0)),
-        ("scanInteger", ("1.5", 1, False), (1, 0)),
-        ("scanReal", ("x 1.5e-3;", 2, False), (9, 1.5e-3)),
-        ("scanReal", ("e5", 1, False), (1, 0.0)),
-        ("scanString", (' "a b" ', 1), (7, "a b")),
-        ("scanString", ("a", 1), (1, "")),
-    ],
-)
-def test_texts(name: str, arguments: tuple[object, ...], wanted: tuple[object, ...]) -> None:
-    assert external.call_texts(f"ModelicaStrings_{name}", arguments) == wanted
-
-
-def test_a_part_that_is_not_there_is_refused() -> None:
-    with pytest.raises(ValueError, match="is not in a text of 3"):
-        external.call_texts("ModelicaStrings_substring", ("abc", 2, 9))
