@@ -43,22 +43,16 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Diagnostic": "core.diagnostic",
-    "Model": "api.model",
-    "PlanarcError": "core.diagnostic",
-    "Recompiled": "api.model",
-    "Result": "api.result",
-    "RunError": "core.diagnostic",
-    "RunStopped": "api.result",
-    "Study": "study.sweep",
-    "StudyInterrupted": "study.sweep",
-    "UnknownName": "core.unknown",
-    "UsageError": "core.diagnostic",
-    "grid": "study.points",
-    "latin_hypercube": "study.points",
-    "load": "api.model",
-    "random": "study.points",
-    "sweep": "study.sweep",
+    name: module
+    for module, names in {
+        "core.diagnostic": "Diagnostic PlanarcError RunError UsageError",
+        "core.unknown": "UnknownName",
+        "api.model": "Model Recompiled load",
+        "api.result": "Result RunStopped",
+        "study.points": "grid latin_hypercube random",
+        "study.sweep": "Study StudyInterrupted sweep",
+    }.items()
+    for name in names.split()
 }
 
 #: Where what is looked for here stands.

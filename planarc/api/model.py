@@ -31,6 +31,8 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_er
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
 from planarc.core.unknown import unknown_name
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 from planarc.request.request import Request, names_class
 
 if TYPE_CHECKING:
@@ -40,8 +42,6 @@ if TYPE_CHECKING:
     from planarc.api.analysis.linearize import Linearization
     from planarc.api.analysis.sensitivity import Sensitivities
     from planarc.api.signals import Signal
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
 
 _TEXT = re.compile(r"[\n;]")
 #: Endings of files that planarc writes, and that hold no model.

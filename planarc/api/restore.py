@@ -14,10 +14,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from msgspec.structs import fields, replace
 
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.core.options import fastest_backend
@@ -25,14 +28,11 @@ from planarc.core.prose import ticked
 from planarc.core.source import model_files
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
+from planarc.ir.kernel import Kernel
 from planarc.ir.program import Column, Program
 from planarc.ir.result import Result, Statistics
 from planarc.request.request import Request
-
-if TYPE_CHECKING:
-    from planarc.compiled import Compiled
-    from planarc.ir.kernel import Kernel
-    from planarc.view.table.table import Table
+from planarc.view.table.table import Table
 
 #: A model belongs to a file when at least this part of its varying variables is in it.
 _SHARE = 0.5
@@ -86,14 +86,10 @@ def restore(table: Table, name: str, compiled: Compiled | None) -> Restored:
 
 def compile_request(request: Request) -> Compiled:
     """With native code where it can be had."""
-    from planarc.compiler import compile_model
-
     return compile_model(request, fastest_backend())
 
 
 def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
-    import numpy as np
-
     program = compiled.program
     _refuse_stranger(table, name, program)
     kernel = compiled.load()
@@ -148,8 +144,6 @@ def _refuse_stranger(table: Table, name: str, program: Program) -> None:
 
 def _bare(table: Table, name: str) -> Result:
     """Only curves: units as far as the file tells them."""
-    import numpy as np
-
     names = [n for n in table.columns if n != "time"]
     slots = {n: i for i, n in enumerate(names)}
     columns = tuple(

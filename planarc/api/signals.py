@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from planarc.core.diagnostic import usage_error
-from planarc.ir.kernel import Capabilities
-
-if TYPE_CHECKING:
-    from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Capabilities, Kernel
 
 #: A number, a function of time, or a table of (times, values).
 Signal: TypeAlias = "float | Callable[[float], float] | Sequence[Any] | Any"
@@ -35,8 +34,6 @@ def read_signal(name: str, given: Signal) -> Callable[[float], float]:
     if isinstance(given, int | float):
         value = _finite(name, given, 0.0)
         return lambda t: value
-    import numpy as np
-
     times, values = read_table(name, given)
     return lambda t: float(np.interp(t, times, values))
 
@@ -75,8 +72,6 @@ def table_span(name: str, given: Any) -> tuple[float, float] | None:
 
 def read_table(name: str, given: Any) -> tuple[Any, Any]:
     """Ascending times and values."""
-    import numpy as np
-
     try:
         table = np.asarray(given, dtype=float)
     except (TypeError, ValueError):

@@ -9,16 +9,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
-
-if TYPE_CHECKING:
-    from planarc.ir.program import ParameterSlot, Program
+from planarc.ir.program import ParameterSlot, Program
 
 #: A number, a truth value, the name of an enumeration literal, or a (nested) sequence of them.
 Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from planarc.core.data import Data
 from planarc.core.prose import shortened
 from planarc.core.unknown import unknown_name
-
-if TYPE_CHECKING:
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 
 
 class Parameter(Data):

@@ -10,18 +10,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from msgspec.structs import replace
 
 from planarc.api.values import elements_of
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
+from planarc.core.options import Backend
+from planarc.ir.program import ParameterSlot, Program
 from planarc.request.request import Request, open_target
-
-if TYPE_CHECKING:
-    from planarc.compiled import Compiled
-    from planarc.core.options import Backend
-    from planarc.ir.program import ParameterSlot, Program
+from planarc.stages import flatten
 
 #: The name of the variant, which no user's class has.
 NAME = "'a variant'"
@@ -83,15 +83,11 @@ def texts_of(
 
 def _types(request: Request) -> dict[str, str]:
     """The names of the types of all variables."""
-    from planarc.stages import flatten
-
     return {v.name: v.type.name for v in flatten(open_target(request)).variables}
 
 
 def _present(request: Request, backend: Backend) -> dict[str, float]:
     """The values of all parameters of a model."""
-    from planarc.compiler import compile_model
-
     compiled = compile_model(request, backend)
     kernel = compiled.load()
     kernel.parameters()
@@ -130,8 +126,6 @@ def compile_variant(
     request: Request, values: Mapping[str, str], backend: Backend, of: Program
 ) -> Compiled:
     """The variant compiled, with the name and the experiment of the model it is one of."""
-    from planarc.compiler import compile_model
-
     compiled = compile_model(variant_of(request, values), backend)
     return replace(compiled, program=named_like(compiled.program, of))
 

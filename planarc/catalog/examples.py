@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from planarc import compiler
+from planarc.api.restore import compile_request
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.options import RunOptions
 from planarc.core.source import model_files
+from planarc.flatten.library.library import Entry
 from planarc.ir import syntax
+from planarc.ir.kernel import Kernel
+from planarc.ir.result import Result
 from planarc.request.request import Request, open_library
-
-if TYPE_CHECKING:
-    from planarc.flatten.library.library import Entry
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.result import Result
 
 
 class Example(Data):
@@ -95,10 +95,6 @@ def run_examples(
 
 
 def _run(example: Example) -> Shown:
-    from planarc import compiler
-    from planarc.api.restore import compile_request
-    from planarc.core.options import RunOptions
-
     try:
         compiled = compile_request(example.request)
         kernel = compiled.load()

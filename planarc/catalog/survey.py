@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from msgspec.structs import replace
 
@@ -22,12 +22,10 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.processes import Crew, Lost, cores
 from planarc.core.source import model_files
+from planarc.flatten.library.library import Library
 from planarc.ir import syntax
 from planarc.request.reader import Reader
 from planarc.request.request import Request, Target, open_library
-
-if TYPE_CHECKING:
-    from planarc.flatten.library.library import Library
 
 #: Wall seconds that one class may take.
 LIMIT = 60.0

@@ -1,10 +1,10 @@
-"""The type of arrays of numbers, for annotations; imported while running it brings numpy."""
+"""The types of arrays, of any number of axes; imported while running they bring numpy."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector: TypeAlias = NDArray[np.float64]  # of any number of axes
+Array: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[Any]]
+Vector: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from planarc.evaluate.value import VALUES
 from planarc.ir.expr import Expr, Op, fold
 from planarc.runtime import elementary, external
@@ -20,8 +22,6 @@ class _Functions:
     """The functions that formulas of `runtime.elementary` use."""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        import numpy as np
-
         row = elementary.TABLE.get(name)
         found: Callable[..., Any] = on_arrays(row) if row else getattr(np, name)
         return found
@@ -29,8 +29,6 @@ class _Functions:
 
 def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
     """An elementary function of arrays, entry by entry."""
-    import numpy as np
-
     if row.in_numpy:
         found: Callable[..., Any] = getattr(np, row.in_numpy)
         return found
@@ -41,8 +39,6 @@ def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
 
 def applied(e: Expr, args: Sequence[Any]) -> Any:
     """A function of numbers in `external`, called for each row."""
-    import numpy as np
-
     function, output, _ = e.data
     rows = zip(*np.broadcast_arrays(*map(np.atleast_1d, args)), strict=True)
     return np.array([external.number(function, output, row) for row in rows])
@@ -88,8 +84,6 @@ def _call(row: elementary.Elementary, args: Sequence[Any]) -> Any:
 
 @cache
 def _operators() -> Mapping[Op, Callable[..., Any]]:
-    import numpy as np
-
     def plain(value: Any) -> Any:
         return value.item() if value.ndim == 0 else value
 

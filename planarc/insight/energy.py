@@ -19,20 +19,17 @@ Promises:  mechanical(t) + dissipated(t) = mechanical(start) + supplied(t) + unt
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.insight.connectors import find_connectors, grouped, owner
 from planarc.insight.values import Values, integral
-from planarc.ir.mechanism import GROUND
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-    from planarc.ir.insight import Track
-    from planarc.ir.mechanism import Mechanism
-    from planarc.ir.result import Result
+from planarc.ir.insight import Track
+from planarc.ir.mechanism import GROUND, Mechanism
+from planarc.ir.result import Result
 
 #: The least difference of a potential from the integral of its rate, as a share of its range,
 #: and as a multiple of the error that integrals over these rows have.

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from planarc.evaluate.rows import on_arrays
 from planarc.ir.figure import Formula
 from planarc.ir.insight import Series
+from planarc.ir.result import Result
 from planarc.runtime import elementary
-
-if TYPE_CHECKING:
-    from planarc.ir.result import Result
 
 
 def formula_series(result: Result) -> Iterator[Series]:

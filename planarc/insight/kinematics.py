@@ -17,19 +17,15 @@ Components declare further points, such as centres of mass, and where the force 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from planarc.core.data import Data
 from planarc.insight.values import Values
-from planarc.ir.insight import Layer, Mark
-from planarc.ir.mechanism import GROUND
-
-if TYPE_CHECKING:
-    from planarc.ir.insight import Track
-    from planarc.ir.mechanism import Joint, Link, Mechanism
-    from planarc.ir.result import Result
+from planarc.ir.insight import Layer, Mark, Track
+from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
+from planarc.ir.result import Result
 
 #: The slowest turn (rad/s) that has a centre: slower links move straight on.
 _SLOW = 1e-6

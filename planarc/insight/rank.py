@@ -16,15 +16,15 @@ Example: a crank-slider driven at its slider has a dead point where crank and ro
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
-    from planarc.ir.result import Result
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
+from planarc.ir.result import Result
 
 #: The share of the largest singular value below which others count as zero.
 RANK = 1e-8
@@ -42,8 +42,6 @@ class Closeness(Data):
 
 def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
     """The closeness of a run; None where no loop is closed. Changes the kernel's workspace."""
-    import numpy as np
-
     program = result.program
     blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 1 and b.residuals]
     if not blocks or not len(result.time):
@@ -77,8 +75,6 @@ def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
 
 def deficiency(program: Program, kernel: Kernel) -> int:
     """The number of conditions that follow from the others at the kernel's present values."""
-    import numpy as np
-
     missing = 0
     for i, block in enumerate(program.blocks):
         if block.height > 1 and block.residuals:
@@ -89,8 +85,6 @@ def deficiency(program: Program, kernel: Kernel) -> int:
 
 def _relative(part: Any, whole: Any) -> Vector:
     """The smallest singular value of each matrix over the largest of the whole one."""
-    import numpy as np
-
     found = np.full(len(whole), np.nan)
     finite = np.isfinite(whole).all(axis=(1, 2))
     if part.shape[2] < part.shape[1]:
@@ -104,8 +98,6 @@ def _relative(part: Any, whole: Any) -> Vector:
 
 def _candidates(result: Result, rows: Any) -> Any:
     """The values of all candidates for states in these rows."""
-    import numpy as np
-
     table = np.empty((len(rows), len(result.program.candidates)))
     for j, candidate in enumerate(result.program.candidates):
         if candidate.slot in result.stored:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from planarc.insight.energy import find_energies
+from planarc.insight.energy import Energies, find_energies
 from planarc.insight.facts import closeness_facts, energy_facts, mechanism_facts
 from planarc.insight.formulas import formula_series
 from planarc.insight.kinematics import find_layers
-from planarc.insight.rank import find_closeness
+from planarc.insight.rank import Closeness, find_closeness
 from planarc.ir.insight import Insight, Series
-
-if TYPE_CHECKING:
-    from planarc.insight.energy import Energies
-    from planarc.insight.rank import Closeness
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.result import Result
+from planarc.ir.kernel import Kernel
+from planarc.ir.result import Result
 
 
 def study(result: Result, kernel: Kernel | None = None) -> Insight:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from planarc.core.arrays import Vector
 from planarc.evaluate.rows import RowValues, applied
 from planarc.ir.expr import Expr, Op, symbol_text
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-    from planarc.ir.insight import Track
-    from planarc.ir.result import Result
+from planarc.ir.insight import Track
+from planarc.ir.result import Result
 
 
 class Values:

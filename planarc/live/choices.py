@@ -18,17 +18,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from planarc.catalog.handbook.names import Names, elements
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import model_files
+from planarc.flatten.library.library import Entry, Library
 from planarc.ir import syntax
-
-if TYPE_CHECKING:
-    from planarc.flatten.library.library import Entry, Library
-    from planarc.ir.flat import Part
+from planarc.ir.flat import Part
 
 _EXTENDS = re.compile(r"(?:\bextends|=)\s+\.?((?:\w+\.)*\w+)")
 

@@ -15,20 +15,18 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from planarc.api.model import Model
 from planarc.api.variant import whole_name
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
+from planarc.ir.program import Column, ParameterSlot, Program
 from planarc.view.page.data import shown_unit
-
-if TYPE_CHECKING:
-    from planarc.api.model import Model
-    from planarc.ir.program import Column, ParameterSlot, Program
 
 #: The least share of its length at which the value of a slider from bound to bound stands.
 _NEAR = 0.02

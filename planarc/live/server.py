@@ -23,7 +23,7 @@ import secrets
 from collections.abc import Callable, Iterator, Mapping
 from queue import Empty, Queue
 from threading import Thread
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from msgspec import convert
 from msgspec.json import encode
@@ -34,11 +34,16 @@ from werkzeug.wrappers import Request, Response
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
+from planarc.live.page import live_page
 from planarc.live.session import Order, Overtaken, Session
 from planarc.live.watch import Watch
-
-if TYPE_CHECKING:
-    from planarc.request import request as requests
+from planarc.request import request as requests
+from planarc.view.picture.camera import fit_camera
+from planarc.view.picture.motion import still
+from planarc.view.picture.svg import render_svg
+from planarc.view.scene import make_scene
+from planarc.view.storage import shown
+from planarc.view.table import csv as table_csv
 
 Asked = TypeVar("Asked")
 
@@ -151,8 +156,6 @@ class LiveServer:
         return answer(request)
 
     def _page(self, request: Request) -> Response:
-        from planarc.live.page import live_page
-
         text, policy = live_page(self.session.name, self.session.description)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": policy})
 
@@ -197,9 +200,6 @@ class LiveServer:
 
     def _csv(self, request: Request) -> Response:
         def write(result: Any) -> bytes:
-            from planarc.view.storage import shown
-            from planarc.view.table import csv as table_csv
-
             file = io.BytesIO()
             columns = [c for c in shown(result.rows.program) if not c.constant]
             table_csv.write(file, result.rows, columns, units=True)
@@ -211,11 +211,6 @@ class LiveServer:
         asked = _read(request, _Picture)
 
         def draw(result: Any) -> bytes:
-            from planarc.view.picture.camera import fit_camera
-            from planarc.view.picture.motion import still
-            from planarc.view.picture.svg import render_svg
-            from planarc.view.scene import make_scene
-
             scene = make_scene(result.rows)
             within = min(max(asked.time or 0.0, float(scene.time[0])), float(scene.time[-1]))
             camera = fit_camera(scene.box, 960)

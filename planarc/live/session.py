@@ -23,6 +23,7 @@ from msgspec import field, to_builtins
 
 from planarc.api.model import Model
 from planarc.api.result import Result, RunStopped
+from planarc.api.variant import texts_of, variant_of
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake, usage_error
 from planarc.core.options import Backend
@@ -31,6 +32,10 @@ from planarc.core.render import render_all
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
 from planarc.request.request import Request, open_target
+from planarc.stages import study
+from planarc.view.page.data import choose_rows, curve_data, scene_data
+from planarc.view.page.figures import choose_figures
+from planarc.view.scene import make_scene
 
 #: The most compiled models that are kept.
 _KEPT = 24
@@ -216,8 +221,6 @@ class Session:
         key = self._key(choices, structural)
         if key in self._variants:
             return self._variants[key]
-        from planarc.api.variant import texts_of, variant_of
-
         base = self._base.model
         allowed = {c.component: {o.name for o in c.options} for c in self._choices}
         for component, name in choices.items():
@@ -280,11 +283,6 @@ class Session:
         }
 
     def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
-        from planarc.stages import study
-        from planarc.view.page.data import choose_rows, curve_data, scene_data
-        from planarc.view.page.figures import choose_figures
-        from planarc.view.scene import make_scene
-
         rows = result.rows
         scene, insight = make_scene(rows), study(rows)
         figures = choose_figures(rows, None, insight)

@@ -9,12 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event, Thread
-from typing import TYPE_CHECKING
 
 from planarc.core.source import model_files
-
-if TYPE_CHECKING:
-    from planarc.request.request import Request
+from planarc.request.request import Request
 
 #: Seconds between two looks.
 PERIOD = 0.3

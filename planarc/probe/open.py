@@ -18,9 +18,9 @@ from planarc.core.data import Data
 from planarc.core.options import Backend, RunOptions
 
 if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
     from planarc.ir.program import Program
     from planarc.solve.kernels.numpy.kernel import NumpyKernel
-    from planarc.solve.start.newton import Vector
     from planarc.solve.start.solve import Start
     from planarc.solve.start.system import System
 

@@ -21,28 +21,33 @@ Example: of a parallelogram with a third bar one condition of four is left out; 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec.structs import replace
 
+from planarc.codegen.pipeline import equation_info
+from planarc.core.arrays import Vector
+from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.source import NOWHERE
-from planarc.ir.dae import MISFIT, Variable
+from planarc.insight.connectors import find_frames
+from planarc.ir.dae import MISFIT, Dae, Equation, Variable
 from planarc.ir.flat import StateSelect
+from planarc.ir.mechanism import Mechanism
 from planarc.ir.places import point_home
-from planarc.ir.program import Condition, Sharing
-from planarc.ir.sorted import Fixed
+from planarc.ir.program import Condition, EquationInfo, Program, Sharing
+from planarc.ir.sorted import Fixed, SortedDae
 from planarc.probe.open import Opened, open_program
-
-if TYPE_CHECKING:
-    from planarc.core.clock import Clock
-    from planarc.ir.dae import Dae, Equation
-    from planarc.ir.mechanism import Mechanism
-    from planarc.ir.program import EquationInfo, Program
-    from planarc.ir.sorted import SortedDae
-    from planarc.solve.start.newton import Vector
-    from planarc.solve.start.system import System
+from planarc.solve.messages import trouble
+from planarc.solve.start.dependence import dependent_rows, least_misfit
+from planarc.solve.start.failure import NotAssembled, NotEvaluated, row_info
+from planarc.solve.start.sharing import left_out_rows, strict
+from planarc.solve.start.system import System
+from planarc.stages import to_program, to_sorted
+from planarc.structure.pipeline import structure
+from planarc.structure.report import StructurallySingular
+from planarc.structure.sharing import share_forces, surplus_equations
 
 #: Rounds of looking for what is left out.
 _ROUNDS = 3
@@ -73,8 +78,6 @@ class _Made(Data):
 
 
 def _find(dae: Dae, mechanism: Mechanism, clock: Clock) -> _Made:
-    from planarc.structure.sharing import surplus_equations
-
     frames = {frame for link in mechanism.links for frame in link.frames}
     left_out = surplus_equations(dae, {frame.rpartition(".")[0] for frame in frames})
     made = _make(dae, mechanism, left_out, clock)
@@ -96,12 +99,6 @@ def _make(
     clock: Clock,
     everywhere: bool = False,
 ) -> _Made:
-    from planarc.codegen.pipeline import equation_info
-    from planarc.stages import to_program, to_sorted
-    from planarc.structure.pipeline import structure
-    from planarc.structure.report import StructurallySingular
-    from planarc.structure.sharing import share_forces
-
     kept = tuple(i for i in range(len(dae.equations)) if i not in left_out)
     misfits = [_misfit_of(dae, k, i) for k, i in enumerate(left_out, 1)]
     without = replace(
@@ -167,8 +164,6 @@ def _held_misfits(model: SortedDae, names: Sequence[str]) -> tuple[SortedDae, li
 
 def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
     """Those at all frames of joints, or of the model."""
-    from planarc.insight.connectors import find_frames
-
     frames: Iterable[str] = dict.fromkeys(f for joint in mechanism.joints for f in joint.frames)
     if everywhere:
         frames = find_frames(v.name for v in dae.variables)
@@ -180,10 +175,6 @@ def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
 
 def _dependent(made: _Made) -> tuple[int, ...]:
     """The equations of the model that are to be left out."""
-    from planarc.solve.start.dependence import dependent_rows
-    from planarc.solve.start.failure import NotAssembled
-    from planarc.solve.start.sharing import left_out_rows
-
     program = made.program
     conditions = program.sharing.conditions if program.sharing else ()
     numbered = list(zip(conditions, made.left_out, strict=True))
@@ -215,8 +206,6 @@ def _equation(made: _Made, system: System, row: int) -> int:
 
 
 def _can_be_solved(program: Program) -> bool:
-    from planarc.solve.start.failure import NotEvaluated
-
     try:
         open_program(program).start(judge=lambda system, values: None)
     except NotEvaluated:
@@ -228,8 +217,6 @@ def _can_be_solved(program: Program) -> bool:
 
 def _open_strictly(program: Program) -> Opened:
     """Held to what was left out as well, and without accelerations and forces."""
-    from planarc.solve.start.sharing import strict
-
     opened = open_program(program)
     opened.kernel.forgive()
     return replace(opened, program=strict(program))
@@ -241,14 +228,6 @@ def _open_strictly(program: Program) -> Opened:
 def _misfit(made: _Made) -> tuple[str, EquationInfo] | None:
     """The one condition without which the mechanism can be assembled as its start values say:
     who does not fit, and by how much."""
-    import numpy as np
-
-    from planarc.solve.messages import trouble
-    from planarc.solve.start.dependence import least_misfit
-    from planarc.solve.start.failure import row_info
-    from planarc.solve.start.sharing import left_out_rows
-    from planarc.solve.start.system import System
-
     opened = _open_strictly(made.program)
     system = System(opened.program, opened.kernel, opened.t)
     guess = np.array([opened.kernel.w[c.start] for c in made.program.candidates])

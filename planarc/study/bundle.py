@@ -12,17 +12,14 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from planarc.api.model import Model
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, mistake
 from planarc.core.options import RunOptions
 from planarc.study.metric import Metrics
-
-if TYPE_CHECKING:
-    from planarc.api.model import Model
 
 
 class Outcome(Data):

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from planarc.api.result import Result
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.unknown import unknown_name
-
-if TYPE_CHECKING:
-    from planarc.api.result import Result
-    from planarc.ir.program import Program
+from planarc.ir.program import Program
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
 
@@ -32,8 +32,6 @@ class Reduction(Data):
     variable: str
 
     def __call__(self, result: Result) -> float:
-        import numpy as np
-
         x = result[self.variable]
         match self.kind:
             case "max":
@@ -122,7 +120,5 @@ def _read(text: Any, program: Program) -> Reduction:
 
 
 def _mean(time: Any, x: Any) -> float:
-    import numpy as np
-
     span = time[-1] - time[0]
     return float(np.trapezoid(x, time) / span) if span > 0 else float(x[-1])

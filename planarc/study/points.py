@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from planarc.api.values import Value
 from planarc.core.diagnostic import usage_error
-
-if TYPE_CHECKING:
-    from planarc.api.values import Value
 
 Point: TypeAlias = "Mapping[str, Value]"
 
@@ -38,8 +38,6 @@ def random(
     ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
 ) -> list[dict[str, float]]:
     """`count` points, independent and uniform within the ranges."""
-    import numpy as np
-
     return _scaled(ranges, np.random.default_rng(seed).random((_count(count), len(ranges))))
 
 

@@ -15,23 +15,23 @@ import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from msgspec.structs import replace
 
+from planarc.api.model import Model
 from planarc.api.values import Value, finite, parameter_values, run_options, start_values
+from planarc.core import progress as drawn
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName
+from planarc.solve.settings import resolve
 from planarc.study.bundle import Outcome, Payload, Task
+from planarc.study.journal import Journal
 from planarc.study.metric import Metric, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
 from planarc.study.workers import outcomes_of
-
-if TYPE_CHECKING:
-    from planarc.api.model import Model
-    from planarc.study.journal import Journal
 
 __all__ = ["Failure", "Study", "StudyInterrupted", "sweep"]
 
@@ -105,8 +105,6 @@ def sweep(
 
 def _asked(model: Model, client: Any, limit: Any) -> float:
     """The limit in seconds. Raises UsageError for arguments of a wrong kind."""
-    from planarc.api.model import Model
-
     if not isinstance(model, Model):
         raise usage_error(
             "C227",
@@ -145,8 +143,6 @@ def _points(points: Any) -> list[dict[str, Any]]:
 
 def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:
     """Points as numbers. Raises UsageError for a wrong name, before anything runs."""
-    from planarc.solve.settings import resolve
-
     program = model.program
     parameters = {p.name: p for p in program.parameter_slots}
     plain = {n for n, p in parameters.items() if p.settable and not p.structural}
@@ -203,8 +199,6 @@ def _journal(
 ) -> Journal | None:
     if path is None:
         return None
-    from planarc.study.journal import Journal
-
     program = payload.model.program
     defaults = [(p.name, p.default) for p in program.parameter_slots]
     options = replace(payload.options, values={}, starts={})
@@ -224,8 +218,6 @@ def _watcher(progress: bool | Progress) -> Iterator[Progress]:
     elif not progress:
         yield lambda done, total, failed: None
     else:
-        from planarc.core import progress as drawn
-
         with drawn.Progress(keep=True) as bar:
             yield lambda done, total, failed: bar.show(
                 f"{failed} failed" if failed else "", done, total

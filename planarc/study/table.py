@@ -6,13 +6,16 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
+from planarc.core.extras import need
 from planarc.core.unknown import unknown_name
+from planarc.view.storage import write_rows
 
 if TYPE_CHECKING:
     import pandas
-
-    from planarc.core.arrays import Vector
 
 
 class Failure(Data):
@@ -48,8 +51,6 @@ class Study(Data):
 
     def __getitem__(self, name: str) -> Vector:
         """The column of a name, NaN where a point failed."""
-        import numpy as np
-
         if name not in self.columns:
             raise unknown_name("column", name, self.columns)
         return np.array([row[name] for row in self])
@@ -60,16 +61,12 @@ class Study(Data):
 
     def to_pandas(self) -> pandas.DataFrame:
         """Needs pandas (`pip install planarc[tables]`)."""
-        from planarc.core.extras import need
-
         module = need("pandas", "tables")
         frame: pandas.DataFrame = module.DataFrame(list(self), columns=list(self.columns))
         return frame
 
     def to_csv(self, path: str | Path) -> Path:
         """A row for each point, with numbers of full precision."""
-        from planarc.view.storage import write_rows
-
         write_rows(Path(path), self.columns, (row.values() for row in self))
         return Path(path)
 

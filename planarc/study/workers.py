@@ -20,6 +20,7 @@ from typing import Any
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
+from planarc.core.processes import Crew, Lost, cores
 from planarc.study.bundle import Outcome, Payload, Task, run_bundle
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
@@ -36,8 +37,6 @@ def outcomes_of(
     client: Any,
     limit: float,
 ) -> Iterator[list[Outcome]]:
-    from planarc.core.processes import cores
-
     wrong = [Outcome(t.index, None, t.wrong) for t in tasks if t.wrong]
     if wrong:
         yield wrong
@@ -95,8 +94,6 @@ def _on_cluster(
 def _in_processes(
     payload: Payload, tasks: Sequence[Task], workers: int, limit: float
 ) -> Iterator[list[Outcome]]:
-    from planarc.core.processes import Crew, Lost
-
     with tempfile.TemporaryDirectory(prefix="planarc-") as folder:
         place = _hand_over(payload, Path(folder))
         crew: Crew[_Job, list[Outcome]] = Crew(_work, workers, limit, NO_BOUND)

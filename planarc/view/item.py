@@ -6,6 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Any
 
+import numpy as np
 from msgspec.structs import replace
 
 from planarc.core.data import Data
@@ -73,8 +74,6 @@ def plain(value: Any) -> Track:
 
 def smooth(angle: Any) -> Track:
     """An angle without jumps of whole turns."""
-    import numpy as np
-
     value = plain(angle)
     if isinstance(value, float) or not np.all(np.isfinite(value)):
         return value

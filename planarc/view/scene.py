@@ -21,21 +21,20 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from msgspec.structs import replace
 
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.evaluate.rows import RowValues
+from planarc.ir.dae import Visual
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Track
+from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain, smooth
 from planarc.view.skeleton import skeleton
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-    from planarc.ir.dae import Visual
-    from planarc.ir.result import Result
 
 
 class Scene(Data):
@@ -53,8 +52,6 @@ class NotDrawable(Exception):
 
 def make_scene(result: Result) -> Scene:
     """The scene of a run, one pose for each row of the result."""
-    import numpy as np
-
     values = RowValues(lambda e: _leaf(result, e), _undrawable)
     items: list[Item] = []
     notes: list[str] = []
@@ -79,8 +76,6 @@ def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Sce
     """The scene with more items below and above all others."""
     if not (under or over):
         return scene
-    import numpy as np
-
     items = (*under, *scene.items, *over)
     with np.errstate(all="ignore"):
         box = _bounds(list(items))
@@ -145,8 +140,6 @@ def _shape(component: str, a: dict[str, Any]) -> Item:
 
 def _arrow_of(kind: Kind) -> Any:
     def make(component: str, a: dict[str, Any]) -> Item:
-        import numpy as np
-
         x, y = _offset(a["r"], a["phi"], a["r_tail"])
         hx, hy = a["r_head"]
         angle = smooth(a["phi"] + np.arctan2(hy, hx))
@@ -192,8 +185,6 @@ _MAKERS: dict[Kind, Callable[[str, dict[str, Any]], Item]] = {
 
 def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
     """r + R(phi)*v."""
-    import numpy as np
-
     c, s = np.cos(phi), np.sin(phi)
     return plain(r[0] + c * v[0] - s * v[1]), plain(r[1] + s * v[0] + c * v[1])
 
@@ -221,8 +212,6 @@ def _size(items: list[Item]) -> float:
 
 def _shortened(item: Item, size: float, notes: list[str]) -> Item:
     """An arrow that would make the mechanism small is drawn to another scale."""
-    import numpy as np
-
     if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW) or not size:
         return item
     lengths = np.abs(np.asarray(item.length))
@@ -236,8 +225,6 @@ def _shortened(item: Item, size: float, notes: list[str]) -> Item:
 
 def _bounds(items: list[Item]) -> tuple[float, float, float, float] | None:
     """The smallest upright rectangle around all items at all times."""
-    import numpy as np
-
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for item in items:
         for x, y in _outline(item):
@@ -253,8 +240,6 @@ def _bounds(items: list[Item]) -> tuple[float, float, float, float] | None:
 
 def _outline(item: Item) -> list[tuple[Any, Any]]:
     """Points that lie on the edge of what is drawn, or a little outside."""
-    import numpy as np
-
     c, s = np.cos(item.angle), np.sin(item.angle)
 
     def at(u: Any, v: Any) -> tuple[Any, Any]:

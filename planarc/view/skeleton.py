@@ -10,15 +10,13 @@ Used only where no component has a visual of its own, as in a library without pi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from planarc.ir.mechanism import GROUND
+import numpy as np
+
+from planarc.ir.insight import Track
+from planarc.ir.mechanism import GROUND, Mechanism
+from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain, smooth
-
-if TYPE_CHECKING:
-    from planarc.ir.insight import Track
-    from planarc.ir.mechanism import Mechanism
-    from planarc.ir.result import Result
 
 _LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0, 105.0)
 
@@ -52,8 +50,6 @@ def _bars(
     mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
 ) -> Iterator[Item]:
     """Bars from the first frame of a link to its others, each place once."""
-    import numpy as np
-
     for i, link in enumerate(mechanism.links):
         frames = [f for f in link.frames if f in points]
         if i == GROUND or not frames:
@@ -92,8 +88,6 @@ def _joints(
 
 
 def _spread(points: dict[str, tuple[Track, Track]]) -> float:
-    import numpy as np
-
     spans = [
         np.ptp(np.concatenate([np.atleast_1d(p[axis]) for p in points.values()])) for axis in (0, 1)
     ]

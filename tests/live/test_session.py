@@ -84,7 +84,7 @@ def test_a_mistake_of_planarc_is_told_in_a_line(
         raise ZeroDivisionError
 
     monkeypatch.delenv("PLANARC_DEBUG", raising=False)
-    monkeypatch.setattr("planarc.view.scene.make_scene", broken)
+    monkeypatch.setattr("planarc.live.session.make_scene", broken)
     (found,) = session.answer(Order())["problems"]
     assert found["code"] == "X001"
     assert "sorry, planarc made a mistake: ZeroDivisionError in " in found["message"]

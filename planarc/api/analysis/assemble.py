@@ -18,16 +18,22 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planarc.api.analysis.point import starts_at
 from planarc.api.values import Value, start_values
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import error, usage_error
 from planarc.core.options import RunOptions
+from planarc.solve.opened import open_program
+from planarc.solve.start.held import choose_held
+from planarc.solve.start.sharing import missed
+from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
-    from planarc.core.arrays import Vector
-    from planarc.solve.start.system import System
 
 #: Two solutions nearer than this (radians, metres) are the same.
 SAME = 1e-5
@@ -50,14 +56,6 @@ def assemble(
     tries: int,
 ) -> tuple[Assembly, ...]:
     """Raises PlanarcError R472 where there is none."""
-    import numpy as np
-
-    from planarc.solve.opened import open_program
-    from planarc.solve.start.held import choose_held
-    from planarc.solve.start.sharing import missed
-    from planarc.solve.start.stage import solve_stage
-    from planarc.solve.start.system import System
-
     if not isinstance(tries, int) or tries < 1:
         raise usage_error("C241", f"the number of tries is above 0, not {tries!r:.20}")
     model, settable = model.with_parameters(parameters)
@@ -134,8 +132,6 @@ def _size(system: System) -> float:
 def _guesses(
     guess: Vector, free: Sequence[int], turns: set[int], size: float, tries: int
 ) -> list[Vector]:
-    import numpy as np
-
     random = np.random.default_rng(1)
     trials = [guess]
     for _ in range(tries - 1):

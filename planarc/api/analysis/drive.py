@@ -23,22 +23,27 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from planarc import compiler, stages
 from planarc.api.result import Result, RunStopped
+from planarc.api.signals import ForcedKernel, Motion, Signal, read_motion, table_span
 from planarc.api.values import Value, start_values
+from planarc.api.variant import NAME, variant_of
+from planarc.compiled import Compiled
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.prose import both, ticked
 from planarc.core.unknown import unknown_name
+from planarc.evaluate.value import evaluate
+from planarc.ir.dae import Dae, Equation
+from planarc.ir.expr import Expr, symbols
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Let, Program
+from planarc.request.request import open_target
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
-    from planarc.api.signals import Motion, Signal
-    from planarc.compiled import Compiled
-    from planarc.core.arrays import Vector
-    from planarc.ir.dae import Dae, Equation
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import Program
 
 #: The coordinate of a joint, and the effort that belongs to it.
 EFFORTS = {"phi": "tau", "s": "f"}
@@ -80,9 +85,6 @@ def drive(
     start: Mapping[str, Value] | None,
 ) -> Driven:
     """See `Model.drive`."""
-    from planarc.api.signals import ForcedKernel, read_motion, table_span
-    from planarc.compiler import run
-
     model, settable = model.with_parameters(parameters)
     coordinates = tuple(motions)
     efforts = {c: _effort(model.program, c) for c in coordinates}
@@ -107,7 +109,7 @@ def drive(
     options = replace(options, values=settable, starts=starts)
     inner = compiled.load()
     kernel = ForcedKernel(inner, _force(program, inner, functions), begin)
-    rows = run(compiled, options, kernel=kernel)
+    rows = compiler.run(compiled, options, kernel=kernel)
     shown = tuple(c for c in program.columns if not c.name.startswith(_ADDED))
     result = Result(replace(rows, program=replace(program, columns=shown)), compiled)
     if rows.ended is not None and rows.ended.severity is Severity.ERROR:
@@ -116,8 +118,6 @@ def drive(
 
 
 def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, stop: float) -> None:
-    from planarc.api.signals import table_span
-
     for coordinate, motion in motions.items():
         first, last = table_span(coordinate, motion) or (begin, stop)
         slack = 1e-9 * (last - first)
@@ -164,10 +164,6 @@ def _start_at(
 
 def _force(program: Program, kernel: Kernel, functions: Mapping[int, Motion]) -> Any:
     """Values by slot at a time: the parameters of the motions, and what depends on them."""
-    from planarc.evaluate.value import evaluate
-    from planarc.ir.expr import Expr, symbols
-    from planarc.ir.program import Let
-
     names = {k: [f"{_ADDED}{k}{part}" for part in "qvaT"] for k in functions}
     moving = {name for found in names.values() for name in found}
     dependent: list[tuple[str, Expr]] = []
@@ -203,11 +199,6 @@ def compile_driven(
     texts: Sequence[str | None],
 ) -> tuple[Compiled, dict[str, str]]:
     """The model with motions in it, and the variable that holds each effort."""
-    from planarc import compiler, stages
-    from planarc.api.variant import variant_of
-    from planarc.compiled import Compiled
-    from planarc.request.request import open_target
-
     declarations = "\n".join(_declaration(k, text) for k, text in enumerate(texts))
     request = variant_of(model.request, None, declarations)
     try:
@@ -230,8 +221,6 @@ def _unreadable(
     problem: PlanarcError, coordinates: Sequence[str], texts: Sequence[str | None]
 ) -> PlanarcError:
     """The model alone is right, so that a text is wrong; it stands in no file of the user."""
-    from planarc.api.variant import NAME
-
     given = [(c, text) for c, text in zip(coordinates, texts, strict=True) if text is not None]
     if not given:
         return problem

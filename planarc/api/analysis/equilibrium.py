@@ -23,17 +23,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.htmltable import html_table
+from planarc.api.signals import Signal
 from planarc.api.values import Value, start_values
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.options import RunOptions
+from planarc.core.unknown import unknown_name
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
-    from planarc.api.signals import Signal
-    from planarc.core.arrays import Vector
 
 STEPS = 500
 #: Longest change of a coordinate in one step (radians, metres).
@@ -71,8 +74,6 @@ class Equilibrium(Data):
         return html_table(("start value", ""), self.start.items(), note)
 
     def __getitem__(self, name: str) -> float:
-        from planarc.core.unknown import unknown_name
-
         if name not in self.values:
             raise unknown_name("variable", name, self.values)
         return self.values[name]
@@ -94,8 +95,6 @@ def find_equilibrium(
 
 def settle_down(point: Point) -> Equilibrium:
     """From a point to the equilibrium below it."""
-    import numpy as np
-
     way = _Way(point)
     way.rest()
     size = first = way.size()
@@ -149,14 +148,10 @@ class _Way:
         return self.point.rhs(y)[self.rates]
 
     def size(self) -> float:
-        import numpy as np
-
         return float(np.linalg.norm(self.pull(self.position())))
 
     def step(self, jacobian: Vector, pseudo: float, size: float) -> tuple[float, float]:
         """One step in pseudo-time; gives the next step size and the pull left."""
-        import numpy as np
-
         z = self.position()
         for _ in range(30):
             matrix = np.eye(len(z)) / pseudo - jacobian

@@ -15,22 +15,24 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
+
+from planarc.api.analysis.equilibrium import find_equilibrium
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.htmltable import html_table
+from planarc.api.result import Page, Result
+from planarc.api.signals import Signal
 from planarc.api.values import Value, finite, start_values
+from planarc.core.arrays import Array, Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import unknown_name
+from planarc.ir.result import Result as Rows
+from planarc.ir.result import StateChoice, Statistics
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from planarc.api.model import Model
-    from planarc.api.result import Page, Result
-    from planarc.api.signals import Signal
-    from planarc.core.arrays import Vector
 
 
 class Mode(Data):
@@ -91,10 +93,8 @@ class Linearization(Data, eq=False):
         return html_table(head, rows, repr(self).strip("<>"))
 
     @property
-    def eigenvalues(self) -> NDArray[np.complex128]:
+    def eigenvalues(self) -> Array:
         """In the order of `modes`."""
-        import numpy as np
-
         return np.array([m.eigenvalue for m in self._all()], dtype=complex)
 
     @property
@@ -109,8 +109,6 @@ class Linearization(Data, eq=False):
         return tuple(m for m in self._all() if m.eigenvalue.imag >= 0)
 
     def _all(self) -> list[Mode]:
-        import numpy as np
-
         if not len(self.states):
             return []
         values, vectors = np.linalg.eig(self.A)
@@ -160,8 +158,6 @@ class Linearization(Data, eq=False):
 
     def motion(self, mode: Mode | int, amplitude: float = 0.2, rows: int = 60) -> Result:
         """Three periods of a mode, undamped, as a result: small deviations, drawn large."""
-        import numpy as np
-
         mode = mode if isinstance(mode, Mode) else self._mode(mode)
         amplitude = finite("amplitude", amplitude)
         shape = np.array([mode.shape[n] for n in self.states])
@@ -185,8 +181,6 @@ def linearize(
         if at not in ("start", "equilibrium"):
             raise unknown_name("point to linearize at called", at, ("start", "equilibrium"))
         if at == "equilibrium":
-            from planarc.api.analysis.equilibrium import find_equilibrium
-
             starts |= find_equilibrium(model, settable, start, inputs).start
     elif isinstance(at, Mapping):
         starts |= at
@@ -201,8 +195,6 @@ def linearize(
 
 def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     """The linear model at a point whose states are `point.y`."""
-    import numpy as np
-
     program, n = point.program, len(point.y)
     columns = {c.name: c for c in program.columns}
     slots = [columns[name].slot for name in outputs]
@@ -232,8 +224,6 @@ def _by_formulas(
     point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
 ) -> Vector | None:
     """d(rates, outputs)/d(states, inputs), or None."""
-    import numpy as np
-
     rows = [*(c.derivative for c in point.states), *slots]
     formulas = point.kernel.capabilities.formulas
     found = None
@@ -248,8 +238,6 @@ def _by_formulas(
 def _by_differences(
     point: Point, held: Sequence[int], slots: Sequence[int], signs: Vector
 ) -> Vector:
-    import numpy as np
-
     n = len(point.y)
 
     def both(z: Vector) -> Vector:
@@ -279,12 +267,6 @@ def _outputs(model: Model, outputs: Sequence[str] | None) -> tuple[str, ...]:
 
 def _frames(point: Point, frequency: float, angles: Any, shape: Any) -> Result:
     """A result with a row for each phase angle of a small motion around the point."""
-    import numpy as np
-
-    from planarc.api.result import Result
-    from planarc.ir.result import Result as Rows
-    from planarc.ir.result import StateChoice, Statistics
-
     program = point.program
     varying = list(dict.fromkeys(c.slot for c in program.columns if not c.constant))
     rows = []

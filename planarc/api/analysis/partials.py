@@ -22,16 +22,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
 from msgspec.structs import replace
 
 from planarc.api.analysis.point import Point, derivative, open_point
+from planarc.core.arrays import Vector
 from planarc.core.options import RunOptions
+from planarc.ir.program import CandidateSlot, FixedSlot
 from planarc.solve.settings import resolve
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
-    from planarc.core.arrays import Vector
-    from planarc.ir.program import CandidateSlot, FixedSlot
 
 #: Steps of central differences, relative: of order two by parameters, four by states.
 STEP, STATE_STEP = 1e-5, 3e-6
@@ -69,8 +70,6 @@ class Formulas:
         self._formulas = point.kernel.capabilities.formulas
 
     def start(self) -> Vector:
-        import numpy as np
-
         program, point = self._point.program, self._point
         if program.initial_residuals:
             raise NoFormulaError
@@ -88,8 +87,6 @@ class Formulas:
         return np.asarray(found, dtype=float)
 
     def at(self, t: float, y: Vector, slots: Sequence[int]) -> tuple[Vector, Vector, Vector]:
-        import numpy as np
-
         formulas = self._formulas
         found = None
         if formulas is not None:
@@ -124,16 +121,12 @@ class Differences:
         ]
 
     def start(self) -> Vector:
-        import numpy as np
-
         slots = [c.slot for c in self._point.states]
         starts = [[p.outputs(p.y)[slots] for p in pair] for pair in self._sides]
         columns = [(a - b) / (2 * h) for (a, b), h in zip(starts, self._steps, strict=True)]
         return np.array(columns).T.reshape(len(slots), len(self._steps))
 
     def at(self, t: float, y: Vector, slots: Sequence[int]) -> tuple[Vector, Vector, Vector]:
-        import numpy as np
-
         for point in (self._point, *self._points()):
             point.t = t
         values = self._point.outputs(y)[slots]

@@ -11,19 +11,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from planarc.api.signals import ForcedKernel
+import numpy as np
+
+from planarc.api.signals import ForcedKernel, Signal
+from planarc.core.arrays import Vector
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.ir.program import CandidateSlot
+from planarc.core.options import RunOptions
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.runtime.differences import central
+from planarc.solve.run import Run
+from planarc.solve.settings import resolve
+from planarc.solve.start.sharing import misses
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
-    from planarc.api.signals import Signal
-    from planarc.core.arrays import Vector
-    from planarc.core.options import RunOptions
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.program import FixedSlot, Program
-    from planarc.solve.run import Run
 
 #: Steps of differences, relative to max(1, |x|). Those of order four err by about 1e-13.
 STEP = 1e-3
@@ -57,10 +59,6 @@ class Point:
 
     def accept(self, y: Sequence[float] | Vector, t: float | None = None) -> None:
         """Make these states the point from which nonlinear blocks start."""
-        import numpy as np
-
-        from planarc.solve.start.sharing import misses
-
         self.t = self.t if t is None else t
         self.y: Vector = np.array(y, dtype=float)
         self.outputs(self.y)
@@ -70,8 +68,6 @@ class Point:
 
     def rhs(self, y: Vector) -> Vector:
         """Derivatives of the states."""
-        import numpy as np
-
         ydot = [0.0] * len(self.y)
         if self.kernel.rhs(self.t, y.tolist(), ydot) != 0 or not np.all(np.isfinite(ydot)):
             raise self._unsolved()
@@ -79,8 +75,6 @@ class Point:
 
     def outputs(self, y: Vector) -> Vector:
         """The whole workspace."""
-        import numpy as np
-
         if self.kernel.outputs(self.t, y.tolist()) != 0:
             raise self._unsolved()
         return np.array(self.kernel.w, dtype=float)
@@ -152,9 +146,6 @@ def open_point(
 ) -> Point:
     """The point at the start of a run, or at a time that the run reaches."""
     from msgspec.structs import replace
-
-    from planarc.solve.run import Run
-    from planarc.solve.settings import resolve
 
     compiled = model.compiled(options.backend)
     program = compiled.program

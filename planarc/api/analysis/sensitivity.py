@@ -22,22 +22,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec.structs import replace
 
 from planarc.api.analysis.partials import Differences, Formulas, NoFormulaError, Partials
 from planarc.api.analysis.point import Point, open_point
 from planarc.api.values import parameter_values
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error, usage_error
+from planarc.core.extras import need
 from planarc.core.options import RunOptions
 from planarc.core.unknown import unknown_name
+from planarc.solve.settings import resolve
 from planarc.solve.states.selector import lost_diagnostic
 
 if TYPE_CHECKING:
     import pandas
 
     from planarc.api.model import Model
-    from planarc.core.arrays import Vector
 
 #: The relative change of a parameter whose effect is as exact as the motion.
 CHANGE = 1e-5
@@ -81,8 +84,6 @@ class Sensitivities(Data):
 
     def to_pandas(self, variables: Sequence[str]) -> pandas.DataFrame:
         """Columns (variable, parameter) over time. Needs pandas."""
-        from planarc.core.extras import need
-
         module = need("pandas", "tables")
         columns = {(v, p): self[v, p] for v in variables for p in self.parameters}
         frame: pandas.DataFrame = module.DataFrame(columns, index=self.time)
@@ -121,8 +122,6 @@ def _present(model: Model, names: Sequence[str], options: RunOptions) -> dict[st
             raise usage_error("C244", f"`{name}` is {kinds[name]}: there is no derivative by it")
     defaults = {p.name: p.default for p in model.program.parameter_slots}
     present = {n: options.values.get(n, defaults[n] or 0.0) for n in names}
-    from planarc.solve.settings import resolve
-
     resolve(model.program, replace(options, values={**options.values, **present}))
     return present
 
@@ -133,8 +132,6 @@ class _Equations:
     def __init__(
         self, base: Point, partials: Partials, values: dict[str, float], options: RunOptions
     ) -> None:
-        from planarc.solve.settings import resolve
-
         self.program, self.parameters = base.program, tuple(values)
         request = resolve(self.program, options)
         self.grid = request.grid
@@ -152,8 +149,6 @@ class _Equations:
 
     def _rates(self, t: float, z: Vector) -> Vector:
         """Of the states, then of their sensitivities; NaN where there are none."""
-        import numpy as np
-
         n = len(self.base.y)
         try:
             f, by_state, by_parameter = self.partials.at(t, z[:n], self._slots)
@@ -169,8 +164,6 @@ class _Equations:
         return values, by_state @ z[n:].reshape(n, len(self.changes)) + by_parameter
 
     def integrate(self) -> Sensitivities:
-        import numpy as np
-
         columns = [c for c in self.program.columns if not c.name.startswith("$")]
         slots = [c.slot for c in columns]
         signs = np.array([c.sign for c in columns], dtype=float)
@@ -200,7 +193,6 @@ class _Equations:
         )
 
     def _solver(self, now: float, stop: float) -> Any:
-        import numpy as np
         from scipy.integrate import DOP853
 
         z = np.concatenate([self.base.y, self.s.ravel()])
@@ -244,10 +236,6 @@ class _Equations:
 
 
 def _by_runs(model: Model, values: dict[str, float], options: RunOptions) -> Sensitivities:
-    import numpy as np
-
-    from planarc.solve.settings import resolve
-
     grid = resolve(model.program, options).grid
     options = replace(options, tolerance=min(RUN_TOLERANCE, options.tolerance or 1.0))
     names = tuple(c.name for c in model.program.columns if not c.name.startswith("$"))

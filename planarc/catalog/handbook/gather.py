@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from planarc.catalog.handbook.graphics import graphics_of, placed
 from planarc.catalog.handbook.head import head_of
@@ -18,12 +17,10 @@ from planarc.catalog.handbook.names import Names, elements
 from planarc.catalog.handbook.pages import ClassPage, Graphic, Icon, Link, Placed, Row
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
+from planarc.flatten.library.library import Entry, Library
 from planarc.flatten.tree.annotation import binding_of, find_argument, inside
 from planarc.ir import syntax
 from planarc.ir.text.expression import expression_text
-
-if TYPE_CHECKING:
-    from planarc.flatten.library.library import Entry, Library
 
 _CONNECTORS = (syntax.ClassKind.CONNECTOR, syntax.ClassKind.EXPANDABLE_CONNECTOR)
 _PACKAGES = (syntax.ClassKind.PACKAGE,)

@@ -14,13 +14,10 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import PlanarcError
+from planarc.flatten.library.library import Entry, Library
 from planarc.ir import syntax
-
-if TYPE_CHECKING:
-    from planarc.flatten.library.library import Entry, Library
 
 
 class Names:

@@ -81,3 +81,8 @@ class ClassPage(Data):
     file: str
     head: tuple[tuple[str, str], ...] = ()  # `Law`, `Sign`, `Valid` ... and what they say
     inherited: tuple[tuple[Link, tuple[str, ...]], ...] = ()  # base classes with equations
+
+    @property
+    def is_example(self) -> bool:
+        """True for a model to run, in the package of a library's examples."""
+        return ".Examples." in self.name

@@ -18,6 +18,8 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from planarc.core.data import Data
 from planarc.ir.insight import Track
 from planarc.view.item import Item, Kind
@@ -81,8 +83,6 @@ def shape_of(item: Item) -> Shape:
 
 def bounded_extra(item: Item) -> Track:
     """The `extra` by which a shape is measured, within its bounds."""
-    import numpy as np
-
     bounds = _VARY.get((item.kind, item.shape, item.upright))
     if bounds is None:
         return 0.0

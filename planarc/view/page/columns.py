@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import base64
 import math
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+import numpy as np
 
-    from planarc.ir.insight import Track
+from planarc.core.arrays import Array
+from planarc.ir.insight import Track
 
 #: A number, None where it is not finite, or base64.
 Encoded: TypeAlias = "float | str | None"
@@ -24,7 +23,7 @@ Encoded: TypeAlias = "float | str | None"
 class Columns:
     """Numbered columns of some rows of a result; `all` holds them encoded."""
 
-    def __init__(self, rows: NDArray[np.int64] | slice) -> None:
+    def __init__(self, rows: Array | slice) -> None:
         self._rows = rows
         self._known: dict[object, int] = {}
         self.all: list[Encoded] = []
@@ -40,8 +39,6 @@ class Columns:
         return self._known[encoded]
 
     def _encode(self, values: Any) -> Encoded:
-        import numpy as np
-
         with np.errstate(over="ignore"):  # of a run that blew up: infinite to the page
             own = values[self._rows].astype(np.float32)
         if own.size and (own == own[0]).all():
@@ -49,10 +46,8 @@ class Columns:
         return encode(own)
 
 
-def encode(values: NDArray[Any], form: str = "<f4") -> str:
+def encode(values: Array, form: str = "<f4") -> str:
     """Base64 of the numbers; what is not finite is NaN, and there is no -0."""
-    import numpy as np
-
     with np.errstate(over="ignore"):
         own = np.ascontiguousarray(values, dtype=form) + np.zeros(1, dtype=form)
     own[~np.isfinite(own)] = np.nan

@@ -18,21 +18,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from planarc.view.item import Kind
+import numpy as np
+
+from planarc.core.arrays import Vector
+from planarc.ir.insight import Layer, Series, Track
+from planarc.ir.program import Column
+from planarc.ir.result import Result
+from planarc.view.item import Item, Kind
 from planarc.view.marks.shapes import Shape, bounded_extra, shape_of
 from planarc.view.page.columns import Columns, encode, number
+from planarc.view.page.figures import Figure
 from planarc.view.page.shapes import shape_data
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-    from planarc.ir.insight import Layer, Series, Track
-    from planarc.ir.program import Column
-    from planarc.ir.result import Result
-    from planarc.view.item import Item
-    from planarc.view.page.figures import Figure
-    from planarc.view.scene import Scene
+from planarc.view.scene import Scene
 
 #: The most rows of a page: more would make it slow to load, and no screen shows them.
 ROWS = 3000
@@ -138,8 +137,6 @@ def thin_rows(count: int, columns: Sequence[Vector], limit: int = ROWS) -> Any:
     A third are spread evenly, for the motion; the others are where a column is lowest and
     highest in a stretch.
     """
-    import numpy as np
-
     if count <= limit:
         return np.arange(count)
     keep = [np.linspace(0, count - 1, max(2, limit // 3)).astype(int)]

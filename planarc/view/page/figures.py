@@ -8,13 +8,10 @@ gave. What does not change makes no curve.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-
-if TYPE_CHECKING:
-    from planarc.ir.insight import Insight
-    from planarc.ir.result import Result
+from planarc.ir.insight import Insight
+from planarc.ir.result import Result
 
 #: The most curves that can be told apart in a plot.
 LIMIT = 16

@@ -9,14 +9,14 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from planarc.core.data import Data
 from planarc.view.page import assets
 from planarc.view.page.data import scene_data
-
-if TYPE_CHECKING:
-    from planarc.view.scene import Scene
+from planarc.view.scene import Scene
 
 #: Rows of a card's motion.
 ROWS = 160
@@ -46,8 +46,6 @@ def render_gallery(title: str, cards: Sequence[Card]) -> str:
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
-    import numpy as np
-
     count = len(scene.time)
     rows = np.unique(np.linspace(0, count - 1, min(count, ROWS)).astype(int))
     return scene_data(scene, rows)

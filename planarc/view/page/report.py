@@ -12,17 +12,15 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.ir.insight import Insight
+from planarc.ir.result import Result
 from planarc.view.page import assets
 from planarc.view.page.data import choose_rows, curve_data, scene_data
 from planarc.view.page.figures import choose_figures
-
-if TYPE_CHECKING:
-    from planarc.ir.insight import Insight
-    from planarc.ir.result import Result
-    from planarc.view.scene import Scene
+from planarc.view.scene import Scene
+from planarc.view.storage import write_text
 
 #: The most events that the page lists.
 EVENTS = 1000
@@ -45,8 +43,6 @@ def write_report(
     them; `notes` stand at the top. Raises UsageError where the file cannot be written or a name
     is unknown.
     """
-    from planarc.view.storage import write_text
-
     unknown = [name for name in curves or () if name not in result]
     if unknown:
         raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))

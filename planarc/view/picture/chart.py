@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
 from planarc.core.prose import ticked
 from planarc.core.unknown import unknown_name
+from planarc.ir.result import Result
+from planarc.view.page.data import thin_rows
 from planarc.view.storage import replacing
 from planarc.view.table.table import Columns, Table
-
-if TYPE_CHECKING:
-    from planarc.ir.result import Result
 
 SUFFIXES = (".png", ".svg", ".pdf")
 EXTRA = "plot"
@@ -76,8 +75,6 @@ def panels_of(table: Table, names: Sequence[str]) -> list[tuple[str, ...]]:
 
 def draw_panels(axes: Sequence[Any], table: Table, panels: Sequence[Sequence[str]], x: str) -> None:
     """Draw one panel in each of `axes`, which share their x-axis."""
-    from planarc.view.page.data import thin_rows
-
     names = [n for panel in panels for n in panel]
     rows = thin_rows(len(table.time), [table[n] for n in (*names, x)], _POINTS)
     color = 0

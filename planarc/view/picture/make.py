@@ -19,17 +19,20 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
 from planarc.core.prose import ticked
+from planarc.ir.insight import Layer
+from planarc.ir.result import Result
+from planarc.view.picture import movie
 from planarc.view.picture.camera import Camera, fit_camera
-from planarc.view.picture.motion import Motion, When, sample_motion, still
+from planarc.view.picture.motion import Motion, When, resample, sample_motion, still
 from planarc.view.picture.overlays import trace_items, with_layers
+from planarc.view.picture.raster import render_images
+from planarc.view.picture.svg import render_svg
 from planarc.view.scene import Scene, make_scene
 from planarc.view.storage import replacing, write_text
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from planarc.ir.insight import Layer
-    from planarc.ir.result import Result
 
 SUFFIXES = (".svg", ".gif", ".mp4", ".png")
 EXTRA = "pictures"
@@ -82,8 +85,6 @@ def write_picture(
     camera = fit_camera(scene.box, options.width)
     motion = _motion(scene, options, suffix)
     if suffix == ".svg":
-        from planarc.view.picture.svg import render_svg
-
         write_text(path, render_svg(motion, camera, result.program.name, options.dark))
     else:
         _write_images(path, suffix, scene, motion, camera, options)
@@ -156,8 +157,6 @@ def _write_images(
     options: PictureOptions,
 ) -> None:
     check_installed(suffix)
-    from planarc.view.picture import movie
-    from planarc.view.picture.raster import render_images
 
     def images(of: Motion) -> Iterator[Image]:
         return render_images(of, camera, bool(options.dark))
@@ -170,7 +169,5 @@ def _write_images(
             next(images(motion)).save(file, "PNG" if suffix == ".png" else "GIF")
         else:
             times = motion.times[:: max(1, len(motion.times) // _SAMPLES)]
-            from planarc.view.picture.motion import resample
-
             samples = list(images(resample(scene, times, 1.0)))
             movie.write_gif(file, images(motion), samples, options.when.rate)

@@ -13,16 +13,15 @@ Example: 2 s shown at 25 frames a second and at half speed
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.ir.insight import Track
 from planarc.view.item import Item
 from planarc.view.scene import Scene
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
 
 #: The shortest and the longest motion (s) shown at its own pace: longer runs are shown faster,
 #: shorter ones slower, by 2, 5, 10 ...
@@ -58,8 +57,6 @@ class Motion(Data):
 def sample_motion(scene: Scene, when: When) -> Motion:
     """The scene at the instants of frames. Raises UsageError V703 for times that are not in the
     run, and V707 for too many frames."""
-    import numpy as np
-
     begin, end = _span(scene, when)
     speed = when.speed or choose_speed(end - begin)
     shown = (end - begin) / speed
@@ -81,8 +78,6 @@ def still(scene: Scene, time: float) -> Motion:
 
 def resample(scene: Scene, times: object, shown: float) -> Motion:
     """The scene at any times."""
-    import numpy as np
-
     instants = np.asarray(times, dtype=float)
     known: dict[int, Track] = {}
 
@@ -141,8 +136,6 @@ def thin_polyline(times: Vector, values: Vector, tolerance: float) -> list[int]:
     Reference: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973, 112-122; here the
     distance is taken at equal time, since a picture runs through its points by time.
     """
-    import numpy as np
-
     keep = {0, len(times) - 1}
     stack = [(0, len(times) - 1)]
     while stack:

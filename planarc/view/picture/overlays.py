@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from planarc.core.unknown import unknown_name
 from planarc.ir.insight import Layer, Track
+from planarc.ir.result import Result
 from planarc.view.item import Item, Kind
 from planarc.view.scene import Scene, with_items
-
-if TYPE_CHECKING:
-    from planarc.ir.result import Result
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
 _COLORS = {
@@ -57,8 +56,6 @@ def _span(scene: Scene) -> float:
 
 
 def _items(layer: Layer, span: float) -> Iterator[Item]:
-    import numpy as np
-
     marks = [mark for mark in layer.members if mark.on]
     if layer.kind == "paths":
         yield from (_path(m.name, m.x, m.y, _COLORS[layer.id]) for m in marks)
@@ -85,8 +82,6 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
 
 
 def _path(name: str, x: Track, y: Track, color: tuple[float, float, float]) -> Item:
-    import numpy as np
-
     places = zip(*np.broadcast_arrays(np.atleast_1d(x), np.atleast_1d(y)), strict=True)
     points = tuple((float(a), float(b)) for a, b in places if np.isfinite(a + b))
     return Item(name, Kind.CURVE, 0.0, 0.0, 0.0, 0.0, 0.0, color, points=points)
@@ -98,8 +93,6 @@ def trace_items(result: Result, names: Sequence[str]) -> tuple[Item, ...]:
 
 
 def _trace(result: Result, name: str) -> Item:
-    import numpy as np
-
     vector = next((name + v for v in _VECTORS if f"{name}{v}[1]" in result), None)
     if vector is None or f"{vector}[2]" not in result:
         vectors = (n[:-3] for n in result.columns if n.endswith("[1]") and n[:-3] + "[2]" in result)

@@ -9,17 +9,16 @@ Colours stand once as classes, with others for a reader whose screen is dark.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
+import numpy as np
+
+from planarc.core.arrays import Vector
 from planarc.view.item import Item
 from planarc.view.marks.draw import marks_of, visible
 from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.picture.camera import Camera
 from planarc.view.picture.motion import Motion, item_at, thin_polyline
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
 
 PAPER, DARK_PAPER = Paint(255, 255, 255), Paint(20, 23, 29)
 #: The greatest error (pixels) of a moving thing between the instants that are written.
@@ -103,8 +102,6 @@ class _Drawing:
 
     def _places(self, poses: Sequence[Item], marks: Sequence[Sequence[Mark]]) -> list[str]:
         """The attribute that places an item, and the animations of it."""
-        import numpy as np
-
         x = np.array([self.camera(p.x, p.y) for p in poses])  # type: ignore[arg-type]
         turn = -np.degrees(np.array([p.angle for p in poses], dtype=float))
         reach = max(1.0, _reach(marks[0]) * self.camera.scale)
@@ -134,8 +131,6 @@ class _Drawing:
 
     def _mark(self, marks: Sequence[Mark], name: str, item: Item, poses: Sequence[Item]) -> str:
         """One mark, with an animation of each attribute that changes."""
-        import numpy as np
-
         forms = [_form(m, self.camera.scale) for m in marks]
         tag, first, text = forms[0]
         stretch = self._stretched([f[1] for f in forms])
@@ -159,8 +154,6 @@ class _Drawing:
 
     def _stretched(self, forms: Sequence[dict[str, tuple[float, ...]]]) -> str:
         """A mark that only grows along its length, such as a spring, written once and scaled."""
-        import numpy as np
-
         if "points" not in forms[0]:
             return ""
         points = np.array([f["points"] for f in forms]).reshape(len(forms), -1, 2)
@@ -180,8 +173,6 @@ class _Drawing:
 
     def _colors(self, item: Item, marks: Sequence[Mark]) -> str:
         """Animations of the colours of a mark, where they change."""
-        import numpy as np
-
         if all(isinstance(c, (int, float)) for c in item.color):
             return ""
         text = ""
@@ -208,8 +199,6 @@ class _Drawing:
 
     def _phase(self) -> Vector:
         """The phase of each frame, 0 to 1."""
-        import numpy as np
-
         return np.linspace(0.0, 1.0, len(self.motion.times))
 
     def _timing(self, keep: Sequence[int], texts: Sequence[str]) -> str:

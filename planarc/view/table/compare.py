@@ -17,13 +17,12 @@ Promises:  values that are no numbers agree with each other and with nothing els
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.view.table.table import Table
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
 
 
 class Parting(Data):
@@ -73,8 +72,6 @@ class _Tube:
     """The windows in time that are the same for all variables."""
 
     def __init__(self, a: Vector, b: Vector, width: float) -> None:
-        import numpy as np
-
         length = float(a[-1] - a[0]) if len(a) else 0.0
         slack = 1e-9 * max(length, 1e-300)
         half = max(width * length, slack)
@@ -93,8 +90,6 @@ class _Tube:
 
     def parting(self, name: str, a: Vector, b: Vector, tolerance: float) -> Parting | None:
         """The place where B's values leave the tube around A's."""
-        import numpy as np
-
         if len(self.rows) == 0:
             return None
         values = b[self.rows]
@@ -123,8 +118,6 @@ class _Tube:
 
     def _bounds(self, a: Vector) -> tuple[Vector, Vector]:
         """The least and the greatest value of A's curve in each window."""
-        import numpy as np
-
         edges = np.stack([np.interp(t, self.a, a) for t in (self.left, self.time, self.right)])
         low, high = np.fmin.reduce(edges), np.fmax.reduce(edges)
         filled = np.flatnonzero(self.windows[:, 1] > self.windows[:, 0])

@@ -5,19 +5,18 @@ from __future__ import annotations
 import csv
 import math
 import re
+import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
+import numpy as np
 from msgspec import MsgspecError, json
 
+from planarc.core.arrays import Vector
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column
 from planarc.ir.result import Result
 from planarc.view.table.table import Table
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-
 
 _END = b"\r\n"
 #: The count of numbers formatted at a time: they and their text stay in the cache.
@@ -44,8 +43,6 @@ def _quoted(name: str) -> str:
 
 def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> Vector:
     """Time and the columns, side by side."""
-    import numpy as np
-
     kept = [(i, c) for i, c in enumerate(columns, 1) if c.slot in result.stored]
     fixed = [(i, c) for i, c in enumerate(columns, 1) if c.slot not in result.stored]
     numbers = np.empty((len(result.time[rows]), 1 + len(columns)))
@@ -112,8 +109,6 @@ def _header(file: BinaryIO) -> tuple[list[str], int]:
 
 def _body(file: BinaryIO, width: int, line: int) -> Vector:
     """The numbers of all rows, one below the other."""
-    import numpy as np
-
     begin = file.tell()
     most = sum(block.count(b"\n") for block in iter(lambda: file.read(_BLOCK), b"")) + 1
     file.seek(begin)
@@ -133,10 +128,6 @@ def _body(file: BinaryIO, width: int, line: int) -> Vector:
 
 def _fast(rows: Sequence[bytes], width: int) -> Vector | None:
     """All numbers of some rows, made in C; None if they are not just numbers and commas."""
-    import warnings
-
-    import numpy as np
-
     if any(row.count(b",") != width - 1 for row in rows):
         return None
     text = b",".join(rows)
@@ -154,8 +145,6 @@ def _fast(rows: Sequence[bytes], width: int) -> Vector | None:
 
 def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
     """The same one by one, to allow quotes and to say where something is wrong."""
-    import numpy as np
-
     rows = []
     reader = csv.reader(line.decode("utf-8", "replace") for line in lines)
     for row in reader:

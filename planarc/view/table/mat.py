@@ -17,18 +17,14 @@ import mmap
 import re
 import struct
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import BinaryIO
 
+import numpy as np
+
+from planarc.core.arrays import Array, Vector
 from planarc.ir.program import Column
 from planarc.ir.result import Result
 from planarc.view.table.table import Columns, Table
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from planarc.core.arrays import Vector
-
 
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 
@@ -38,8 +34,6 @@ _CHUNK = 1 << 20
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
-    import numpy as np
-
     names = ["time", *(c.name for c in columns)]
     descriptions = ["Simulation time [s]", *(_description(c) for c in columns)]
     constants = list(dict.fromkeys(c.slot for c in columns if _constant(result, c)))
@@ -85,17 +79,15 @@ def _description(column: Column) -> str:
     return f"{column.description} [{unit}]".lstrip() if unit else column.description
 
 
-def _texts(lines: Sequence[str]) -> NDArray[np.uint8]:
+def _texts(lines: Sequence[str]) -> Array:
     """A row of bytes for each text, filled up with blanks."""
-    import numpy as np
-
     encoded = [line.encode() for line in lines]
     width = max(1, max(map(len, encoded)))
     joined = b"".join(e.ljust(width) for e in encoded)
     return np.frombuffer(joined, dtype=np.uint8).reshape(len(lines), width)
 
 
-def _matrix(file: BinaryIO, name: str, kind: int, values: NDArray[Any]) -> None:
+def _matrix(file: BinaryIO, name: str, kind: int, values: Array) -> None:
     _head(file, name, kind, *values.shape)
     forms = {_DOUBLE: "<f8", _INTEGER: "<i4", _TEXT: "u1"}
     file.write(values.astype(forms[kind], copy=False).tobytes(order="F"))
@@ -113,10 +105,8 @@ _UNIT = re.compile(r"(?:^| )\[([^\[\]|]+)(?:\|[^\[\]]*)?\]$")
 _FORMS = ("f8", "f4", "i4", "i2", "u2", "u1")
 
 
-def _column(place: tuple[NDArray[Any], int, bool], rows: int) -> Vector:
+def _column(place: tuple[Array, int, bool], rows: int) -> Vector:
     """The values of a matrix's column with its sign; `place` also says whether it is constant."""
-    import numpy as np
-
     points, at, constant = place
     values = points[:, abs(at) - 1]
     if constant:
@@ -135,7 +125,7 @@ def read(data: bytes | mmap.mmap) -> Table:
     kind = _lines(matrices["Aclass"])
     turned = "binTrans" in kind
 
-    def by_row(name: str) -> NDArray[Any]:
+    def by_row(name: str) -> Array:
         return matrices[name].T if turned else matrices[name]
 
     names = _lines(by_row("name"))
@@ -145,7 +135,7 @@ def read(data: bytes | mmap.mmap) -> Table:
     if len(info) != len(names) or info.shape[1] < 2:
         raise ValueError("its `dataInfo` does not belong to its names")
     time = points[2][:, 0].astype(float)
-    places: dict[str, tuple[NDArray[Any], int, bool]] = {}
+    places: dict[str, tuple[Array, int, bool]] = {}
     units: dict[str, str] = {}
     for i, name in enumerate(names):
         matrix, place = int(info[i, 0]), int(info[i, 1])
@@ -162,16 +152,14 @@ def read(data: bytes | mmap.mmap) -> Table:
     return Table(time, Columns(places, lambda place: _column(place, len(time))), units, remark)
 
 
-def _lines(matrix: NDArray[Any]) -> list[str]:
+def _lines(matrix: Array) -> list[str]:
     lines = (row.astype("u1").tobytes() for row in matrix)
     return [line.decode("utf-8", "replace").rstrip(" \0") for line in lines]
 
 
-def _matrices(data: bytes | mmap.mmap) -> dict[str, NDArray[Any]]:
+def _matrices(data: bytes | mmap.mmap) -> dict[str, Array]:
     """All matrices of a level 4 file, by name."""
-    import numpy as np
-
-    found: dict[str, NDArray[Any]] = {}
+    found: dict[str, Array] = {}
     at = 0
     while at < len(data):
         if len(data) - at < 20:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
+from planarc.core.arrays import Vector
 from planarc.core.data import Data
-
-if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
-
 
 Place = TypeVar("Place")
 
