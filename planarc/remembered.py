@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache, plain
 from planarc.core.data import Data
+from planarc.core.files import read_plain
 from planarc.core.looked import same
 from planarc.core.options import Backend
 from planarc.request.request import Request, Target, roots_of
@@ -144,6 +145,6 @@ def _machine(backend: Backend) -> tuple[str, ...]:
 
 def _unchanged(path: Path, key: str) -> bool:
     try:
-        return cache.key(path.read_bytes()) == key
+        return cache.key(read_plain(path)) == key
     except OSError:
         return False

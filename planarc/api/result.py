@@ -6,6 +6,7 @@ ask.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -249,7 +250,7 @@ class Result:
         if variables is not None:
             names = "|".join(re.escape(n) for n in self.select(variables))
             only = re.compile(rf"\A(?:{names})\Z")
-        if path.is_dir():
+        if os.path.isdir(path):  # noqa: PTH112 (a name that no file can have is no folder)
             raise CannotWrite(
                 Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
             )

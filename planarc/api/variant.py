@@ -19,7 +19,9 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
+from planarc.core.source import decode
 from planarc.ir.program import ParameterSlot, Program
+from planarc.request.reader import content_of
 from planarc.request.request import Request, open_target
 from planarc.stages import flatten
 
@@ -46,7 +48,7 @@ def variant_of(
     if request.text is not None:
         text = request.text
     elif request.file is not None:
-        text = request.file.read_text("utf-8-sig")
+        text = decode(content_of(request.file))
     else:
         text = ""
     tree = _redeclared(_tree(values or {}), classes or {})

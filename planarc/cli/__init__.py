@@ -26,6 +26,10 @@ def _run() -> int:
     import os
     import sys
 
+    from planarc.cli.streams import open_streams
+
+    open_streams()
+
     # A command ends soon, and most of what it makes lives until then: look for cycles
     # seldom. That takes a third off a check with many library classes.
     gc.set_threshold(1_000_000, 10, 10)

@@ -20,6 +20,7 @@ import typer
 from planarc.cli import console, help_examples
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
+from planarc.cli.streams import CannotPrint, silence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
 from planarc.core.nearest import meant, nearest
 
@@ -83,7 +84,20 @@ def run(arguments: Sequence[str]) -> int:
     """Run one command line; gives its exit code and never raises."""
     arguments, volume = _take_volume(arguments)
     console.prepare(volume)
-    as_json = "--json" in arguments
+    try:
+        code = _answer(arguments, "--json" in arguments)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        silence(sys.stdout)
+        return Exit.BROKEN_PIPE
+    except CannotPrint as problem:
+        silence(sys.stdout)
+        return _fail((Diagnostic("C123", f"cannot print: {problem}"),), Exit.USAGE, False)
+
+
+def _answer(arguments: Sequence[str], as_json: bool) -> int:
+    """The exit code. Raises BrokenPipeError, CannotPrint."""
     try:
         app = make_app(_wanted(arguments))
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
@@ -96,15 +110,17 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(error.diagnostics, exit_code(error), as_json)
     except _CommandLineError as error:
         return _fail((_usage(error),), Exit.USAGE, as_json)
-    except BrokenPipeError:
-        # Python flushes standard output once more when it ends; let that go nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Exit.BROKEN_PIPE
+    except (BrokenPipeError, CannotPrint):
+        raise
     except (KeyboardInterrupt, typer.Abort):
         return _fail((_INTERRUPTED,), Exit.INTERRUPTED, as_json)
     except Exception as error:
         if os.environ.get("PLANARC_DEBUG"):
             raise
+        if isinstance(error, OSError) and error.filename is not None:  # a name that is too long
+            reason = (error.strerror or str(error)).lower()
+            found = Diagnostic("C108", f"cannot use `{error.filename}`: {reason}")
+            return _fail((found,), Exit.USAGE, as_json)
         return _fail((mistake(error),), Exit.BUG, as_json)
 
 

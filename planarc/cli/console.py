@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import TextIO
 
+from planarc.cli.streams import silence
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.render import render_all
 
@@ -80,14 +81,16 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
     if may_colour(sys.stderr):
         _rich_print(text, sys.stderr)
     else:
-        sys.stderr.write(text)
-    sys.stderr.flush()
+        warn(text)
 
 
 def warn(text: str) -> None:
-    """Print on standard error, as it is."""
-    sys.stderr.write(text)
-    sys.stderr.flush()
+    """Print on standard error, as it is; where that is full or gone, there is nobody to tell."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        silence(sys.stderr)
 
 
 def say_rows(rows: Sequence[tuple[str, str]]) -> None:

@@ -14,6 +14,7 @@ from planarc.cli.analysis import number, open_model, say_json, say_table, split_
 from planarc.cli.files import table_destination
 from planarc.cli.rescue import save
 from planarc.core.diagnostic import usage_error
+from planarc.core.files import read_plain
 from planarc.core.options import Redundant
 
 
@@ -90,7 +91,7 @@ def read_motion(path: Path) -> tuple[list[float], list[float]]:
     A first line without numbers names the columns.
     """
     try:
-        lines = path.read_text("utf-8-sig", errors="replace").splitlines()
+        lines = read_plain(path).decode("utf-8-sig", "replace").splitlines()
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
         raise usage_error("C108", f"cannot read `{path}`: {reason}") from None

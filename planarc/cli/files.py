@@ -96,6 +96,15 @@ def _destination(
 
 def check_writable(path: Path, option: str) -> None:
     """UsageError unless a file can be written at `path`."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as problem:
+        reason = (getattr(problem, "strerror", None) or str(problem)).lower()
+        raise usage_error(
+            "C123", f"cannot write `{path}`: {reason}", hint=f"change `{option}`"
+        ) from None
     if path.is_dir():
         raise usage_error(
             "C123", f"cannot write `{path}`: it is a folder", hint=f"give `{option}` a file"

@@ -12,6 +12,7 @@ import typer
 from planarc.cli import console
 from planarc.cli.exits import Exit
 from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, usage_error
+from planarc.core.files import read_plain
 from planarc.core.source import SUFFIXES, Source, model_files
 
 
@@ -84,7 +85,7 @@ def _hidden(path: Path) -> bool:
 def _format_file(path: Path, check: bool) -> bool:
     """Format a file, unless `check`; true when that changes it."""
     try:
-        data = path.read_bytes()
+        data = read_plain(path)
         text = data.decode("utf-8")
     except UnicodeDecodeError:
         raise PlanarcError(

@@ -11,6 +11,8 @@ from bisect import bisect_right
 from pathlib import Path
 from typing import NamedTuple
 
+from planarc.core.files import read_plain
+
 #: The endings of model files.
 SUFFIXES = (".pmo", ".mo")
 
@@ -30,7 +32,7 @@ class Source:
     def text(self) -> str:
         """The whole text; read again from `path` when it was not kept."""
         if self._text is None:
-            self._text = decode(self.path.read_bytes()) if self.path else ""
+            self._text = decode(read_plain(self.path)) if self.path else ""
         return self._text
 
     def position(self, offset: int) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from planarc.catalog.handbook.names import Names, elements
 from planarc.core.data import Data
@@ -149,7 +150,7 @@ class _Finder:
         top = self._library.top(constraint.full_name.partition(".")[0])
         if top is None or top.folder is None:
             return
-        for path in model_files(top.folder, below=True):
+        for path in filter(Path.is_file, model_files(top.folder, below=True)):
             folders = path.relative_to(top.folder).parts[:-1]
             last = () if path.stem == "package" else (path.stem,)
             bases = _EXTENDS.findall(path.read_text("utf-8", errors="replace"))

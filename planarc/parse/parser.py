@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError
+from planarc.core.files import read_plain
 from planarc.core.source import Source, Span, decode
 from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
@@ -43,7 +44,7 @@ def parse_text(source: Source) -> syntax.StoredDefinition:
 
 def parse_file(path: Path, name: str | None = None) -> syntax.StoredDefinition:
     """The tree of a file, under the name that messages show."""
-    return parse_text(Source(name or str(path), decode(path.read_bytes()), path))
+    return parse_text(Source(name or str(path), decode(read_plain(path)), path))
 
 
 def parse_expression(text: str, name: str = "<expression>") -> syntax.Expression:

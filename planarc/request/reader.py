@@ -7,7 +7,6 @@ model is known to be as its files are.
 from __future__ import annotations
 
 from pathlib import Path
-from stat import S_ISBLK, S_ISCHR, S_ISFIFO
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from msgspec import Struct, field
 
 from planarc.core.cache import key
 from planarc.core.diagnostic import usage_error
+from planarc.core.files import read_plain
 from planarc.core.nearest import did_you_mean
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
@@ -32,7 +32,7 @@ class Reader(Struct):
     def __call__(self, path: Path) -> syntax.StoredDefinition:
         from planarc.request.substitutes import substitute
 
-        data = _bytes_of(path)
+        data = content_of(path)
         self.files[path.absolute()] = key(data)
         stored = self.parse(Source(shown_name(path), decode(data), path))
         return stored if path.is_relative_to(stdlib()) else substitute(stored, self)
@@ -53,10 +53,10 @@ def shown_name(path: Path) -> str:
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
 
 
-def _bytes_of(path: Path) -> bytes:
+def content_of(path: Path) -> bytes:
+    """The bytes of a model's file. Raises UsageError C101, C102, C108."""
     try:
-        _refuse_endless(path)
-        return path.read_bytes()
+        return read_plain(path)
     except FileNotFoundError:
         hint = did_you_mean(path.name, _siblings(path))
         raise usage_error("C101", f"there is no file `{path}`", hint=hint) from None
@@ -71,16 +71,6 @@ def _bytes_of(path: Path) -> bytes:
     except OSError as problem:
         reason = (problem.strerror or str(problem)).lower()
         raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
-
-
-def _refuse_endless(path: Path) -> None:
-    """A device has no end, and a named pipe none before somebody writes into it.
-
-    A pipe that a shell has opened stands below `/dev`, and is read.
-    """
-    mode = path.stat().st_mode
-    if S_ISCHR(mode) or S_ISBLK(mode) or (S_ISFIFO(mode) and not path.is_relative_to("/dev")):
-        raise usage_error("C108", f"cannot read `{path}`: it is no ordinary file")
 
 
 def _siblings(path: Path) -> list[str]:

@@ -66,11 +66,13 @@ def roots_of(request: Request) -> tuple[Path, ...]:
     named = request.libraries
     path = [Path(p) for p in os.environ.get("MODELICAPATH", "").split(os.pathsep) if p]
     for root in named:
-        if not root.exists():
+        if not os.path.exists(root):  # noqa: PTH110 (so is a name that is too long)
             raise _usage(
                 "C104", f"there is no library `{root}`", "check the path after `--library`"
             )
-    return (*named, *(p for p in path if p.exists()), stdlib())
+        if not (root.is_dir() or root.is_file()):
+            raise _usage("C104", f"`{root}` is no library", "give a folder, or an ordinary file")
+    return (*named, *(p for p in path if os.path.exists(p)), stdlib())  # noqa: PTH110
 
 
 def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:

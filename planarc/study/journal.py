@@ -1,17 +1,27 @@
 """The journal of a study: a line for each finished point, so that it can be taken up again.
 
-The first line says which study it is; a last line that was cut off does not count.
+The first line says which study it is; a line that was cut off or damaged does not count.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import stat
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO
+
+from msgspec import Struct, ValidationError, convert
 
 from planarc.core.diagnostic import usage_error
 from planarc.study.bundle import Outcome
+
+
+class _Line(Struct):
+    point: int
+    values: dict[str, float] | None = None
+    failed: str | None = None
 
 
 class Journal:
@@ -21,9 +31,9 @@ class Journal:
         self._path = path
         self.done: dict[int, Outcome] = {}
         try:
-            self._file: TextIO = path.open("a+", encoding="utf-8")
-        except OSError as problem:
-            reason = (problem.strerror or str(problem)).lower()
+            self._file: BinaryIO = path.open("a+b")
+        except (OSError, ValueError) as problem:
+            reason = (getattr(problem, "strerror", None) or str(problem)).lower()
             raise usage_error("C233", f"cannot write the journal `{path}`: {reason}") from None
         try:
             self._lock()
@@ -33,6 +43,10 @@ class Journal:
             raise
 
     def _lock(self) -> None:
+        if not stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
+            raise usage_error(
+                "C233", f"cannot write the journal `{self._path}`: it is no ordinary file"
+            )
         try:
             import fcntl
         except ImportError:  # Windows
@@ -46,10 +60,10 @@ class Journal:
 
     def _read(self, key: str) -> None:
         self._file.seek(0)
-        lines = self._file.read().split("\n")
+        lines = self._file.read().split(b"\n")
         whole, rest = lines[:-1], lines[-1]
         if not whole and not rest:
-            self._write({"planarc study": key})
+            self._write([{"planarc study": key}])
             return
         head = _parsed(whole[0]) if whole else None
         if not isinstance(head, dict) or head.get("planarc study") != key:
@@ -59,30 +73,41 @@ class Journal:
                 hint="give another file, or the same model, points, metric and options",
             )
         for line in whole[1:]:
-            item = _parsed(line)
-            if isinstance(item, dict) and isinstance(item.get("point"), int):
-                i = item["point"]
-                self.done[i] = Outcome(i, item.get("values"), item.get("failed"))
+            try:
+                item = convert(_parsed(line), _Line)
+            except ValidationError:
+                continue
+            self.done[item.point] = Outcome(item.point, item.values, item.failed)
         if rest:
-            self._file.write("\n")
+            self._file.write(b"\n")
 
     def add(self, outcomes: Iterable[Outcome]) -> None:
+        items: list[object] = []
         for o in outcomes:
-            item: dict[str, object] = {"point": o.index}
-            item |= {"values": o.values} if o.values is not None else {"failed": o.failed}
-            self._file.write(json.dumps(item) + "\n")
-        self._file.flush()
+            told = {"values": o.values} if o.values is not None else {"failed": o.failed}
+            items.append({"point": o.index, **told})
+        self._write(items)
 
-    def _write(self, item: object) -> None:
-        self._file.write(json.dumps(item) + "\n")
-        self._file.flush()
+    def _write(self, items: Iterable[object]) -> None:
+        """Write lines. Raises UsageError C233 where that fails, as on a full disk."""
+        try:
+            self._file.writelines(json.dumps(item).encode() + b"\n" for item in items)
+            self._file.flush()
+        except OSError as problem:
+            reason = (problem.strerror or str(problem)).lower()
+            raise usage_error(
+                "C233", f"cannot write the journal `{self._path}`: {reason}"
+            ) from None
 
     def close(self) -> None:
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError:  # what could not be written was told already
+            return
 
 
-def _parsed(line: str) -> object:
+def _parsed(line: bytes) -> object:
     try:
         return json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None

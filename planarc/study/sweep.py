@@ -27,6 +27,7 @@ from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName
 from planarc.solve.settings import resolve
 from planarc.study.bundle import Outcome, Payload, Task
+from planarc.study.identity import identity
 from planarc.study.journal import Journal
 from planarc.study.metric import Metric, read_metric
 from planarc.study.points import Point, grid
@@ -87,7 +88,7 @@ def sweep(
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
     book = _journal(journal, payload, table)
-    done = dict(book.done) if book else {}
+    done = {i: o for i, o in book.done.items() if 0 <= i < len(tasks)} if book else {}
     try:
         with _watcher(progress) as watch:
             for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
@@ -204,7 +205,8 @@ def _journal(
     options = replace(payload.options, values={}, starts={})
     given = sorted(payload.options.values.items()), sorted(payload.options.starts.items())
     digest = hashlib.sha256()
-    for part in (program.name, defaults, options, given, table, payload.metrics.names):
+    metrics = identity(payload.metrics.parts)
+    for part in (program.name, defaults, options, given, table, metrics):
         digest.update(repr(part).encode())
     code = payload.model.compiled().code
     digest.update(code.encode() if isinstance(code, str) else code)

@@ -47,14 +47,16 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 
     Raises `UsageError` V501 where the system refuses.
     """
-    target = Path(os.path.realpath(path))
     try:
+        if "\0" in str(path):
+            raise OSError("no name holds a null byte")
+        target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
             # A device or a pipe (`/dev/stdout`) is written to, never replaced.
             with target.open("wb") as file:
                 yield file
             return
-        new = target.with_name(f".{target.name}.{os.getpid()}.new")
+        new = target.with_name(f".{target.name[:_LONGEST]}.{os.getpid()}.new")
         try:
             with new.open("wb") as file:
                 yield file
@@ -65,7 +67,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             raise
     except OSError as problem:
         raise CannotWrite(
-            Diagnostic("V501", f"cannot write `{path}`: {_reason(target, problem)}", hint=_hint)
+            Diagnostic("V501", f"cannot write `{path}`: {_reason(path, problem)}", hint=_hint)
         ) from None
 
 
@@ -84,12 +86,17 @@ def write_rows(path: Path, head: Iterable[object], rows: Iterable[Iterable[objec
     write_text(path, text.getvalue())
 
 
+#: Characters of a name that the new file beside it has, too: systems bound names by bytes.
+_LONGEST = 50
+
 _hint = "give another place to write to"
 
 
-def _reason(target: Path, problem: OSError) -> str:
-    if isinstance(problem, FileNotFoundError) and not target.parent.is_dir():
-        return f"there is no folder `{target.parent.name}`"
+def _reason(path: Path, problem: OSError) -> str:
+    if isinstance(problem, FileNotFoundError):
+        folder = Path(os.path.realpath(path)).parent
+        if not folder.is_dir():
+            return f"there is no folder `{folder.name}`"
     if isinstance(problem, IsADirectoryError):
         return "it is a folder"
     return (problem.strerror or str(problem)).lower()

@@ -263,3 +263,18 @@ def test_files_have_ordinary_permissions(result: Result, tmp_path: Path) -> None
     finally:
         os.umask(mask)
     assert (tmp_path / "r.mat").stat().st_mode & 0o777 == 0o644
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b'"time","x"\r0,1\r1,2\r', 1),
+        (b'"time","x"\n0,1\r1,2\n', 2),
+        (b'"time","x"\n0,1\n1,"' + b"1" * 200_000 + b'"\n', 3),
+    ],
+)
+def test_rows_that_no_line_feed_ends_are_refused(content: bytes, line: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match=f"V504.*line {line}: "):
+        read_table(path)

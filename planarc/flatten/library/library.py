@@ -91,7 +91,7 @@ class Entry:
         names = [c.name for c in nested_classes(self.definition)]
         if self.folder is not None:
             order = self.folder / "package.order"
-            listed = order.read_text("utf-8").split("\n") if order.is_file() else []
+            listed = order.read_text("utf-8", "replace").split("\n") if order.is_file() else []
             on_disk = sorted(self.library.names_in(self.folder))
             known = set(on_disk)
             names += [n.strip() for n in listed if n.strip() in known]

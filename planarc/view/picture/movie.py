@@ -58,7 +58,7 @@ def write_mp4(path: Path, images: Iterable[Image], size: tuple[int, int], rate: 
     """
     import imageio_ffmpeg
 
-    new = path.with_name(f".{path.stem}.{os.getpid()}.new.mp4")
+    new = path.with_name(f".{path.stem[:50]}.{os.getpid()}.new.mp4")
     film = imageio_ffmpeg.write_frames(
         str(new), size, fps=rate, codec="libx264", quality=8, macro_block_size=2,
         output_params=["-movflags", "+faststart", "-threads", "1"],

@@ -6,7 +6,7 @@ import csv
 import math
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -101,7 +101,7 @@ def _header(file: BinaryIO) -> tuple[list[str], int]:
     except UnicodeDecodeError:
         raise ValueError("it is not UTF-8 text") from None
     except csv.Error as problem:
-        raise ValueError(str(problem)) from None
+        raise _unreadable(1, problem) from None
     if not names or names[0] not in {"time", "time [s]"}:
         raise ValueError("its first column is not `time`")
     return names, lines.line_num + 1
@@ -146,11 +146,7 @@ def _fast(rows: Sequence[bytes], width: int) -> Vector | None:
 def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
     """The same one by one, to allow quotes and to say where something is wrong."""
     rows = []
-    reader = csv.reader(line.decode("utf-8", "replace") for line in lines)
-    for row in reader:
-        line = first + reader.line_num - 1
-        if not row:
-            continue
+    for line, row in _fields(lines, first):
         if len(row) != width:
             raise ValueError(f"line {line} has {len(row)} fields, not {width}")
         try:
@@ -158,3 +154,19 @@ def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
         except ValueError:
             raise ValueError(f"line {line} holds a field that is no number") from None
     return np.array(rows, dtype=float).reshape(len(rows), width)
+
+
+def _fields(lines: Sequence[bytes], first: int) -> Iterator[tuple[int, list[str]]]:
+    """The fields of each row that has some, with the number of its line."""
+    reader = csv.reader(line.decode("utf-8", "replace") for line in lines)
+    try:
+        for row in reader:
+            if row:
+                yield first + reader.line_num - 1, row
+    except csv.Error as problem:
+        raise _unreadable(first + reader.line_num - 1, problem) from None
+
+
+def _unreadable(line: int, problem: csv.Error) -> ValueError:
+    """A carriage return within a row, or a field without an end."""
+    return ValueError(f"line {line}: {str(problem).partition(' - ')[0]}")

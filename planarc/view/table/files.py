@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from planarc.core.diagnostic import usage_error
+from planarc.core.files import open_plain
 from planarc.ir.result import Result
 from planarc.view.table.table import Table
 
@@ -55,7 +56,7 @@ def read_table(path: Path) -> Table:
 
     suffix = _suffix(path)
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             if suffix == ".csv":
                 return table_csv.read(file)
             return table_mat.read(_mapped(file))
