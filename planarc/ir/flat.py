@@ -217,6 +217,10 @@ Expression: TypeAlias = (
 )
 
 
+#: Expressions side by side: subscripts, arguments.
+Expressions: TypeAlias = tuple[Expression, ...]
+
+
 # Variables ----------------------------------------------------------------------------------
 
 

@@ -21,6 +21,7 @@ from planarc.ir import dae, flat
 from planarc.ir.flatwalk import assigned_in
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
+from planarc.lower.scalar import assertion, message
 from planarc.lower.scope import Model, Scope
 from planarc.lower.statements import Runner
 from planarc.lower.values import Text, Value, expr
@@ -107,8 +108,10 @@ class _Section(Runner):
             match s:
                 case flat.Reinit():
                     yield from equations.reinit(inner.here(), s)
-                case flat.Terminate() | flat.Assert():
-                    yield inner.message_action(s)
+                case flat.Terminate():
+                    yield dae.Terminate(message(inner.here(), s.message), s.span)
+                case flat.Assert():
+                    yield assertion(inner.here(), s)
                 case _:
                     inner.run_body([s])
         yield from inner.asserted
@@ -120,24 +123,10 @@ class _Section(Runner):
                     yield equations.set_discrete(symbol, value, self.span)
 
     def check(self, s: flat.Assert) -> None:
-        if not self.scope.at_event:
+        if self.scope.at_event:
+            self.asserted.append(assertion(self.here(), s))
+        else:
             super().check(s)
-            return
-        action = self.message_action(s)
-        assert isinstance(action, dae.Assertion)
-        if self.path is not None:
-            table = self.scope.table
-            unless = table.or_(table.not_(self.path), action.condition)
-            action = replace(action, condition=unless)
-        self.asserted.append(action)
-
-    def message_action(self, s: flat.Terminate | flat.Assert) -> dae.Action:
-        text = self.value(s.message)
-        message = dae.Message(text.parts if isinstance(text, Text) else ())
-        if isinstance(s, flat.Terminate):
-            return dae.Terminate(message, s.span)
-        condition = expr(self.value(s.condition))
-        return dae.Assertion(condition, message, s.warning, s.component, s.span)
 
 
 _Section.handlers = {

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
+from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, outside_array, unsupported
-from planarc.lower.values import RecordValue, Value, expr, fixed_dims
+from planarc.lower.values import RecordValue, Value, expr, exprs, fixed_dims
 from planarc.runtime.tensor import Tensor, elements, stack
 
 
@@ -39,99 +42,84 @@ def store(scope: Scope, values: dict[str, Value], target: flat.Target, value: Va
     if not path or whole not in values:
         whole, path = target.name, []
     if path or target.subscripts:
-        old = scope.value(whole, target.span)
-        value = _replaced(scope, old, path, target.subscripts, value, target.span)
+        part = _Part(scope, value, target.span)
+        value = part.put_in(scope.value(whole, target.span), path, target.subscripts)
     values[whole] = value
 
 
-def _replaced(
-    scope: Scope,
-    old: Value,
-    path: Sequence[str],
-    subscripts: tuple[flat.Expression, ...],
-    value: Value,
-    span: Span,
-) -> Value:
-    if not path:
-        return assigned(scope, old, subscripts, value, span)
-    if isinstance(old, Tensor):
-        return _replaced_in_entry(scope, old, path, subscripts, value, span)
-    assert isinstance(old, RecordValue)
-    return RecordValue(
-        tuple(
-            (n, _replaced(scope, v, path[1:], subscripts, value, span) if n == path[0] else v)
-            for n, v in old.fields
+class _Part(Data):
+    """A value that takes the place of a field or of entries."""
+
+    scope: Scope
+    value: Value
+    span: Span
+
+    def put_in(self, old: Value, path: Sequence[str], subscripts: flat.Expressions) -> Value:
+        """`old` with the value in it; the first subscripts choose records of arrays."""
+        if not path:
+            return self.put_at(old, subscripts)
+        if isinstance(old, Tensor):
+            return self._put_in_entry(old, path, subscripts)
+        assert isinstance(old, RecordValue)
+        return RecordValue(
+            tuple(
+                (n, self.put_in(v, path[1:], subscripts) if n == path[0] else v)
+                for n, v in old.fields
+            )
         )
-    )
 
+    def _put_in_entry(
+        self, old: Tensor, path: Sequence[str], subscripts: flat.Expressions
+    ) -> Value:
+        """`r[i].x := value`."""
+        first = subscripts[0] if subscripts else None
+        if first is None or isinstance(first, flat.Slice) or first.type.dims:
+            raise unsupported("an assignment to a field of several records at once", self.span)
+        number = expr(scalar.lower_expression(self.scope, first))
+        if not number.is_const:
+            raise unsupported("an assignment to an entry that is chosen while running", self.span)
+        rows, position = list(old.rows()), int(number.data) - 1
+        if not 0 <= position < len(rows):
+            raise outside_array(position + 1, len(rows), self.span)
+        rows[position] = self.put_in(rows[position], path, subscripts[1:])
+        return stack(rows, old.shape[1:])
 
-def _replaced_in_entry(
-    scope: Scope,
-    old: Tensor,
-    path: Sequence[str],
-    subscripts: tuple[flat.Expression, ...],
-    value: Value,
-    span: Span,
-) -> Value:
-    """`r[i].x := value`: the first subscript chooses the record."""
-    first = subscripts[0] if subscripts else None
-    if first is None or isinstance(first, flat.Slice) or first.type.dims:
-        raise unsupported("an assignment to a field of several records at once", span)
-    number = expr(scalar.lower_expression(scope, first))
-    if not number.is_const:
-        raise unsupported("an assignment to an entry that is chosen while running", span)
-    rows, position = list(old.rows()), int(number.data) - 1
-    if not 0 <= position < len(rows):
-        raise outside_array(position + 1, len(rows), span)
-    rows[position] = _replaced(scope, rows[position], path, subscripts[1:], value, span)
-    return stack(rows, old.shape[1:])
+    def put_at(self, old: Value, subscripts: flat.Expressions) -> Value:
+        """The array `old` after `old[subscripts] := value`."""
+        if not subscripts:
+            return self.value
+        assert isinstance(old, Tensor)
+        first, rest = subscripts[0], subscripts[1:]
+        count, size = old.shape[0], math.prod(old.shape[1:])
+        if isinstance(first, flat.Slice):
+            positions, many = list(range(count)), True
+        else:
+            at = scalar.lower_expression(self.scope, first)
+            many = isinstance(at, Tensor)
+            numbers = exprs(at)
+            if not many and not numbers[0].is_const:
+                return self._put_somewhere(old, numbers[0], rest)
+            if not all(n.is_const for n in numbers):
+                what = "an assignment to entries that are chosen while running"
+                raise unsupported(what, self.span)
+            positions = [int(n.data) - 1 for n in numbers]
+        parts = [self] * len(positions)
+        if many and isinstance(self.value, Tensor):
+            parts = [replace(self, value=row) for row in self.value.rows()]
+        items = list(old.items)
+        for position, part in zip(positions, parts, strict=True):
+            if not 0 <= position < count:
+                raise outside_array(position + 1, count, self.span)
+            new = part.put_at(old.row(position), rest)
+            items[position * size : (position + 1) * size] = elements(new)
+        return Tensor(old.shape, tuple(items))
 
-
-def assigned(
-    scope: Scope, old: Value, subscripts: tuple[flat.Expression, ...], value: Value, span: Span
-) -> Value:
-    """The array `old` after `old[subscripts] := value`."""
-    if not subscripts:
-        return value
-    assert isinstance(old, Tensor)
-    first, rest = subscripts[0], subscripts[1:]
-    count, size = old.shape[0], math.prod(old.shape[1:])
-    if isinstance(first, flat.Slice):
-        positions = list(range(count))
-        many = True
-    else:
-        at = scalar.lower_expression(scope, first)
-        many = isinstance(at, Tensor)
-        numbers = [expr(p) for p in elements(at)]
-        if not many and not numbers[0].is_const:
-            return _assigned_somewhere(scope, old, numbers[0], rest, value, span)
-        if not all(n.is_const for n in numbers):
-            raise unsupported("an assignment to entries that are chosen while running", span)
-        positions = [int(n.data) - 1 for n in numbers]
-    values = value.rows() if many and isinstance(value, Tensor) else (value,) * len(positions)
-    items = list(old.items)
-    for position, entry in zip(positions, values, strict=True):
-        if not 0 <= position < count:
-            raise outside_array(position + 1, count, span)
-        row = Tensor(old.shape[1:], tuple(items[position * size : (position + 1) * size]))
-        new = assigned(scope, row if row.shape else row.items[0], rest, entry, span)
-        items[position * size : (position + 1) * size] = elements(new)
-    return Tensor(old.shape, tuple(items))
-
-
-def _assigned_somewhere(
-    scope: Scope,
-    old: Tensor,
-    place: Expr,
-    rest: tuple[flat.Expression, ...],
-    value: Value,
-    span: Span,
-) -> Value:
-    """Each row is the new one where the place, known only while running, is its number."""
-    scope.keep_within(place, old.shape[0], span)
-    rows = []
-    for number, row in enumerate(old.rows(), start=1):
-        here = scope.table.equal(place, scope.table.const(number))
-        new = assigned(scope, row, rest, value, span)
-        rows.append(scalar.choose(scope, here, new, row, span))
-    return stack(rows, old.shape[1:])
+    def _put_somewhere(self, old: Tensor, place: Expr, rest: flat.Expressions) -> Value:
+        """Each row is the new one where the place, known only while running, is its number."""
+        scope = self.scope
+        scope.keep_within(place, old.shape[0], self.span)
+        rows = []
+        for number, row in enumerate(old.rows(), start=1):
+            here = scope.table.equal(place, scope.table.const(number))
+            rows.append(scalar.choose(scope, here, self.put_at(row, rest), row, self.span))
+        return stack(rows, old.shape[1:])

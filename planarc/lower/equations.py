@@ -22,7 +22,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
-from planarc.lower.scalar import lower_expression, none_of
+from planarc.lower.scalar import assertion, lower_expression, message, none_of
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import RecordValue, Text, Value, expr, exprs
 from planarc.runtime.tensor import Tensor, elements, shape_of
@@ -59,7 +59,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
             case flat.WhenEquation():
                 into.whens.append(_when(scope, e, into))
             case flat.Assert():
-                model.assertions.append(_assertion(scope, e))
+                model.assertions.append(assertion(scope.without_events(), e))
             case flat.Terminate() | flat.Reinit():
                 message = "`terminate` and `reinit` stand in when-clauses only"
                 hint = "write `when condition then ... end when;`"
@@ -102,7 +102,7 @@ def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.
     count = len(model.assertions)
     for e in equations:
         if isinstance(e, flat.Assert):
-            model.assertions.append(_assertion(scope, e))
+            model.assertions.append(assertion(scope.without_events(), e))
             continue
         if not isinstance(e, flat.Equality | flat.IfEquation):
             raise error("L341", "this stands in no initial equation", e.span)
@@ -174,7 +174,7 @@ def _section(scope: Scope, body: Sequence[flat.Equation]) -> list[Pair]:
     pairs: list[Pair] = []
     for e in body:
         if isinstance(e, flat.Assert):
-            scope.model.assertions.append(_assertion(scope, e))
+            scope.model.assertions.append(assertion(scope.without_events(), e))
         else:
             pairs.extend(_pairs(scope, e))
     return pairs
@@ -246,9 +246,9 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
             case flat.Reinit():
                 yield from reinit(scope, e)
             case flat.Assert():
-                yield _assertion(scope, e)
+                yield assertion(scope.without_events(), e)
             case flat.Terminate():
-                yield dae.Terminate(_message(scope, e.message), e.span)
+                yield dae.Terminate(message(scope.without_events(), e.message), e.span)
             case flat.IfEquation():
                 yield from _conditional(scope, e)
             case _:
@@ -301,19 +301,3 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
             yield dae.SetDiscrete(symbol.name, value, span)
         else:
             yield dae.Reinit(symbol, value, span)
-
-
-# Asserts --------------------------------------------------------------------------------------
-
-
-def _assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
-    t = scope.table
-    condition = expr(lower_expression(scope.without_events(), e.condition))
-    if scope.path is not None:
-        condition = t.or_(t.not_(scope.path), condition)
-    return dae.Assertion(condition, _message(scope, e.message), e.warning, e.component, e.span)
-
-
-def _message(scope: Scope, e: flat.Expression) -> dae.Message:
-    text = lower_expression(scope.without_events(), e)
-    return dae.Message(text.parts if isinstance(text, Text) else ())

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, error
 from planarc.core.source import Span
-from planarc.ir import flat
+from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import builtins
 from planarc.lower.operators import binary
@@ -136,7 +136,7 @@ def _index(scope: Scope, e: flat.Index) -> Value:
     return index(scope, lower_expression(scope, e.base), e.subscripts, e.span)
 
 
-def index(scope: Scope, value: Value, subscripts: tuple[flat.Expression, ...], span: Span) -> Value:
+def index(scope: Scope, value: Value, subscripts: flat.Expressions, span: Span) -> Value:
     """`value[subscripts]`; a vector or `:` as a subscript keeps its dimension."""
     positions = [
         None if isinstance(s, flat.Slice) else lower_expression(scope, s) for s in subscripts
@@ -176,6 +176,24 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
         condition = t.equal(position, t.const(number))
         result = choose(scope, condition, rows[number - 1], result, span)
     return result
+
+
+def assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
+    condition, text = holds(scope, e.condition), message(scope, e.message)
+    return dae.Assertion(condition, text, e.warning, e.component, e.span)
+
+
+def holds(scope: Scope, e: flat.Expression) -> Expr:
+    """A condition, or that it is not evaluated."""
+    condition = expr(lower_expression(scope, e))
+    if scope.path is None:
+        return condition
+    return scope.table.or_(scope.table.not_(scope.path), condition)
+
+
+def message(scope: Scope, e: flat.Expression) -> dae.Message:
+    text = lower_expression(scope, e)
+    return dae.Message(text.parts if isinstance(text, Text) else ())
 
 
 def _field(scope: Scope, e: flat.Field) -> Value:

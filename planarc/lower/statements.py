@@ -317,18 +317,12 @@ class Runner(Struct):
         self.frames.clear()
 
     def check(self, s: flat.Assert) -> None:
-        condition = expr(self.value(s.condition))
-        path = self.whole_path()
-        if path is not None:
-            table = self.scope.table
-            condition = table.or_(table.not_(path), condition)
-        if condition is self.scope.table.true:
-            return
-        text = self.value(s.message)
-        parts = text.parts if isinstance(text, Text) else ()
-        self.scope.model.assertions.append(
-            dae.Assertion(condition, dae.Message(parts), s.warning, s.component, s.span)
-        )
+        here = self.here()
+        condition = scalar.holds(here, s.condition)
+        if condition is not self.scope.table.true:
+            text = scalar.message(here, s.message)
+            found = dae.Assertion(condition, text, s.warning, s.component, s.span)
+            self.scope.model.assertions.append(found)
 
     def refuse(self, s: flat.Statement) -> None:
         raise self.refused("this statement", s.span)

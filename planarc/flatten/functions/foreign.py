@@ -40,7 +40,7 @@ class Clause(Data):
 
 class ExternalCall(Data):
     name: str | None
-    given: tuple[flat.Expression, ...] = ()
+    given: flat.Expressions = ()
     results: tuple[str, ...] = ()
 
 

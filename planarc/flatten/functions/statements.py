@@ -139,7 +139,7 @@ def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
     if isinstance(target, flat.Reference):
         return target
     names: list[str] = []
-    subscripts: tuple[flat.Expression, ...] = ()
+    subscripts: flat.Expressions = ()
     base: flat.Expression = target
     while isinstance(base, flat.Index | flat.Field):
         if isinstance(base, flat.Index):

@@ -63,9 +63,7 @@ def _entry(expression: flat.Expression, index: int) -> flat.Expression:
     return element_at(expression, index) if expression.type.dims else expression
 
 
-def _into(
-    subscripts: tuple[flat.Expression, ...], index: int, span: Span
-) -> tuple[flat.Expression, ...]:
+def _into(subscripts: flat.Expressions, index: int, span: Span) -> flat.Expressions:
     """The index goes into the first subscript that keeps a dimension."""
     for place, subscript in enumerate(subscripts):
         if isinstance(subscript, flat.Slice):
@@ -86,7 +84,7 @@ def pick(expression: flat.Expression, indices: tuple[int, ...]) -> flat.Expressi
 
 
 def subscripted(
-    expression: flat.Expression, subscripts: tuple[flat.Expression, ...], span: Span
+    expression: flat.Expression, subscripts: flat.Expressions, span: Span
 ) -> flat.Expression:
     """Typed subscripts applied; what stays an array keeps its dimension."""
     type_ = expression.type.with_dims(_dims_after(expression.type.dims, subscripts))
@@ -102,7 +100,7 @@ def subscripted(
     return flat.Index(type_, span, expression, subscripts)
 
 
-def _dims_after(dims: flat.Dims, subscripts: tuple[flat.Expression, ...]) -> flat.Dims:
+def _dims_after(dims: flat.Dims, subscripts: flat.Expressions) -> flat.Dims:
     kept: list[int | None] = []
     for size, subscript in zip(dims, subscripts, strict=False):
         if isinstance(subscript, flat.Slice):

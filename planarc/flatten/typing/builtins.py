@@ -185,7 +185,7 @@ def to_string(
     for option, wanted in STRING_OPTIONS.items():
         if option in options:
             expect(wanted, options[option], f"`{option}` of `String`")
-    given: tuple[flat.Expression, ...] = ()
+    given: flat.Expressions = ()
     if "format" in options:
         given = (options["format"],)
     elif options:

@@ -115,7 +115,7 @@ class Evaluator:
             return None
         return self.session.leaves.get(name)
 
-    def _subscripts(self, subscripts: tuple[flat.Expression, ...]) -> list[Value | None]:
+    def _subscripts(self, subscripts: flat.Expressions) -> list[Value | None]:
         return [None if isinstance(s, flat.Slice) else self.value(s) for s in subscripts]
 
     def leaf_value(self, leaf: Leaf) -> Value:

@@ -59,7 +59,7 @@ def _flag(function: str) -> flat.Variability:
 
 
 def _highest(
-    expressions: tuple[flat.Expression, ...], session: Session, hidden: frozenset[str]
+    expressions: flat.Expressions, session: Session, hidden: frozenset[str]
 ) -> flat.Variability:
     highest = _CONSTANT
     for expression in expressions:
