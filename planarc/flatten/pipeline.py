@@ -230,15 +230,8 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
         check_ranges(pairs, session)
         check_unheeded(root, connections, session)
         _warn_obsolete(found.instances, session)
-        imbalance = check_balance(
-            found.instances,
-            variables,
-            equations,
-            found.algorithms,
-            connections,
-            session.leaves,
-            redundant_unknowns(found.instances, leaves, found.rooting),
-        )
+        redundant = redundant_unknowns(found.instances, leaves, found.rooting)
+        imbalance = check_balance(found, variables, equations, session.leaves, redundant)
     return _model(root, found, connected, variables, equations, experiment), imbalance
 
 

@@ -25,6 +25,7 @@ from contextlib import suppress
 
 from msgspec.structs import replace
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.ir import flat
@@ -40,6 +41,12 @@ from planarc.runtime import elementary
 from planarc.runtime.tensor import Tensor, each
 
 MAX_DEPTH = 100  # of calls inside calls
+
+
+class _Call(Data):
+    function: flat.Function
+    arguments: Sequence[Value]
+    span: Span
 
 
 def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> tuple[Value, ...]:
@@ -59,44 +66,42 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         ]
         return inline(_deeper(scope), passed.function, arguments, span)
     function = scope.model.functions[name]
+    call = _Call(function, arguments, span)
     if function.external is not None and function.external in elementary.TABLE:
-        return (_elementary(scope, function.external, arguments),)
+        name = function.external
+        return (each(lambda *a: scope.table.call(name, *a), *arguments),)
     if function.external is not None:
-        runner = _started(_deeper(scope), function, arguments, span)
-        return call_external(runner, function, span)
+        return call_external(_started(_deeper(scope), call), function, span)
     if function.derivative_of is not None:
-        return _derivative(scope, function, arguments, span)
-    return _run(_deeper(scope), function, arguments, span)
+        return _derivative(scope, call)
+    return _run(_deeper(scope), call)
 
 
-def _run(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> tuple[Value, ...]:
+def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
     """The results in the first of three ways that succeeds, with less and less left open."""
     try:
-        return _results(scope, function, arguments, span)
+        return _results(scope, call)
     except UnknownCourse as problem:
         refusal = problem
     # Its course depends on parameters in too many ways: their values become structural.
-    numbers = [_number(scope, a) for a in arguments]
-    if numbers != list(arguments):
+    known = replace(call, arguments=[_number(scope, a) for a in call.arguments])
+    if known.arguments != list(call.arguments):
         with suppress(UnknownCourse):
-            return _results(scope, function, numbers, span)
-    found = _by_cases(scope, function, numbers, span)
+            return _results(scope, known)
+    found = _by_cases(scope, known)
     if not found:
         raise refusal
     return found
 
 
-def _by_cases(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> tuple[Value, ...]:
+def _by_cases(scope: Scope, call: _Call) -> tuple[Value, ...]:
     """A choice among the results for each entry that an Integer input may mean.
 
     Nothing, where no input is one, or no entry gives results.
     """
+    arguments = call.arguments
     entries = max((a.shape[0] for a in arguments if isinstance(a, Tensor) and a.shape), default=0)
-    unknown = [i for i in places(function) if not expr(arguments[i]).is_const]
+    unknown = [i for i in places(call.function) if not expr(arguments[i]).is_const]
     if not unknown:
         return ()
     at, numbers = expr(arguments[unknown[0]]), list(arguments)
@@ -105,9 +110,9 @@ def _by_cases(
         numbers[unknown[0]] = place = scope.table.const(number)
         here = scope.table.equal(at, place)
         with suppress(OutsideArray):  # from here it would go on beyond the last entry
-            case = _results(scope.where(here), function, numbers, span)
+            case = _results(scope.where(here), replace(call, arguments=numbers))
             found = tuple(
-                scalar.choose(scope, here, new, old, span)
+                scalar.choose(scope, here, new, old, call.span)
                 for new, old in zip(case, found or case, strict=True)
             )
     return found
@@ -133,17 +138,11 @@ def _next_or_default(scope: Scope, given: Iterator[Value], variable: flat.Variab
     return scalar.lower_expression(scope, variable.binding)
 
 
-def _elementary(scope: Scope, name: str, arguments: Sequence[Value]) -> Value:
-    return each(lambda *a: scope.table.call(name, *a), *arguments)
-
-
-def _derivative(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> tuple[Value, ...]:
+def _derivative(scope: Scope, call: _Call) -> tuple[Value, ...]:
     """`function f_s = der(f, s)` (12.7.2): run f on stand-ins, differentiate, put values in."""
-    assert function.derivative_of is not None
+    assert call.function.derivative_of is not None
     table = scope.table
-    original, names = function.derivative_of
+    original, names = call.function.derivative_of
     stand_ins: dict[Expr, Expr] = {}
 
     def stand_in(value: Value) -> Expr:
@@ -152,11 +151,10 @@ def _derivative(
         return symbol
 
     parameters = scope.model.functions[original].inputs if original in scope.model.functions else ()
-    given = [
-        stand_in(a) if p.name in names else a for p, a in zip(parameters, arguments, strict=True)
-    ]
+    pairs = zip(parameters, call.arguments, strict=True)
+    given = [stand_in(a) if p.name in names else a for p, a in pairs]
     count = len(scope.model.assertions)
-    results: tuple[Value, ...] = inline(_deeper(scope), original, given, span)
+    results: tuple[Value, ...] = inline(_deeper(scope), original, given, call.span)
     scope.model.take_assertions(count)  # of the stand-ins; the function itself is called, too
     for name in names:
         position = next(i for i, p in enumerate(parameters) if p.name == name)
@@ -166,10 +164,8 @@ def _derivative(
     return tuple(each(put_in, r) for r in results)
 
 
-def _results(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> tuple[Value, ...]:
-    runner = _started(scope, function, arguments, span)
+def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
+    function, runner = call.function, _started(scope, call)
     with scope.model.undone_on_error():
         for variable in (*function.outputs, *function.locals):
             runner.declare(variable)
@@ -177,17 +173,14 @@ def _results(
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
         message = f"function `{function.name}` gives its output `{missing[0]}` no value"
-        raise error("L321", message, span, related=(Related("the function", function.span),))
+        raise error("L321", message, call.span, related=(Related("the function", function.span),))
     return tuple(runner.values[v.name] for v in function.outputs)
 
 
-def _started(
-    scope: Scope, function: flat.Function, arguments: Sequence[Value], span: Span
-) -> Runner:
-    runner = Runner(scope, f"function `{function.name}`", span)
-    for variable, value in zip(function.inputs, arguments, strict=True):
-        runner.values[variable.name] = value
-    return runner
+def _started(scope: Scope, call: _Call) -> Runner:
+    names = (v.name for v in call.function.inputs)
+    values = dict(zip(names, call.arguments, strict=True))
+    return Runner(scope, f"function `{call.function.name}`", call.span, values=values)
 
 
 # Integers that choose an entry --------------------------------------------------------

@@ -15,8 +15,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
-from msgspec import Struct, field
-
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
@@ -24,6 +22,7 @@ from planarc.core.prose import counted
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
+from planarc.flatten.sections.gather import Gathered
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import flat, syntax
@@ -38,11 +37,8 @@ class Imbalance(Data):
     sizes: str
 
 
-class Count(Struct):
-    """Unknowns and equations of one component, scalars each."""
-
-    unknowns: Counter[str] = field(default_factory=Counter)
-    equations: Counter[str] = field(default_factory=Counter)
+#: Equations less unknowns of each component, scalars each.
+Excess = Counter[str]
 
 
 def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
@@ -60,70 +56,59 @@ def names_in_equations(equations: Iterable[flat.Equation]) -> set[str]:
     return names_in(expressions_in(real))
 
 
-def assigned_count(algorithms: list[flat.Algorithm], leaves: dict[str, Leaf]) -> int:
-    """The scalars that algorithm sections determine."""
-    return sum(len_of(name, leaves) for a in algorithms for name in assigned_in(a.statements))
-
-
-def len_of(name: str, leaves: dict[str, Leaf]) -> int:
-    leaf = leaves.get(name)
-    return 0 if leaf is None else scalar_count(leaf.type)
-
-
 def check_balance(
-    instances: list[Instance],
+    found: Gathered,
     variables: list[flat.Variable],
     equations: list[flat.Equation],
-    algorithms: list[flat.Algorithm],
-    connections: list[Connection],
     leaves: dict[str, Leaf],
     redundant: int,
 ) -> Imbalance | None:
     """An error that names the components whose count is off, None when all is well.
     `redundant` unknowns of the model's own connectors are fixed by a root outside."""
+    targets = ((a.component, n) for a in found.algorithms for n in assigned_in(a.statements))
+    assigned = [(component, leaves[name]) for component, name in targets if name in leaves]
     unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
     unknowns = sum(scalar_count(v.type) for v in unknown) - redundant
-    known = count_equations(tuple(equations)) + assigned_count(algorithms, leaves)
+    known = count_equations(tuple(equations))
+    known += sum(scalar_count(leaf.type) for _, leaf in assigned)
     if unknowns == known:
         return None
-    count = Count()
+    excess: Excess = Counter()
     for variable in variables:
-        leaf = leaves.get(variable.name)
-        if leaf is not None:
-            _count_variable(variable, leaf, count)
+        _count_variable(variable, leaves[variable.name], excess)
     for equation in equations:
         if not (isinstance(equation, flat.Equality) and equation.generated):
-            count.equations[equation.component] += count_equations((equation,))
-    for algorithm in algorithms:
-        for name in assigned_in(algorithm.statements):
-            count.equations[algorithm.component] += len_of(name, leaves)
-    _count_connections(connections, count)
-    related = [r for i in instances if (r := _off(i, count)) is not None]
+            excess[equation.component] += count_equations((equation,))
+    for component, leaf in assigned:
+        excess[component] += scalar_count(leaf.type)
+    connections = found.joined.connections
+    _count_connections(connections, excess)
+    related = [r for i in found.instances if (r := _off(i, excess)) is not None]
     inputs: list[flat.Variable] = []
     if known < unknowns:
-        nameless, inputs = _idle(unknown, equations, algorithms, connections, leaves)
+        named = names_in_equations(equations).union(leaf.name for _, leaf in assigned)
+        connected = {side.name for c in connections for side in (c.left, c.right)}
+        is_input = (leaves[v.name].causality is syntax.Causality.INPUT for v in unknown)
+        pairs = zip(unknown, is_input, strict=True)
+        inputs = [v for v, given in pairs if given and v.name not in connected]
+        nameless = [v for v in unknown if v.name not in named and v not in inputs]
         related += [Related(f"no equation names `{v.name}`", v.span) for v in nameless[:MAX_NAMED]]
         message = "the input `{}` is not connected"
         related += [Related(message.format(v.name), v.span) for v in inputs[:MAX_NAMED]]
     kind = "many" if known > unknowns else "few"
-    root = instances[0]
-    sizes = f"{known} for {counted(unknowns, 'unknown')}"
-    return Imbalance(
-        Diagnostic(
-            "F320",
-            f"`{root.cls.name}` has too {kind} equations: {sizes}",
-            root.cls.span,
-            related=tuple(related),
-        ),
-        tuple(v.name for v in inputs),
-        f"`{root.cls.name}` has {counted(known, 'equation')} for {counted(unknowns, 'unknown')}",
-    )
+    root = found.instances[0]
+    wanted = counted(unknowns, "unknown")
+    name = root.cls.name
+    message = f"`{name}` has too {kind} equations: {known} for {wanted}"
+    problem = Diagnostic("F320", message, root.cls.span, related=tuple(related))
+    sentence = f"`{name}` has {counted(known, 'equation')} for {wanted}"
+    return Imbalance(problem, tuple(v.name for v in inputs), sentence)
 
 
-def _off(instance: Instance, count: Count) -> Related | None:
+def _off(instance: Instance, excess: Excess) -> Related | None:
     """The note about a component whose own count is off."""
     name = instance.prefix or ""
-    difference = count.equations[name] - count.unknowns[name]
+    difference = excess[name]
     if not difference or instance.is_connector or instance.is_record:
         return None
     what = f"the component `{name}` (a `{instance.cls.name}`)" if name else "the model itself"
@@ -135,43 +120,22 @@ def _off(instance: Instance, count: Count) -> Related | None:
 MAX_NAMED = 5
 
 
-def _idle(
-    unknown: list[flat.Variable],
-    equations: list[flat.Equation],
-    algorithms: list[flat.Algorithm],
-    connections: list[Connection],
-    leaves: dict[str, Leaf],
-) -> tuple[list[flat.Variable], list[flat.Variable]]:
-    """Unknowns that no equation names, and inputs that nothing is connected to."""
-    named = names_in_equations(equations)
-    for algorithm in algorithms:
-        named.update(assigned_in(algorithm.statements))
-    connected = {side.name for c in connections for side in (c.left, c.right)}
-    nameless = [v for v in unknown if v.name not in named]
-    inputs = [
-        v
-        for v in unknown
-        if leaves[v.name].causality is syntax.Causality.INPUT and v.name not in connected
-    ]
-    return [v for v in nameless if v not in inputs], inputs
-
-
-def _count_variable(variable: flat.Variable, leaf: Leaf, count: Count) -> None:
+def _count_variable(variable: flat.Variable, leaf: Leaf, excess: Excess) -> None:
     owner = owner_of(leaf)
     name = owner.prefix or ""
     size = scalar_count(leaf.type)
     if leaf.flow is syntax.Flow.FLOW:
-        count.equations[name] += size
+        excess[name] += size
     if variable.variability <= flat.Variability.PARAMETER or variable.binding is not None:
         return
     if is_public_input(leaf):
         if owner.parent is not None:  # must be given by the component around
-            count.unknowns[owner.parent.prefix or ""] += size
+            excess[owner.parent.prefix or ""] -= size
         return
-    count.unknowns[name] += size
+    excess[name] -= size
 
 
-def _count_connections(connections: list[Connection], count: Count) -> None:
+def _count_connections(connections: list[Connection], excess: Excess) -> None:
     by_component: dict[str, list[Connection]] = {}
     for connection in connections:
         by_component.setdefault(connection.component, []).append(connection)
@@ -190,6 +154,6 @@ def _count_connections(connections: list[Connection], count: Count) -> None:
             if joined[0].is_flow:
                 # the flow of each inside connector was credited to its own component
                 inside = sum(not m.outside for m in joined)
-                count.equations[component] += size * (1 - inside)
+                excess[component] += size * (1 - inside)
             else:
-                count.equations[component] += size * (len(joined) - 1)
+                excess[component] += size * (len(joined) - 1)
