@@ -23,7 +23,7 @@ from planarc.view.scene import make_scene
 
 EVIL = "</script><script>alert(1)</script>&<img src=x onerror=alert(2)>"
 TIME = np.linspace(0.0, 1.0, 11)
-VENDOR = Path(__file__).parents[2] / "planarc" / "view" / "vendor"
+VENDOR = Path(__file__).parents[3] / "planarc" / "view" / "vendor"
 
 
 @pytest.fixture
