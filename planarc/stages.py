@@ -99,18 +99,31 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         ]
         if left_out:
             raise PlanarcError(left_out) from None
-        floating = _floating(dae)
+        mechanism = find_mechanism(dae)
+        floating = None if mechanism is None else _floating(dae, mechanism)
         if floating is not None:
             raise PlanarcError(floating) from None
-        raise type(problem)(_held_too_often(dae, problem.diagnostics)) from None
+        raise type(problem)(_in_words_of_parts(dae, mechanism, problem)) from None
 
 
-def _floating(dae: Dae) -> Diagnostic | None:
+def _floating(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     """Parts that nothing joins to the ground: their equations cannot fit, whatever these say."""
     from planarc.insight.attachment import attachment_error
 
-    mechanism = find_mechanism(dae)
-    return None if mechanism is None else attachment_error(dae, mechanism)
+    return attachment_error(dae, mechanism)
+
+
+def _in_words_of_parts(
+    dae: Dae, mechanism: Mechanism | None, problem: PlanarcError
+) -> tuple[Diagnostic, ...]:
+    """What was connected wrongly, where that is why equations do not fit; else the equations."""
+    from planarc.insight.misfit import explain_misfit
+    from planarc.structure.report import StructurallySingular
+
+    reason = None
+    if isinstance(problem, StructurallySingular):
+        reason = explain_misfit(dae, mechanism, problem.undetermined, problem.givers)
+    return (reason,) if reason else _held_too_often(mechanism, problem.diagnostics)
 
 
 def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnostic, ...]:
@@ -122,17 +135,18 @@ def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnost
     return find(dae, mechanism)
 
 
-def _held_too_often(dae: Dae, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+def _held_too_often(
+    mechanism: Mechanism | None, found: Sequence[Diagnostic]
+) -> tuple[Diagnostic, ...]:
     """Messages of equations that do not fit, with the count of joints where these are too many."""
-    mechanism = find_mechanism(dae)
     if mechanism is None or mechanism.mobility >= 0:
         return tuple(found)
     from planarc.insight.facts import count_text
     from planarc.structure.report import TWICE
 
-    known = found[0].hint or ""
-    too_many = "there are too many joints or bars, leave some out:"
-    hint = f"{known + ';' if TWICE in known else too_many} {count_text(mechanism)}"
+    known = f"{found[0].hint};" if TWICE in found[0].message else ""
+    hint = f"{known or 'there are too many joints or bars, leave some out:'} "
+    hint += count_text(mechanism)
     hint += f"; those that fit are accepted with {ACCEPTING}"
     return (replace(found[0], hint=hint), *found[1:])
 

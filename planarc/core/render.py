@@ -16,6 +16,8 @@ import unicodedata
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.source import NOWHERE, Span
 
 if TYPE_CHECKING:
@@ -30,7 +32,30 @@ _BLUE, _BOLD, _RESET = "\033[1;34m", "\033[1m", "\033[0m"
 
 def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
     """All diagnostics in source order, each once, an empty line between them."""
-    return "\n".join(render(d, color) for d in in_order(diagnostics))
+    return "\n".join(render(d, color) for d in _folded(in_order(diagnostics)))
+
+
+def _folded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """A warning inside of the place of an error is a note of that: one mistake, one message."""
+    from planarc.core.diagnostic import Related
+
+    kept = list(diagnostics)
+    for i, error in enumerate(kept):
+        inside = [w for w in kept if error.severity.value == "error" and _is_inside(w, error)]
+        if inside:
+            told = (
+                Related(f"{w.message}; {w.hint}" if w.hint else w.message, w.span) for w in inside
+            )
+            kept[i] = replace(error, related=(*told, *error.related))
+    return [d for d in kept if not any(_is_inside(d, other) for other in kept)]
+
+
+def _is_inside(warning: Diagnostic, error: Diagnostic) -> bool:
+    inner, outer = warning.span, error.span
+    if inner is None or outer is None or inner.source.name != outer.source.name:
+        return False
+    severities = warning.severity.value, error.severity.value
+    return severities == ("warning", "error") and outer.start <= inner.start < outer.end
 
 
 def render(diagnostic: Diagnostic, color: bool = False) -> str:

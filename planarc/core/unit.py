@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from functools import lru_cache
+from math import pi
 from typing import TypeAlias
 
 #: exponents of m, kg, s, A, K, mol, cd
@@ -147,6 +148,19 @@ def _named(dimension: Dimension) -> list[tuple[str, Fraction]]:
 
 def _with_exponent(name: str, exponent: Fraction) -> str:
     return name if exponent == 1 else f"{name}{exponent}"
+
+
+def looks_like_degrees(angle: float) -> bool:
+    """Whether a number that is given in radian was meant in degrees: a round one of several turns.
+
+    `45` and `22.5` are; `6`, `4*pi` and angles that a run came to are not.
+    """
+    return (abs(angle) > 4 * pi and angle % 0.5 == 0) or (abs(angle) > 2 * pi and angle % 5 == 0)
+
+
+def turns(angle: float) -> str:
+    """How far an angle turns: `7.2 turns`."""
+    return f"{angle / (2 * pi):.3g} turns"
 
 
 _QUOTIENT = re.compile(r"(?P<above>[^/]+)/(?:\((?P<several>[^()]+)\)|(?P<one>[^/()]+))")

@@ -96,7 +96,7 @@ def _floats(dae: Dae, group: Group) -> Diagnostic:
     return Diagnostic(
         "S320",
         f"nothing is connected to `{name}`: it falls freely beside the mechanism",
-        _place(dae, name),
+        place(dae, name),
         Severity.WARNING,
         hint="connect it; if it is meant to fly freely, write start values for it",
     )
@@ -114,8 +114,7 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or list(group.components))[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
-    place = _place(dae, _part(first))
-    return Diagnostic("S321", message, place, severity, hint=hint)
+    return Diagnostic("S321", message, place(dae, _part(first)), severity, hint=hint)
 
 
 def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
@@ -131,7 +130,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     return Diagnostic(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
-        _place(dae, _part(welds[0][0])) if welds else None,
+        place(dae, _part(welds[0][0])) if welds else None,
         Severity.WARNING,
         hint=hint,
     )
@@ -156,6 +155,6 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
     return found
 
 
-def _place(dae: Dae, name: str) -> Span | None:
+def place(dae: Dae, name: str) -> Span | None:
     """Where a component of the model is declared."""
     return next((p.span for p in dae.parts if p.name == name and p.span is not NOWHERE), None)

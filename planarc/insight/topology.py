@@ -174,8 +174,10 @@ def _mechanism(
     members: dict[str, list[str]] = {ground: []}
     for frame in frames:
         members.setdefault(links.root(frame), []).append(frame)
-    held = [_held(c, r, order, links, members) for c, r in groups.items()]
-    held = [h for h in held if h.conditions > 0 and len(h.roots) > 1]
+    every = [_held(c, r, order, links, members) for c, r in groups.items()]
+    held = [h for h in every if h.conditions > 0 and len(h.roots) > 1]
+    # Of two frames of one link, a rigid part gives all three conditions, and a spring none.
+    bridged = (h.component for h in every if len(h.frames) == 2 and -3 < h.conditions < 0)
     turned = {
         links.root(f) for r in groups.values() if not _is_angle(r) for e in r for f in e.angles
     }
@@ -203,7 +205,7 @@ def _mechanism(
         ends = tuple(sorted(number[r] for r in h.roots))
         return Joint(h.component, h.conditions, h.count, ends, h.frames)
 
-    return Mechanism(tuple(map(link, roots)), tuple(map(joint, held)))
+    return Mechanism(tuple(map(link, roots)), tuple(map(joint, held)), bridged=tuple(bridged))
 
 
 class _Held(Data):

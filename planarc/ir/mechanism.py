@@ -42,11 +42,13 @@ class Mechanism(Data):
     """`links[0]` is the ground, present or not. Links that nothing holds are listed, too.
 
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
+    `bridged` are joints whose frames other parts hold together.
     """
 
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     locked: Diagnostic | None = None
+    bridged: tuple[str, ...] = ()
 
     @property
     def bodies(self) -> int:

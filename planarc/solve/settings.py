@@ -14,10 +14,11 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
+from planarc.core.unit import looks_like_degrees, turns
 from planarc.ir.dae import START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
@@ -77,6 +78,25 @@ def resolve(program: Program, options: RunOptions) -> Request:
         values=_start_time(program, start) | _parameter_values(program, options.values),
         starts=_start_values(program, options.starts),
     )
+
+
+def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
+    """Warnings of given values outside of their bounds (F265), and of degrees (F331)."""
+    known, columns = _parameters(program), {c.name: c.unit for c in program.columns}
+    found: list[tuple[str, str, str | None]] = []
+    for name, value in options.values.items():
+        low, high = known[name].minimum, known[name].maximum
+        if low is not None and value < low:
+            found.append(("F265", f"`{name}` = {value:g} lies below its minimum {low:g}", None))
+        elif high is not None and value > high:
+            found.append(("F265", f"`{name}` = {value:g} lies above its maximum {high:g}", None))
+    angles = [(n, v) for n, v in options.values.items() if known[n].unit == "rad"]
+    angles += [(n, v) for n, v in options.starts.items() if columns.get(n) == "rad"]
+    for name, value in angles:
+        if looks_like_degrees(value):
+            message = f"`{name}` = {value:g} is in radian, {turns(value)}"
+            found.append(("F331", message, f"if degrees are meant, give {math.radians(value):.6g}"))
+    return tuple(Diagnostic(c, m, None, Severity.WARNING, hint) for c, m, hint in found)
 
 
 def _solver(options: RunOptions) -> Solver:

@@ -15,14 +15,14 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.run import Progress, Run
-from planarc.solve.settings import Request, resolve
+from planarc.solve.settings import Request, doubts, resolve
 from planarc.solve.start.failure import NotAssembled
 
 
@@ -55,9 +55,21 @@ def simulate(
             except KeyboardInterrupt:
                 run.ended = Interrupted("R440", f"interrupted at t = {run.integrator.t:.6g} s")
             result = run.result()
-            return replace(result, warnings=(*result.warnings, *_nothing_moves(run)))
+            return _with_doubts(
+                replace(result, warnings=(*result.warnings, *_nothing_moves(run))),
+                doubts(program, options),
+            )
     finally:
         run.close()
+
+
+def _with_doubts(result: Result, found: tuple[Diagnostic, ...]) -> Result:
+    """Values that were hardly meant: told with the error that ended the run, else by themselves."""
+    ended = result.ended
+    if found and ended is not None and ended.severity is Severity.ERROR:
+        notes = tuple(Related(d.message) for d in found)
+        return replace(result, ended=replace(ended, related=(*notes, *ended.related)))
+    return replace(result, warnings=(*result.warnings, *found))
 
 
 def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> None:

@@ -21,11 +21,11 @@ from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import text
 from planarc.ir.flat import Part
-from planarc.ir.places import is_own, own_names, own_part, point_home
+from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination
 from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
-from planarc.structure.matching import find_singular_parts, match_equations
+from planarc.structure.matching import Parts, find_singular_parts, match_equations
 from planarc.structure.places import owner_span
 
 _SHOWN = 8  # names listed in one message
@@ -37,6 +37,9 @@ TWICE = "hold the same motion twice"
 class StructurallySingular(PlanarcError):
     """Equations and unknowns cannot be matched (S301 to S303)."""
 
+    undetermined: tuple[str, ...] = ()  # names of the unknowns that are left without an equation
+    givers: tuple[Part, ...] = ()  # parts whose signals determine nothing, and what takes these
+
 
 def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
     """Raises StructurallySingular when equations and unknowns cannot be matched."""
@@ -45,6 +48,12 @@ def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
     if matching.complete and -1 not in matching.equation:
         return
     parts = find_singular_parts(rows, len(elimination.kept), matching)
+    problem = StructurallySingular(_explain(dae, elimination, parts))
+    problem.undetermined = tuple(elimination.kept[v] for v in parts.under_variables)
+    raise problem
+
+
+def _explain(dae: Dae, elimination: Elimination, parts: Parts) -> tuple[Diagnostic, ...]:
     over, under = explain_misfit(dae, find_misfit(dae))
     if parts.over_equations and not over:
         over = (_over(dae, elimination, parts.over_equations, parts.over_variables),)
@@ -53,27 +62,59 @@ def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         if parts.under_variables and not under and all(e.component for e in chosen):
             left = _under(dae, elimination, parts.under_equations, parts.under_variables)
             open_forces = Related(f"therefore {left.message}", left.span)
-            raise StructurallySingular(replace(over[0], related=(open_forces, *over[0].related)))
+            return (replace(over[0], related=(open_forces, *over[0].related)),)
     if parts.under_variables and not under:
         under = (_under(dae, elimination, parts.under_equations, parts.under_variables),)
-    raise StructurallySingular((*over, *under))
+    return (*over, *under)
 
 
 def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
     wrong: dict[str | int, Diagnostic] = {}  # of a part of a library one equation tells all
+    givers: list[Part] = []
     for entry, row in zip(elimination.live, rows, strict=True):
         if not row:
             equation = dae.equations[entry.index]
             own = equation.generated or is_own(dae, equation.span)
             part = None if own else own_part(dae, equation.component)
+            here = ""
+            if part is not None:
+                here = f"this stands in `{part.class_name}`"
+                reached = _driven_by(dae, part)
+                givers += reached
+                part = reached[-1]
             found = _determines_nothing(
                 equation, f"`{text(entry.left)} = {text(entry.right)}`", part
             )
-            wrong.setdefault(
-                part.name if part else entry.index, point_home(dae, found, equation.component)
-            )
+            home = part.name if part else equation.component
+            wrong.setdefault(part.name if part else entry.index, point_home(dae, found, home, here))
     if wrong:
-        raise StructurallySingular(wrong.values())
+        problem = StructurallySingular(wrong.values())
+        problem.givers = tuple(givers)
+        raise problem
+
+
+def _driven_by(dae: Dae, part: Part) -> list[Part]:
+    """A part, and by way of its signals those up to one that moves something; else itself last."""
+    connected = {owner(end) for ends in dae.connections for end in ends}
+    physical = {p.name for c in connected if (p := own_part(dae, c)) is not None}
+    signals = [(e.left.name, e.right.name) for e in dae.equations if _is_signal(e)]
+    queue = [part]
+    for found in queue:
+        if found.name in physical:
+            return [*(p for p in queue if p is not found), found]
+        both_ways = (*signals, *(s[::-1] for s in signals))
+        ends = dict.fromkeys(b for a, b in both_ways if _in(a, found))
+        queue += [p for e in ends if (p := own_part(dae, owner(e))) and p not in queue]
+    return queue[::-1]
+
+
+def _is_signal(equation: Equation) -> bool:
+    """Whether a connection makes two variables equal."""
+    return equation.generated and equation.left.is_symbol and equation.right.is_symbol
+
+
+def _in(variable: str, part: Part) -> bool:
+    return variable.startswith(f"{part.name}.")
 
 
 def _determines_nothing(equation: Equation, left_over: str, part: Part | None) -> Diagnostic:
@@ -135,23 +176,41 @@ def _under(
         for e in redundant[:_LISTED]
     )
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
-    place = _span(redundant[-1]) if redundant and forces else owner_span(dae, names[0])
-    return Diagnostic("S303", head, place, hint=_hint(dae, names, redundant), related=related)
+    if redundant and forces:
+        return _twice(dae, names, redundant)
+    return Diagnostic(
+        "S303", head, owner_span(dae, names[0]), hint=_hint(dae, names), related=related
+    )
 
 
-def _hint(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> str:
+def _twice(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic:
+    """Joints whose forces are open, since what they hold is held already."""
+    classes = {p.name: p.class_name for p in dae.parts}
+    holders = dict.fromkeys(n.rsplit(".", 2)[0] for n in names)
+    joints = [h for h in holders if ".Joints." in classes.get(h, "")]
+    last = redundant[-1]
+    note = Related(f"{last.shown} says nothing new: it follows from other equations", _span(last))
+    if len(joints) > 1:
+        message = f"{listed(f'`{j}`' for j in joints)} {TWICE}"
+        place = owner_span(dae, f"{joints[-1]}.x")
+        hint = "replace one of them by a freer joint, or leave it out"
+        return Diagnostic("S303", message, place, hint=hint, related=(note,))
+    return Diagnostic(
+        "S303",
+        f"nothing determines {_names(names)}",
+        _span(last),
+        hint="a constraint repeats others: replace one of the joints in the loop by a freer one",
+        related=(note,),
+    )
+
+
+def _hint(dae: Dae, names: Sequence[str]) -> str:
     """The cause in a planar mechanism that leaves such an unknown open."""
     classes = {p.name: p.class_name for p in dae.parts}
     owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
     masses = [o for o in owners if classes.get(o, "").endswith(".PointMass")]
     if masses:
         return f"set `fixAngle=true` in `{masses[0]}`, or connect it to a part that turns with it"
-    if redundant and any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names):
-        holders = dict.fromkeys(n.rsplit(".", 2)[0] for n in names)
-        joints = [f"`{h}`" for h in holders if ".Joints." in classes.get(h, "")]
-        if len(joints) > 1:
-            return f"{listed(joints)} {TWICE}: replace one of them by a freer joint"
-        return "a constraint repeats others: replace one of the joints in the loop by a freer one"
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"

@@ -1,4 +1,5 @@
-"""Checks of parameters: each has a value, none depends on itself or lies outside its bounds.
+"""Checks of parameters: each has a value, none depends on itself, lies outside its bounds or is
+given in degrees.
 
 Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 """
@@ -8,6 +9,7 @@ from __future__ import annotations
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, Severity
 from planarc.core.prose import ticked
 from planarc.core.source import Span
+from planarc.core.unit import looks_like_degrees, turns
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.demand import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
@@ -112,24 +114,46 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
     return Diagnostic("F282", message, parameters[first].span, related=others)
 
 
-# Values outside of their bounds -------------------------------------------------------
+# Values that were hardly meant: outside of their bounds, or degrees where radians are --
 
 
 def check_ranges(pairs: list[tuple[Leaf, flat.Variable | None]], session: Session) -> None:
-    """Warn of values that their own declaration does not allow (F265)."""
+    """Warn of values that their own declaration does not allow (F265), and of degrees (F331)."""
+    told: set[str] = set()
     for leaf, v in pairs:
-        if v is None or (v.attributes.min is None and v.attributes.max is None):
+        if v is None:
             continue
         what, value = "start value", v.attributes.start
         if v.variability <= flat.Variability.PARAMETER and v.binding is not None:
             what, value = "value", v.binding
         if value is None:
             continue
+        if isinstance(value, flat.Reference) and value.name in told:
+            told.add(leaf.name)  # a part hands its value on to a part in it
+            continue
+        if v.attributes.quantity == "Angle":
+            _check_angle(f"the {what} {{}} of `{leaf.name}`", value, session)
+        if v.attributes.min is None and v.attributes.max is None:
+            continue
         found = _outside(value, v.attributes, session)
         if found is not None:
+            told.add(leaf.name)
             number, side, bound = found
             message = f"the {what} {number:.6g} of `{leaf.name}` lies {side} its {bound}"
             session.warn("F265", message, value.span)
+
+
+def _check_angle(subject: str, value: flat.Expression, session: Session) -> None:
+    """Only of numbers as they are written: a formula is meant to be in radian."""
+    sign, operand = (-1, value.operand) if isinstance(value, flat.Unary) else (1, value)
+    if not isinstance(operand, flat.Literal) or not isinstance(operand.value, int | float):
+        return
+    angle = sign * operand.value
+    if looks_like_degrees(angle):
+        shown = f"{angle:.6g}"
+        hint = f"if degrees are meant, write `Modelica.Units.Conversions.from_deg({shown})`"
+        message = f"{subject.format(shown)} is in radian, {turns(angle)}"
+        session.warn("F331", message, value.span, hint)
 
 
 def _outside(

@@ -1,0 +1,83 @@
+"""Why the equations of a mechanism do not fit, in words of its parts and not of equations.
+
+In:   Dae, Mechanism (None where there are no frames); the unknowns that nothing determines, and
+      the parts whose signals determine nothing
+Out:  the one message that takes the place of those about equations; None where they say it best
+
+    a joint that is bridged   its frames are one rigid part, by other connections
+    an end left open          a frame or flange is connected to nothing, and its component cannot do
+                              without
+
+A group of parts without ground comes before both (`attachment`).
+
+Example: of `connect(motor.flange, hinge.axis)` forgotten, the equations say that eleven of them,
+from `pid` to `arm`, decide ten unknowns; the mechanism says that `motor.flange` is connected to
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.prose import be, listed, shortened
+from planarc.insight.attachment import place
+from planarc.insight.connectors import find_connectors, owner
+from planarc.ir.dae import Dae
+from planarc.ir.flat import Part
+from planarc.ir.mechanism import Mechanism
+from planarc.ir.places import own_part
+
+_SHOWN = 4
+
+
+def explain_misfit(
+    dae: Dae, mechanism: Mechanism | None, undetermined: Sequence[str], givers: Sequence[Part] = ()
+) -> Diagnostic | None:
+    """What was connected wrongly, if that is why equations and unknowns do not fit."""
+    if mechanism is not None and mechanism.bridged:
+        return _bridged(dae, mechanism.bridged[0])
+    return _left_open(dae, undetermined, givers)
+
+
+def _bridged(dae: Dae, joint: str) -> Diagnostic:
+    ends = [name for name in find_connectors(v.name for v in dae.variables) if owner(name) == joint]
+    together = next((c for c in dae.connections if len({*ends}.intersection(c)) > 1), ())
+    how = "by rigid parts around it"
+    if together:
+        how = f"since {listed(f'`{name}`' for name in together)} are all connected"
+    return Diagnostic(
+        "S303",
+        f"`{joint}` cannot move: {listed(f'`{end}`' for end in ends)} are held together, {how}",
+        place(dae, joint.partition(".")[0]),
+        hint=f"remove the connection around `{joint}`, or `{joint}` itself",
+    )
+
+
+def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) -> Diagnostic | None:
+    """The ends, connected to nothing, of components whose own unknowns nothing determines."""
+    parts = _own(dae, map(owner, undetermined)) | {part.name for part in givers}
+    connected = {name for names in dae.connections if len(names) > 1 for name in names}
+    ends = [
+        name
+        for name in find_connectors(v.name for v in dae.variables)
+        if owner(name) in parts and name not in connected
+    ]
+    if not ends:
+        return None
+    shown = shortened([f"`{name}`" for name in ends], _SHOWN)
+    first = owner(ends[0])
+    effect = f"so that nothing determines {shortened([f'`{n}`' for n in undetermined], _SHOWN)}"
+    if not undetermined:
+        effect = f"so that `{givers[-1].name}` moves nothing"
+    return Diagnostic(
+        "S303",
+        f"{shown} {be(len(ends))} connected to nothing, {effect}",
+        place(dae, first),
+        hint=f"connect `{ends[0]}` to what `{first}` belongs to, or leave `{first}` out",
+    )
+
+
+def _own(dae: Dae, components: Iterable[str]) -> set[str]:
+    """The user's parts around components."""
+    return {part.name for c in components if (part := own_part(dae, c)) is not None}
