@@ -81,22 +81,22 @@ def resolve(program: Program, options: RunOptions) -> Request:
 
 
 def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
-    """Warnings of given values outside of their bounds (F265), and of degrees (F331)."""
+    """Warnings of given values that lie outside of their bounds, or look like degrees (R409)."""
     known, columns = _parameters(program), {c.name: c.unit for c in program.columns}
-    found: list[tuple[str, str, str | None]] = []
+    found: list[tuple[str, str | None]] = []
     for name, value in options.values.items():
         low, high = known[name].minimum, known[name].maximum
         if low is not None and value < low:
-            found.append(("F265", f"`{name}` = {value:g} lies below its minimum {low:g}", None))
+            found.append((f"`{name}` = {value:g} lies below its minimum {low:g}", None))
         elif high is not None and value > high:
-            found.append(("F265", f"`{name}` = {value:g} lies above its maximum {high:g}", None))
+            found.append((f"`{name}` = {value:g} lies above its maximum {high:g}", None))
     angles = [(n, v) for n, v in options.values.items() if known[n].unit == "rad"]
     angles += [(n, v) for n, v in options.starts.items() if columns.get(n) == "rad"]
     for name, value in angles:
         if looks_like_degrees(value):
             message = f"`{name}` = {value:g} is in radian, {turns(value)}"
-            found.append(("F331", message, f"if degrees are meant, give {math.radians(value):.6g}"))
-    return tuple(Diagnostic(c, m, None, Severity.WARNING, hint) for c, m, hint in found)
+            found.append((message, f"if degrees are meant, give {math.radians(value):.6g}"))
+    return tuple(Diagnostic("R409", m, None, Severity.WARNING, hint) for m, hint in found)
 
 
 def _solver(options: RunOptions) -> Solver:
