@@ -25,6 +25,8 @@ from planarc.ir.flat import Experiment, Part, StateSelect
 
 INITIAL = "$initial"
 TERMINAL = "$terminal"
+#: With an index: true in the pass of an event in which one of several conditions became true.
+EDGE = "$edge"
 #: A parameter: the time at which the run starts, for start values that depend on it.
 START_TIME = "$start"
 #: A parameter of models with redundant joints, which moves the forces that are open; with an

@@ -207,28 +207,26 @@ def trigger(
     t = scope.table
     value = lower_expression(scope, condition)
     truths = [_named(scope, e, into, origin) for e in exprs(value)]
-    truth = truths[0] if not isinstance(value, Tensor) else t.false
-    if isinstance(value, Tensor):  # any one that just became true (8.3.5)
-        for one in truths:
-            truth = t.or_(truth, t.and_(one, t.not_(_before(scope, one))))
-    return _named(scope, truth, into, origin, always=True).name
-
-
-def _before(scope: Scope, e: Expr) -> Expr:
-    t = scope.table
-    return t.pre(e.name) if e.name in scope.model.discretes else t.false
+    if not isinstance(value, Tensor):
+        return truths[0].name
+    truth = t.false
+    for one in truths:  # any one that just became true (8.3.5)
+        truth = t.or_(truth, t.and_(one, t.not_(t.pre(one.name))))
+    return _named(scope, truth, into, origin, dae.EDGE).name
 
 
 def _named(
-    scope: Scope, truth: Expr, into: Lowered, origin: flat.EquationNode, always: bool = False
+    scope: Scope,
+    truth: Expr,
+    into: Lowered,
+    origin: flat.EquationNode,
+    kind: str = "$when",
 ) -> Expr:
-    """A discrete variable with that value (reserved names serve as they are)."""
+    """A discrete variable with that value, `pre` of which is known."""
     model = scope.model
-    if truth.op is Op.SYMBOL:
-        known = truth.name in model.discretes
-        if known or (truth.name.startswith("$") and not always):
-            return truth
-    name = f"$when[{len(model.auxiliaries) + 1}]"
+    if truth.op is Op.SYMBOL and truth.name in model.discretes:
+        return truth
+    name = f"{kind}[{len(model.auxiliaries) + 1}]"
     symbol = model.table.symbol(name)
     variable = dae.Variable(name, dae.Kind.BOOLEAN, protected=True, span=origin.span)
     equation = dae.Equation(symbol, truth, origin.span, origin.component)

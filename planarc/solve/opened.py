@@ -29,7 +29,7 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
 
 
 def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
-    """Parameters, what depends on them, and start values."""
+    """Parameters, what depends on them, start values, and inputs."""
     w = kernel.w
     for p in program.parameter_slots:
         if p.slot in request.values:
@@ -49,3 +49,5 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
         )
     for slot, value in request.starts.items():
         w[slot] = value
+    for name in program.inputs:  # what nobody drives keeps its start value
+        w[program.slots[name]] = w[program.slots[f"start({name})"]]

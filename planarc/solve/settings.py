@@ -256,6 +256,7 @@ def _startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, f
     slots = {c.slot: c.start for c in program.candidates}
     slots |= {d.slot: d.start for d in program.discretes}
     slots |= {f.slot: f.start for f in program.fixed}
+    slots |= {program.slots[n]: program.slots[f"start({n})"] for n in program.inputs}
     columns: dict[str, tuple[int, float]] = {c.name: (c.slot, c.sign) for c in program.columns}
     columns |= {c.name: (c.slot, 1) for c in program.candidates if c.name not in columns}
     return slots, columns

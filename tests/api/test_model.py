@@ -91,6 +91,13 @@ def test_an_input_is_a_function_a_table_or_a_number(lag: Model) -> None:
     assert (lag.inputs, lag.outputs) == (("u",), ("x", "y"))
 
 
+def test_an_input_that_nothing_drives_keeps_its_start_value() -> None:
+    model = planarc.load("model M input Real u(start=3); Real y = 2*u; end M;")
+    assert set(model.simulate(1)["y"]) == {6}
+    assert set(model.simulate(1, start={"u": 4})["y"]) == {8}
+    assert set(model.simulate(1, start={"u": 4}, inputs={"u": 5})["y"]) == {10}
+
+
 def test_array_parameters_take_sequences(lag: Model) -> None:
     result = lag.simulate(1, parameters={"c": [3, 4]}, inputs={"u": 1})
     assert np.allclose(result["y"], 3 * result["x"] + 4)

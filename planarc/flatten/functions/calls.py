@@ -27,7 +27,7 @@ from planarc.flatten.values import evaluate
 from planarc.flatten.values.foreign import LOAD_RESOURCE
 from planarc.ir import flat, syntax
 
-_REDUCTIONS = frozenset({"sum", "product", "min", "max"})
+_REDUCTIONS = frozenset({"array", "sum", "product", "min", "max"})
 _FUNCTION_KINDS = (syntax.ClassKind.FUNCTION, syntax.ClassKind.OPERATOR_FUNCTION)
 _CONNECTIONS = "Connections"
 

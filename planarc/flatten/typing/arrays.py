@@ -17,7 +17,14 @@ from typing import Any, NamedTuple
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
-from planarc.flatten.terms.conform import NUMERIC, dims_conform, scalar_count, type_text, unify
+from planarc.flatten.terms.conform import (
+    NUMERIC,
+    common_type,
+    dims_conform,
+    scalar_count,
+    type_text,
+    unify,
+)
 from planarc.flatten.terms.select import array, integer, opened, real
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import operators
@@ -246,6 +253,16 @@ def _ndims(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expres
     return integer(len(arguments[0].type.dims), span)
 
 
+def constructed(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    """`array(a, b)`, which is `{a, b}`: one dimension more than the entries have."""
+    return array(arguments, common_type(arguments[0].type, arguments[1:], _unlike), span)
+
+
+def _unlike(type_: flat.Type, item: flat.Expression) -> PlanarcError:
+    texts = f"{type_text(type_)} and {type_text(item.type)}"
+    return error("F272", f"the entries of an array have different types: {texts}", item.span)
+
+
 #: the fewest and the most arguments, and what is built of them
 BUILDERS: dict[str, tuple[int, int, Callable[[str, Arguments, Span, Env], flat.Expression]]] = {
     "ndims": (1, 1, _ndims),
@@ -255,6 +272,7 @@ BUILDERS: dict[str, tuple[int, int, Callable[[str, Arguments, Span, Env], flat.E
     "identity": (1, 1, _identity),
     "linspace": (3, 3, _linspace),
     "cat": (2, MANY, _cat),
+    "array": (1, MANY, constructed),
     **dict.fromkeys(_RESHAPES, (1, 1, _reshaped)),
     **dict.fromkeys(("cross", "outerProduct"), (2, 2, _reshaped)),
 }

@@ -15,11 +15,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import error
 from planarc.flatten.refusal import for_each
-from planarc.flatten.terms.conform import common_type, type_text, unify
+from planarc.flatten.terms.conform import type_text, unify
 from planarc.flatten.terms.constant import Value
-from planarc.flatten.terms.select import array
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.typing import arrays, comprehension, matrices, operators, references
 from planarc.flatten.values import evaluate
@@ -112,12 +111,7 @@ def _array(node: syntax.Array, env: Env) -> flat.Expression:
     items = for_each(node.items, env.typed)
     if not items:
         raise error("F272", "`{}` needs at least one entry: write `zeros(0)`", node.span)
-    return array(items, common_type(items[0].type, items[1:], _unlike), node.span)
-
-
-def _unlike(type_: flat.Type, item: flat.Expression) -> PlanarcError:
-    texts = f"{type_text(type_)} and {type_text(item.type)}"
-    return error("F272", f"the entries of an array have different types: {texts}", item.span)
+    return arrays.constructed("array", items, node.span, env)
 
 
 def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:

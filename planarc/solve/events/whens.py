@@ -14,6 +14,7 @@ from msgspec import Struct, field
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.dae import (
+    EDGE,
     INITIAL,
     Action,
     Assertion,
@@ -46,6 +47,7 @@ class Whens:
         self._at_start = _initial_conditions(program)
         self._slots = _own_slots(program)
         self._read = Reader(program, kernel, 0.0)
+        self._edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
 
     def reader(self, t: float) -> Reader:
         self._read.t = t
@@ -59,7 +61,7 @@ class Whens:
             for slot, pre, branch in when.branches:
                 if initial and slot not in self._at_start:
                     continue
-                if w[slot] != 0 and w[pre] == 0:
+                if w[slot] != 0 and (w[pre] == 0 or slot in self._edges):
                     actions.append(branch)
                     break
         return actions

@@ -196,3 +196,23 @@ equation
 def test_the_end_counts_outside_of_clauses_too(backend: str) -> None:
     result = run("Real x = if terminal() then 2 else 1;", backend, 1.0)
     assert result["x"].tolist() == [1.0] * 11 + [2.0]
+
+
+def test_each_of_several_conditions_triggers_by_itself(backend: str) -> None:
+    """Conditions that become true one pass after the other, or after one that is true already."""
+    result = run(
+        """
+  Boolean a = time > 0.5, b = pre(a);
+  Integer n(start=0, fixed=true), k(start=0, fixed=true);
+equation
+  when {a, b} then
+    n = pre(n) + 1;
+  end when;
+  when {time < 5, sample(0, 0.4)} then
+    k = pre(k) + 1;
+  end when;""",
+        backend,
+        1.0,
+    )
+    assert result["n"][-1] == 2
+    assert result["k"][-1] == 3
