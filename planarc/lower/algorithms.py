@@ -91,7 +91,7 @@ class _Section(Runner):
             raise error("L350", "a `when` cannot stand under an `if` that changes", s.span)
         branches = []
         for condition, body in s.branches:
-            name = equations.trigger(self.here(), condition, self.into, s)
+            name = equations.trigger(self.here(), condition, s)
             count = len(self.scope.model.assertions)
             actions = tuple(self._actions(body))
             branches.append((name, (*actions, *self.scope.model.take_assertions(count))))

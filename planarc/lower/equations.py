@@ -57,7 +57,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
                 for left, right in _pairs(scope, e):
                     add_equation(model, into, left, right, e)
             case flat.WhenEquation():
-                into.whens.append(_when(scope, e, into))
+                into.whens.append(_when(scope, e))
             case flat.Assert():
                 model.assertions.append(assertion(scope.without_events(), e))
             case flat.Terminate() | flat.Reinit():
@@ -190,40 +190,39 @@ def _join(scope: Scope, truth: Expr, then: Pair, otherwise: Pair) -> Pair:
 # When-clauses ------------------------------------------------------------------------------
 
 
-def _when(scope: Scope, e: flat.WhenEquation, into: Lowered) -> dae.When:
+def _when(scope: Scope, e: flat.WhenEquation) -> dae.When:
     branches = []
     for condition, body in e.branches:
-        name = trigger(scope, condition, into, e)
+        name = trigger(scope, condition, e)
         count = len(scope.model.assertions)
         actions = tuple(_actions(replace(scope, at_event=True), body))
         branches.append((name, (*actions, *scope.model.take_assertions(count))))
     return dae.When(tuple(branches), e.span, e.component)
 
 
-def trigger(
-    scope: Scope, condition: flat.Expression, into: Lowered, origin: flat.EquationNode
-) -> str:
+def trigger(scope: Scope, condition: flat.Expression, origin: flat.EquationNode) -> str:
     """The name of a new Boolean that becomes true when a when-branch is to act."""
     t = scope.table
     value = lower_expression(scope, condition)
-    truths = [_named(scope, e, into, origin) for e in exprs(value)]
+    truths = [_named(scope.model, e, origin) for e in exprs(value)]
     if not isinstance(value, Tensor):
         return truths[0].name
     truth = t.false
     for one in truths:  # any one that just became true (8.3.5)
         truth = t.or_(truth, t.and_(one, t.not_(t.pre(one.name))))
-    return _named(scope, truth, into, origin, dae.EDGE).name
+    return _named(scope.model, truth, origin, dae.EDGE).name
+
+
+def set_at_start(model: Model, e: dae.Equation) -> dae.When:
+    """A when-clause of `initial()` that sets the discrete variable on the left."""
+    name = _named(model, model.table.symbol(dae.INITIAL), e).name
+    return dae.When(((name, (set_discrete(e.left, e.right, e.span),)),), e.span, e.component)
 
 
 def _named(
-    scope: Scope,
-    truth: Expr,
-    into: Lowered,
-    origin: flat.EquationNode,
-    kind: str = "$when",
+    model: Model, truth: Expr, origin: flat.EquationNode | dae.Equation, kind: str = "$when"
 ) -> Expr:
     """A discrete variable with that value, `pre` of which is known."""
-    model = scope.model
     if truth.op is Op.SYMBOL and truth.name in model.discretes:
         return truth
     name = f"{kind}[{len(model.auxiliaries) + 1}]"

@@ -23,7 +23,7 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
-from planarc.lower.equations import Lowered, lower_equations, lower_initial
+from planarc.lower.equations import Lowered, lower_equations, lower_initial, set_at_start
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
 from planarc.lower.scalar import lower_expression
@@ -55,7 +55,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
     initial = lower_initial(model, source.initial_equations)
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
-    initial, discretes = _start_discretes(model, initial, classified.discretes)
+    initial, discretes = _start_discretes(model, initial, classified.discretes, into)
     values = [v.start for v in discretes] + [p.value for p in classified.parameters]
     start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
@@ -94,12 +94,17 @@ def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]
 
 
 def _start_discretes(
-    model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable]
+    model: Model,
+    initial: Sequence[dae.Equation],
+    discretes: Sequence[dae.Variable],
+    into: Lowered,
 ) -> tuple[list[dae.Equation], list[dae.Variable]]:
     """`initial equation d = value` of a discrete variable is its start value.
 
-    In it other discrete variables stand for their start values.
+    In it other discrete variables stand for their start values. A value of unknowns is set by
+    a when-clause of `initial()`; where `d` is fixed, it is a condition for these unknowns.
     """
+    fixed = {v.name for v in discretes if v.fixed}
     at_start = Substitution(model.table, {model.table.time: model.table.symbol(dae.START_TIME)})
     model.parameters.add(dae.START_TIME)
     given: dict[str, dae.Equation] = {}
@@ -108,10 +113,16 @@ def _start_discretes(
         left = equation.left
         if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
             right = at_start(equation.right)
-            if not model.is_steady(right):
-                message = f"the start value of `{left.name}` must be an expression of parameters"
+            if model.is_steady(right):
+                given[left.name] = replace(equation, right=right)
+            elif left.op is Op.PRE:
+                name = f"pre({left.name})"
+                message = f"the start value of `{name}` must be an expression of parameters"
                 raise error("L334", message, equation.span)
-            given[left.name] = replace(equation, right=right)
+            elif left.name in fixed:
+                rest.append(equation)
+            else:
+                into.whens.append(set_at_start(model, equation))
         else:
             rest.append(equation)
     starts = _without_discretes(model, given, discretes)

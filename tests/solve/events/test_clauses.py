@@ -216,3 +216,32 @@ equation
     )
     assert result["n"][-1] == 2
     assert result["k"][-1] == 3
+
+
+def test_initial_equations_of_discrete_variables_may_hang_on_unknowns(backend: str) -> None:
+    """Where the discrete variable is fixed, it is the unknown that follows."""
+    result = run(
+        """
+  discrete Real d, e(start=9, fixed=true);
+  Integer k;
+  Boolean high;
+  Real x(start=2), y(start=1);
+initial equation
+  d = 3*x;
+  k = integer(x + 0.5);
+  high = x > 1;
+  e = y;
+equation
+  der(x) = 1;
+  der(y) = 0;
+  when time > 0.5 then
+    d = 0;
+    k = pre(k) + 1;
+    high = not pre(high);
+    e = 1;
+  end when;""",
+        backend,
+        1.0,
+    )
+    found = {n: (result[n][0], result[n][-1]) for n in ("d", "k", "high", "e", "y")}
+    assert found == {"d": (6, 0), "k": (2, 3), "high": (1, 0), "e": (9, 1), "y": (9, 9)}
