@@ -16,12 +16,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
-from msgspec import Struct
-
 from planarc.core.data import Data
 from planarc.core.diagnostic import Related, error
+from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
-from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flat import Base, Variability
@@ -132,7 +130,7 @@ def _assigned_in_whens(source: flat.FlatModel) -> Iterator[str]:
 def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
     scope = Scope(model, events=False)
     result: list[dae.Parameter] = []
-    for v in in_order([v for v in source.variables if is_parameter(v)]):
+    for v in ordered([v for v in source.variables if is_parameter(v)]):
         given = v.binding if v.binding is not None else v.attributes.start
         if given is None:
             value: Value = Text(("",)) if v.type.base is Base.STRING else _default(model, v)
@@ -201,32 +199,18 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
         )
 
 
-def in_order(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
+def ordered(variables: Sequence[flat.Variable]) -> list[flat.Variable]:
     """Every parameter after those that its value refers to; else as declared."""
     by_name = {v.name: v for v in variables}
-    needs = {
-        v.name: [n for n in referenced((v.binding, v.attributes.start)) if n in by_name]
-        for v in variables
-    }
-    done: dict[str, bool] = {}  # False while its needs are being looked at
-    order: list[flat.Variable] = []
-    for first in variables:
-        path = [first.name]
-        while path:
-            name = path[-1]
-            if name not in done:
-                done[name] = False
-            waiting = next((n for n in needs[name] if not done.get(n, False)), None)
-            if waiting is None:
-                path.pop()
-                if not done[name]:
-                    done[name] = True
-                    order.append(by_name[name])
-            elif waiting in done:
-                raise _cycle(by_name, path[path.index(waiting) :])
-            else:
-                path.append(waiting)
-    return order
+
+    def needs(name: str) -> Iterator[str]:
+        v = by_name[name]
+        return (n for n in referenced(v.binding, v.attributes.start) if n in by_name)
+
+    try:
+        return [by_name[name] for name in in_order(by_name, needs)]
+    except Circle as circle:
+        raise _cycle(by_name, circle.names) from None
 
 
 def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
@@ -235,17 +219,10 @@ def _cycle(by_name: dict[str, flat.Variable], names: list[str]) -> Exception:
     return error("L332", message, by_name[names[0]].span, related=related)
 
 
-def referenced(roots: object) -> Iterator[str]:
+def referenced(*roots: flat.Expression | None) -> Iterator[str]:
     """Names of the variables that expressions refer to, in their order."""
-    stack = [roots]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, flat.Reference):
-            yield node.name
-        if isinstance(node, tuple) and not isinstance(node, Span):
-            stack.extend(reversed(node))
-        elif isinstance(node, Struct) and not isinstance(node, flat.Type):
-            stack.extend(getattr(node, name) for name in reversed(node.__struct_fields__))
+    nodes = nodes_of(root for root in roots if root is not None)
+    return (node.name for node in nodes if isinstance(node, flat.Reference))
 
 
 # Unknowns ---------------------------------------------------------------------------------

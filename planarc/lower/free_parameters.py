@@ -32,7 +32,7 @@ from msgspec.structs import replace
 from planarc.ir import flat
 from planarc.ir.flat import Base, Variability
 from planarc.ir.flatwalk import is_false, names_in, nodes_of
-from planarc.lower.classify import in_order, is_parameter, referenced
+from planarc.lower.classify import is_parameter, ordered, referenced
 from planarc.lower.scope import unsupported
 from planarc.lower.values import fixed_dims
 
@@ -45,8 +45,8 @@ def release_parameters(source: flat.FlatModel) -> flat.FlatModel:
     free = {v.name for v in source.variables if _is_free(v)}
     if not free:
         return source
-    for v in in_order([v for v in source.variables if is_parameter(v)]):
-        if v.name not in free and any(n in free for n in referenced((v.binding,))):
+    for v in ordered([v for v in source.variables if is_parameter(v)]):
+        if v.name not in free and any(n in free for n in referenced(v.binding)):
             free.add(v.name)
     variables, constancy = [], []
     for v in source.variables:

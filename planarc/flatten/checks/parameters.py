@@ -7,6 +7,7 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, Severity
+from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
 from planarc.core.source import Span
 from planarc.core.unit import looks_like_degrees, turns
@@ -32,9 +33,10 @@ def check_parameters(pairs: Pairs, session: Session) -> None:
             session.errors.append(Diagnostic("F286", message, leaf.span))
         elif variable.variability is flat.Variability.PARAMETER and not _is_free(variable):
             _warn(leaf, session)
-    circle = find_circle(parameters)
-    if circle:
-        session.errors.append(_circle_error(circle, parameters))
+    try:
+        in_order(parameters, lambda name: _needed(parameters[name], parameters))
+    except Circle as circle:
+        session.errors.append(_circle_error(circle.names, parameters))
 
 
 def _warn(leaf: Leaf, session: Session) -> None:
@@ -73,25 +75,6 @@ def _is_free(variable: flat.Variable) -> bool:
     """`fixed=false`: found by the initial equations."""
     fixed = variable.attributes.fixed
     return isinstance(fixed, flat.Literal) and fixed.value is False
-
-
-def find_circle(parameters: dict[str, flat.Variable]) -> list[str]:
-    """The names of parameters that depend on each other in a circle, in order."""
-    done: set[str] = set()
-    for root in parameters:
-        path: list[str] = []
-        stack = [(root, False)]
-        while stack:
-            name, leaving = stack.pop()
-            if leaving:
-                done.add(path.pop())
-            elif name in path:
-                return path[path.index(name) :]
-            elif name not in done:
-                path.append(name)
-                stack.append((name, True))
-                stack += [(n, False) for n in _needed(parameters[name], parameters)]
-    return []
 
 
 def _needed(variable: flat.Variable, parameters: dict[str, flat.Variable]) -> list[str]:

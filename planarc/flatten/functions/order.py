@@ -12,11 +12,12 @@ which stand before the first statement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.order import Circle, in_order
 from planarc.core.prose import both
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.nodes import Instance
@@ -29,30 +30,12 @@ def names_in_order(instance: Instance) -> list[str]:
 
     Raises PlanarcError F207 where some depend on each other.
     """
-    members = instance.layout.members
-    names = [n for n, (_, d) in members.items() if not isinstance(d, syntax.ClassDef)]
-    needs = {name: [n for n in _written_with(instance, name) if n in members] for name in names}
-    order: dict[str, None] = {}
-    for name in names:
-        _visit(name, needs, order, [], instance)
-    return list(order)
-
-
-def _visit(
-    name: str,
-    needs: Mapping[str, Sequence[str]],
-    order: dict[str, None],
-    path: list[str],
-    instance: Instance,
-) -> None:
-    """Functions have few variables, and these chains are short: recursion is deep enough."""
-    if name in order:
-        return
-    if name in path:
-        raise _circle(path[path.index(name) :], instance)
-    for need in needs.get(name, ()):
-        _visit(need, needs, order, [*path, name], instance)
-    order[name] = None
+    members = instance.layout.members.items()
+    names = [n for n, (_, d) in members if not isinstance(d, syntax.ClassDef)]
+    try:
+        return in_order(names, lambda name: _written_with(instance, name, names))
+    except Circle as circle:
+        raise _circle(circle.names, instance) from None
 
 
 def _circle(names: Sequence[str], instance: Instance) -> Exception:
@@ -64,15 +47,15 @@ def _circle(names: Sequence[str], instance: Instance) -> Exception:
     return error("F207", message, spans[0], related=related, hint=hint)
 
 
-def _written_with(instance: Instance, name: str) -> Iterator[str]:
-    """First names in the sizes and the value of a variable, as they stand in the function."""
+def _written_with(instance: Instance, name: str, names: Sequence[str]) -> Iterator[str]:
+    """Those of the names that stand in the sizes and the value of a variable of the function."""
     element = lookup.member(instance, name)
     assert element is not None
     definition, scope, mod = redeclare.effective_component(element)
     sizes = names_in((definition.dimensions, definition.type_dimensions))
-    yield from (n for n in sizes if n != name)  # as in `A[:, size(A, 1)]`
+    yield from (n for n in sizes if n != name and n in names)  # as in `A[:, size(A, 1)]`
     if mod.binding is not None and mod.binding.scope is scope:
-        yield from names_in(mod.binding.expression)
+        yield from (n for n in names_in(mod.binding.expression) if n in names)
 
 
 def names_in(tree: object) -> list[str]:

@@ -15,9 +15,12 @@ Reference: Modelica Language Specification 3.6, sections 13.4 and 18.8.
 
 from __future__ import annotations
 
+import glob
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from planarc.core.diagnostic import error
 from planarc.core.looked import Looked
@@ -30,27 +33,16 @@ ParseFile = Callable[[Path], syntax.StoredDefinition]
 ParseAnnotation = Callable[[syntax.Annotation], tuple[syntax.Argument, ...]]
 
 
-class Entry:
+class Entry(Struct, eq=False):
     """One class of a library; `folder` is its directory when it is a package on disk."""
 
-    __slots__ = ("_children", "_definition", "_file", "folder", "full_name", "library", "user")
-
-    def __init__(
-        self,
-        library: Library,
-        full_name: str,
-        definition: syntax.ClassDef | None,
-        file: Path | None = None,
-        folder: Path | None = None,
-        user: bool = False,
-    ) -> None:
-        self.library = library
-        self.full_name = full_name
-        self.folder = folder
-        self.user = user
-        self._definition = definition
-        self._file = file
-        self._children: dict[str, Entry | None] = {}
+    library: Library
+    full_name: str
+    _definition: syntax.ClassDef | None
+    _file: Path | None = None
+    folder: Path | None = None
+    user: bool = False
+    _children: dict[str, Entry | None] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -358,13 +350,9 @@ def _versions(root: Path, name: str) -> list[Path]:
     if not root.is_dir() or not _is_file_name(name):
         return []
     found = []
-    for path in root.glob(f"{_escape_glob(name)} *"):
+    for path in root.glob(f"{glob.escape(name)} *"):
         stem = path.name if path.is_dir() else path.stem if path.suffix in EXTENSIONS else ""
         match = _VERSIONED.match(stem)
         if match and match[1] == name:
             found.append((tuple(int(n) for n in match[2].split(".")), path))
     return [path for _, path in sorted(found, reverse=True)]
-
-
-def _escape_glob(name: str) -> str:
-    return re.sub(r"([*?\[])", r"[\1]", name)

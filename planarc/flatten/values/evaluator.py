@@ -9,6 +9,9 @@ from __future__ import annotations
 import sys
 from typing import TypeAlias
 
+from msgspec import Struct
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
@@ -31,22 +34,15 @@ def range_count(first: float, step: float, last: float, span: Span) -> int:
     return max(0, int(steps + 1e-12) + 1) if steps >= 0 else 0
 
 
-class Evaluator:
-    """Values of expressions; `frame` holds the variables of a function being run."""
+class Evaluator(Struct):
+    """Values of expressions."""
 
-    def __init__(
-        self,
-        session: Session | None,
-        mark: bool = False,
-        frame: Frame | None = None,
-        hidden: frozenset[str] = frozenset(),
-    ) -> None:
-        self.hidden = hidden  # local names, which are no variables of the model
-        self.closed = False  # inside a function: only its own variables exist
-        self.session = session
-        self.mark = mark
-        self.frame = frame
-        self.depth = 0  # of calls
+    session: Session | None
+    mark: bool = False
+    frame: Frame | None = None  # the variables of a function being run
+    hidden: frozenset[str] = frozenset()  # local names, which are no variables of the model
+    closed: bool = False  # inside a function: only its own variables exist
+    depth: int = 0  # of calls
 
     def value(self, e: flat.Expression) -> Value:
         match e:
@@ -147,18 +143,9 @@ class Evaluator:
             raise NotConstant(f"the {kind} `{leaf.name}` has no value", leaf.span)
         return start
 
-    def with_frame(self, frame: Frame | None) -> Evaluator:
-        inner = Evaluator(self.session, self.mark, frame, self.hidden)
-        inner.closed = self.closed
-        inner.depth = self.depth
-        return inner
-
     def called(self, frame: Frame) -> Evaluator:
         """An evaluator inside of a call, where only the function's variables exist."""
-        inner = self.with_frame(frame)
-        inner.closed = True
-        inner.depth += 1
-        return inner
+        return replace(self, frame=frame, closed=True, depth=self.depth + 1)
 
     def function(self, name: str) -> flat.Function | None:
         """A function that is made already."""
@@ -212,9 +199,9 @@ class Evaluator:
 
     def _iterate(self, e: flat.Comprehension, k: int, frame: Frame) -> list[Value]:
         if k == len(e.iterators):
-            return [self.with_frame(frame).value(e.body)]
+            return [replace(self, frame=frame).value(e.body)]
         name, range_ = e.iterators[k]
-        values = self.with_frame(frame).value(range_)
+        values = replace(self, frame=frame).value(range_)
         assert isinstance(values, list)
         found: list[Value] = []
         for value in values:
