@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
     from planarc.compiled import Compiled
     from planarc.core.arrays import Vector
-    from planarc.ir.insight import Insight, Layer
-    from planarc.ir.result import EventRecord, Held, StateChoice, Statistics
+    from planarc.ir.insight import Layer
     from planarc.ir.result import Result as Rows
 
 
@@ -46,6 +45,14 @@ class Result:
     def __init__(self, rows: Rows, compiled: Compiled | None = None) -> None:
         self.rows = rows
         self._compiled = compiled  # what made them: it tells how near dead points are
+        self.name = rows.program.name
+        self.time = rows.time
+        self.statistics = rows.statistics
+        self.events = rows.events
+        self.states = rows.states  # the variables that were states, and from when on
+        self.start = rows.held  # the use of each start value
+        self.warnings = rows.warnings
+        self.ended = rows.ended  # the reason why the run ended before its time, if it did
 
     def __getitem__(self, name: str) -> Vector:
         """Raises UnknownName (a UsageError and a KeyError)."""
@@ -92,14 +99,6 @@ class Result:
         return f"<Result of {self.name}: {len(self)} rows, {span}, {self.statistics.solver}>"
 
     @property
-    def name(self) -> str:
-        return self.rows.program.name
-
-    @property
-    def time(self) -> Vector:
-        return self.rows.time
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Of all variables and parameters."""
         return tuple(self.rows.columns)
@@ -113,33 +112,6 @@ class Result:
             for n, c in self.rows.columns.items()
             if n in known and c.slot in self.rows.constants
         }
-
-    @property
-    def statistics(self) -> Statistics:
-        return self.rows.statistics
-
-    @property
-    def events(self) -> tuple[EventRecord, ...]:
-        return self.rows.events
-
-    @property
-    def states(self) -> tuple[StateChoice, ...]:
-        """Which variables were states, and from when on."""
-        return self.rows.states
-
-    @property
-    def start(self) -> tuple[Held, ...]:
-        """How each start value was used."""
-        return self.rows.held
-
-    @property
-    def warnings(self) -> tuple[Diagnostic, ...]:
-        return self.rows.warnings
-
-    @property
-    def ended(self) -> Diagnostic | None:
-        """Why the run ended before its stop time, if it did."""
-        return self.rows.ended
 
     @property
     def units(self) -> dict[str, str]:
@@ -333,7 +305,7 @@ class Result:
         needs `pip install planarc[pictures]`.
         """
         if path is None:
-            return self._page(curves)
+            return Page(self._page(curves))
         from planarc.view.picture.make import PictureOptions, write_picture
         from planarc.view.picture.motion import When
 
@@ -347,30 +319,20 @@ class Result:
         write_picture(Path(path), self.rows, options, found)
         return Path(path)
 
-    def _page(self, curves: Sequence[str] | None) -> Page:
+    def _page(self, curves: Sequence[str] | None) -> str:
+        from planarc.stages import study
         from planarc.view.page.report import render_page
         from planarc.view.scene import make_scene
 
         shown = None if curves is None else tuple(self._scalars(curves))
-        scene, insight = make_scene(self.rows), self._insight()
-        return Page(render_page(self.rows, scene, self._summary(), shown, insight))
+        insight = study(self.rows, None if self._compiled is None else self._compiled.load())
+        return render_page(self.rows, make_scene(self.rows), self._summary(), shown, insight)
 
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
-        from planarc.view.page.report import write_report
-        from planarc.view.scene import make_scene
         from planarc.view.storage import with_ending
 
-        page = with_ending(Path(path), ".html", ".htm")
-        shown = None if curves is None else self._scalars(curves)
-        scene, insight = make_scene(self.rows), self._insight()
-        write_report(page, self.rows, scene, self._summary(), shown, insight)
-        return page
-
-    def _insight(self) -> Insight:
-        from planarc.stages import study
-
-        return study(self.rows, None if self._compiled is None else self._compiled.load())
+        return Page(self._page(curves)).save(with_ending(Path(path), ".html", ".htm"))
 
     def _summary(self) -> tuple[tuple[str, str], ...]:
         s = self.statistics
