@@ -10,11 +10,13 @@ from itertools import islice
 MOST = 200
 
 
-def html_table(head: Sequence[str], rows: Iterable[Sequence[object]], note: str = "") -> str:
+def html_table(
+    head: Sequence[str], rows: Iterable[Iterable[object]], note: str = "", most: int = MOST
+) -> str:
     """Rows below their head; numbers with six digits. `note` is a sentence above."""
-    shown = list(islice(rows, MOST + 1))
-    lines = ["".join(f"<td>{html.escape(_text(v))}</td>" for v in row) for row in shown[:MOST]]
-    if len(shown) > MOST:
+    shown = list(islice(rows, most + 1))
+    lines = ["".join(f"<td>{html.escape(_text(v))}</td>" for v in row) for row in shown[:most]]
+    if len(shown) > most:
         lines.append(f'<td colspan="{len(head)}">...</td>')
     names = "".join(f"<th>{html.escape(n)}</th>" for n in head)
     above = f"<p>{html.escape(note)}</p>" if note else ""

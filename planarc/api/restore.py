@@ -12,7 +12,7 @@ the model gives to what never changes. Without one there are curves and nothing 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,9 +65,7 @@ def find_request(name: str, folders: Sequence[Path], libraries: Sequence[Path]) 
 
 def _model_files(folders: Sequence[Path]) -> list[Path]:
     different = {folder.resolve(): folder for folder in folders}
-    return sorted(
-        path for folder in different.values() for path in model_files(folder) if path.is_file()
-    )
+    return sorted(p for folder in different.values() for p in model_files(folder) if p.is_file())
 
 
 def _text(path: Path) -> str:
@@ -101,33 +99,34 @@ def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
             kernel.w[p.slot] = p.default
     kernel.parameters()
     known = {c.slot: c for c in program.columns if c.name in table}
-    varying = {s: c for s, c in known.items() if not _is_constant(c, table)}
-    stored = {slot: i for i, slot in enumerate(varying)}
-    data = np.empty((len(table.time), len(stored)))
-    for slot, column in varying.items():
-        data[:, stored[slot]] = column.sign * table[column.name]
-    constants = {c.slot: float(kernel.w[c.slot]) for c in program.columns if c.slot not in stored}
-    constants.update(
-        (s, float(c.sign * table[c.name][0]))
-        for s, c in known.items()
-        if s not in stored and len(table.time)
-    )
+    varying = [c for c in known.values() if not (c.constant or _same(table[c.name]))]
+    constants = {c.slot: float(kernel.w[c.slot]) for c in program.columns}
     # What varies and is not in the file is not known at all.
     lost = {c.name for c in program.columns if not c.constant and c.slot not in known}
     program = replace(program, columns=tuple(c for c in program.columns if c.name not in lost))
-    notes = []
-    own = [c for c in lost if not c.startswith("$")]
-    if own:
-        shown = ticked(sorted(own)[:_WORST])
-        notes.append(f"{name} does not hold {len(own)} variables of the model, such as {shown}")
-    return Restored(
-        Result(program, table.time, data, stored, constants, _READ), kernel, tuple(notes)
-    )
+    own = sorted(c for c in lost if not c.startswith("$"))
+    shown = ticked(own[:_WORST])
+    note = f"{name} does not hold {len(own)} variables of the model, such as {shown}"
+    result = _result(program, table, known.values(), varying, constants)
+    return Restored(result, kernel, (note,) if own else ())
 
 
-def _is_constant(column: Column, table: Table) -> bool:
-    values = table[column.name]
-    return column.constant or bool(len(values) and (values == values[0]).all())
+def _result(
+    program: Program,
+    table: Table,
+    columns: Iterable[Column],
+    varying: Sequence[Column],
+    constants: dict[int, float],
+) -> Result:
+    """The rows of `varying` columns; of others the first number that is there."""
+    data = np.empty((len(table.time), len(varying)))
+    for i, column in enumerate(varying):
+        data[:, i] = column.sign * table[column.name]
+    stored = {c.slot: i for i, c in enumerate(varying)}
+    if len(table.time):
+        constants |= {c.slot: float(c.sign * table[c.name][0]) for c in columns}
+    constants = {slot: value for slot, value in constants.items() if slot not in stored}
+    return Result(program, table.time, data, stored, constants, _READ)
 
 
 def _refuse_stranger(table: Table, name: str, program: Program) -> None:
@@ -154,13 +153,7 @@ def _bare(table: Table, name: str) -> Result:
     empty: dict[str, Any] = {field.name: () for field in fields(Program) if field.required}
     own = {"name": table.model or name, "table": Exprs(), "size": len(slots), "slots": slots}
     program = Program(**empty | own | {"columns": columns})
-    moving = [c for c in columns if not c.constant]
-    data = np.empty((len(table.time), len(moving)))
-    for i, column in enumerate(moving):
-        data[:, i] = table[column.name]
-    constants = {c.slot: float(table[c.name][0]) for c in columns if c.constant}
-    stored = {c.slot: i for i, c in enumerate(moving)}
-    return Result(program, table.time, data, stored, constants, _READ)
+    return _result(program, table, columns, [c for c in columns if not c.constant], {})
 
 
 def _same(values: Any) -> bool:

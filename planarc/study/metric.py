@@ -15,38 +15,40 @@ import numpy as np
 
 from planarc.api.result import Result
 from planarc.core.data import Data
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.unknown import unknown_name
 from planarc.ir.program import Program
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
 
-REDUCTIONS = ("final", "max", "min", "mean", "rms", "range", "maxabs")
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*")
 
 
+def _mean(time: Any, x: Any) -> Any:
+    """The mean over time, not over rows."""
+    span = time[-1] - time[0]
+    return np.trapezoid(x, time) / span if span > 0 else x[-1]
+
+
+REDUCTIONS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "final": lambda time, x: x[-1],
+    "max": lambda time, x: np.max(x),
+    "min": lambda time, x: np.min(x),
+    "mean": _mean,
+    "rms": lambda time, x: np.sqrt(_mean(time, x * x)),
+    "range": lambda time, x: np.ptp(x),
+    "maxabs": lambda time, x: np.max(np.abs(x)),
+}
+
+
 class Reduction(Data):
-    """One number of a variable over the run; means are over time, not over rows."""
+    """One number of a variable over the run."""
 
     kind: str
     variable: str
 
     def __call__(self, result: Result) -> float:
-        x = result[self.variable]
-        match self.kind:
-            case "max":
-                return float(np.max(x))
-            case "min":
-                return float(np.min(x))
-            case "range":
-                return float(np.ptp(x))
-            case "maxabs":
-                return float(np.max(np.abs(x)))
-            case "mean":
-                return _mean(result.time, x)
-            case "rms":
-                return float(np.sqrt(_mean(result.time, x * x)))
-        return float(x[-1])
+        return float(REDUCTIONS[self.kind](result.time, result[self.variable]))
 
 
 class Metrics(Data):
@@ -81,30 +83,31 @@ def _number(value: Any) -> float:
 
 def read_metric(metric: Metric | None, program: Program) -> Metrics:
     """Raises UsageError for unknown variables. None: the states at the end."""
+    named: Any
     if metric is None:
         columns = {c.name for c in program.columns}
-        names = [c.display for c in program.candidates if c.display in columns]
-        return Metrics(tuple((n, Reduction("final", n)) for n in names))
-    if isinstance(metric, str):
-        return Metrics(((metric, _read(metric, program)),))
-    if callable(metric):
+        named = {c.display: c.display for c in program.candidates if c.display in columns}
+    elif callable(metric):
         name = getattr(metric, "__name__", "metric")
-        return Metrics(((name if name.isidentifier() else "metric", metric),))
-    if isinstance(metric, Mapping):
-        return Metrics(
-            tuple((str(n), m if callable(m) else _read(m, program)) for n, m in metric.items())
-        )
+        named = {name if name.isidentifier() else "metric": metric}
+    elif isinstance(metric, str):
+        named = {metric: metric}
+    else:
+        named = metric
     try:
-        return Metrics(tuple((m, _read(m, program)) for m in metric))
+        pairs = named.items() if isinstance(named, Mapping) else [(m, m) for m in named]
     except TypeError:
-        raise usage_error(
-            "C231", f"a metric is a text or a function, not {type(metric).__name__}"
-        ) from None
+        raise _no_metric(metric) from None
+    return Metrics(tuple((str(n), m if callable(m) else _read(m, program)) for n, m in pairs))
+
+
+def _no_metric(given: object) -> UsageError:
+    return usage_error("C231", f"a metric is a text or a function, not {type(given).__name__}")
 
 
 def _read(text: Any, program: Program) -> Reduction:
     if not isinstance(text, str):
-        raise usage_error("C231", f"a metric is a text or a function, not {type(text).__name__}")
+        raise _no_metric(text)
     columns = {c.name for c in program.columns}
     name = text.strip()
     if name in columns:
@@ -117,8 +120,3 @@ def _read(text: Any, program: Program) -> Reduction:
     if call[2].strip() not in columns:
         raise unknown_name("variable", call[2].strip(), columns)
     return Reduction(call[1], call[2].strip())
-
-
-def _mean(time: Any, x: Any) -> float:
-    span = time[-1] - time[0]
-    return float(np.trapezoid(x, time) / span) if span > 0 else float(x[-1])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planarc.api.htmltable import html_table
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.extras import need
@@ -56,8 +57,8 @@ class Study(Data):
         return np.array([row[name] for row in self])
 
     def __repr__(self) -> str:
-        failed = f", {len(self.failures)} failed" if self.failures else ""
-        return f"<Study of {self.model}: {len(self)} points{failed}; {', '.join(self.columns)}>"
+        shown = ", ".join(self.columns)
+        return f"<Study of {self.model}: {len(self)} points{self._failed()}; {shown}>"
 
     def to_pandas(self) -> pandas.DataFrame:
         """Needs pandas (`pip install planarc[tables]`)."""
@@ -71,15 +72,8 @@ class Study(Data):
         return Path(path)
 
     def _repr_html_(self) -> str:
-        import html
+        rows = (row.values() for row in self)
+        return html_table(self.columns, rows, f"{len(self)} points{self._failed()}", most=20)
 
-        head = "".join(f"<th>{html.escape(n)}</th>" for n in self.columns)
-        body = []
-        for i, row in enumerate(self):
-            if i == 20:
-                body.append(f'<tr><td colspan="{len(self.columns)}">... {len(self)} points</td>')
-                break
-            cells = (f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values())
-            body.append("".join(f"<td>{html.escape(c)}</td>" for c in cells))
-        failed = f"<p>{len(self.failures)} points failed</p>" if self.failures else ""
-        return f"<table><tr>{head}</tr><tr>{'</tr><tr>'.join(body)}</tr></table>{failed}"
+    def _failed(self) -> str:
+        return f", {len(self.failures)} failed" if self.failures else ""
