@@ -17,7 +17,7 @@
     beside the row
     recall       Request             Compiled            remembered.py             models
     check        Request             Checked             probe/check.py            checks
-    mobility     Compiled            Mobility            probe/mobility.py
+    mobility     Compiled            Mobility            probe/check.py
     redundancy   Dae, Mechanism      Program             probe/redundancy.py
     slopes       Program             code                compiled.py               slopes
 

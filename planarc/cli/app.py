@@ -13,20 +13,28 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from planarc.cli import console, help_examples
+from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.cli.streams import CannotPrint, silence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
 from planarc.core.nearest import meant, nearest
 
-#: In the order of the help. Each is a function in a file of its name, and imported when it is
-#: asked for: all of them together would take half of a check's time.
-COMMANDS = help_examples.EXAMPLES
+#: The commands with the examples of their help, in its order. Each is a function in a file of its
+#: name, and imported when it is asked for: all of them together would take half of a check's time.
+COMMANDS = {
+    name: examples
+    for block in Path(__file__).with_name("examples.txt").read_text("utf-8").split("\n\n")
+    for name, *examples in [block.splitlines()]
+}
+_EVERYWHERE = (
+    "With every command: --quiet (-q) leaves out summaries and warnings, --verbose (-v) tells more."
+)
 #: The functions that cannot be called as their commands, since Python calls its own ones so.
 _RENAMED = {"compile": "compile_model", "list": "list_classes"}
 
@@ -42,8 +50,10 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     )
     app.callback()(root)
     for name in names:
+        # `\b` keeps the lines of a paragraph.
+        epilog = "\n".join(["\b", "Examples:", *COMMANDS[name], "", _EVERYWHERE])
         command = getattr(import_module(f"planarc.cli.{name}"), _RENAMED.get(name, name))
-        app.command(name, epilog=help_examples.epilog(name))(command)
+        app.command(name, epilog=epilog)(command)
     return app
 
 

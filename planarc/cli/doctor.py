@@ -6,6 +6,7 @@ import json
 import platform
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from planarc.cli import console
@@ -32,19 +33,7 @@ CHOSEN = {
 }
 
 #: A swing of small amplitude, and its closed form: phi = phi0*cos(sqrt(g/L)*t).
-_SELF_TEST = """
-model SelfTest
-  inner PlanarMultiBody.World world;
-  PlanarMultiBody.Joints.Revolute hinge(phi(start=-1.5697963267948966, fixed=true), w(fixed=true));
-  PlanarMultiBody.Parts.FixedTranslation rod(r={1, 0});
-  PlanarMultiBody.Parts.Body bob(m=1, I=0);
-equation
-  connect(world.frame_b, hinge.frame_a);
-  connect(hinge.frame_b, rod.frame_a);
-  connect(rod.frame_b, bob.frame_a);
-  annotation(experiment(StopTime=1, Tolerance=1e-9));
-end SelfTest;
-"""
+_SELF_TEST = Path(__file__).with_name("self_test.pmo")
 
 
 def doctor(as_json: AsJson = False) -> int:
@@ -105,7 +94,7 @@ def _swing(backend: Backend) -> tuple[float, str]:
     from planarc import compiler
     from planarc.request.request import Request
 
-    compiled = compiler.compile_model(Request(text=_SELF_TEST), backend)
+    compiled = compiler.compile_model(Request(_SELF_TEST), backend)
     result = compiler.run(compiled, RunOptions(backend=backend, solver=Solver.AUTO))
     g = abs(float(result["world.g"][0])) if "world.g" in result else 9.81
     start = float(result["hinge.phi"][0]) + pi / 2

@@ -11,8 +11,7 @@ import typer
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
-from planarc.cli.files import table_destination
-from planarc.cli.rescue import save
+from planarc.cli.files import save, table_destination
 from planarc.core.diagnostic import usage_error
 from planarc.core.files import read_plain
 from planarc.core.options import Redundant

@@ -9,10 +9,15 @@ from __future__ import annotations
 
 import os
 import re
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
@@ -128,3 +133,30 @@ def _is_own(path: Path) -> bool:
     except OSError:
         return False
     return not head or bool(_OWN[path.suffix].search(head))
+
+
+def save(path: Path, write: Callable[[Path], object]) -> None:
+    """Call `write` with the path; what cannot be written there goes to the system's folder for
+    temporary files. Raises UsageError V501, which says where it is."""
+    from planarc.view.storage import CannotWrite
+
+    try:
+        write(path)
+    except CannotWrite as problem:
+        other = _elsewhere(path, write)
+        if other is None:
+            raise
+        first = replace(problem.diagnostics[0], hint=f"what was computed is in `{other}`")
+        raise CannotWrite(first) from None
+
+
+def _elsewhere(path: Path, write: Callable[[Path], object]) -> Path | None:
+    with suppress(OSError):
+        folder = Path(tempfile.mkdtemp(prefix="planarc-"))
+        try:
+            write(folder / path.name)
+        except UsageError:
+            folder.rmdir()
+        else:
+            return folder / path.name
+    return None

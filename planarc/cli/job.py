@@ -9,13 +9,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from planarc.cli import console
-from planarc.cli.apply import apply_settings
 from planarc.cli.exits import Exit, exit_code
-from planarc.cli.files import Destinations, destinations
+from planarc.cli.files import Destinations, destinations, save
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
-from planarc.cli.rescue import save
-from planarc.cli.settings import Setting
+from planarc.cli.settings import Setting, apply_settings
 from planarc.cli.summary import details, state_reasons, summary
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError

@@ -17,24 +17,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _TAKEN = frozenset({"PlanarMultiBody", "Modelica"})
 
 #: A pendulum: small, and yet with all that a mechanism has.
-TEMPLATE = """\
-model {name} "A rod that swings under gravity"
-  import PlanarMultiBody.Joints;
-  import PlanarMultiBody.Parts;
-
-  parameter Modelica.Units.SI.Length L=0.5 "Length of the rod";
-
-  inner PlanarMultiBody.World world "Gravity, and the fixed frame";
-  Joints.Revolute hinge(phi(start=1, fixed=true), w(fixed=true)) "It starts at rest, at 1 rad";
-  Parts.BodyShape rod(r={{L, 0}}, m=1, I=L^2/12) "A slender rod of 1 kg";
-
-equation
-  connect(world.frame_b, hinge.frame_a);
-  connect(hinge.frame_b, rod.frame_a);
-
-  annotation(experiment(StopTime=5, Interval=0.01));
-end {name};
-"""
+TEMPLATE = Path(__file__).with_name("new.pmo")
 
 
 def new(
@@ -49,7 +32,7 @@ def new(
     check_writable(path, "NAME")
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(TEMPLATE.format(name=class_name))
+            file.write(TEMPLATE.read_text("utf-8").replace("NAME", class_name))
     except FileExistsError:
         raise usage_error("C151", f"`{path}` exists already", hint="choose another name") from None
     console.say(f"wrote {path}")

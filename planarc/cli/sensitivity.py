@@ -10,8 +10,7 @@ import typer
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
-from planarc.cli.files import csv_destination
-from planarc.cli.rescue import save
+from planarc.cli.files import csv_destination, save
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Redundant
 

@@ -13,9 +13,8 @@ from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
 from planarc.cli.exits import Exit
-from planarc.cli.files import csv_destination
+from planarc.cli.files import csv_destination, save
 from planarc.cli.progress import is_seen
-from planarc.cli.rescue import save
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.interruption import Interruption

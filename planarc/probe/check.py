@@ -4,7 +4,11 @@ In:   Request
 Out:  Checked, or what an earlier check remembered of it
 
 Where there are loops, their conditions may depend on each other: the mechanism is put together at
-its start, on NumPy's back end, which is there at once.
+its start, on NumPy's back end, which is there at once. The rank of the loops' conditions tells how
+many of them are independent; each that is not gives back a degree of freedom that the count takes.
+
+Example: a parallelogram with a third bar parallel to the others. By count 4*3 - 6*2 = 0; the rank
+of its four conditions is three, so that it moves with one degree of freedom.
 """
 
 from __future__ import annotations
@@ -13,25 +17,17 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from planarc import stages
 from planarc.core.clock import Clock
-from planarc.core.diagnostic import PlanarcError
+from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import Backend
-from planarc.probe.mobility import mobility_at_start
+from planarc.ir.mechanism import Mobility
+from planarc.probe.open import open_program
 from planarc.remembered import Checked, recall_check, remember_check
 from planarc.request.request import Request, open_target
-from planarc.stages import (
-    attachment_warnings,
-    find_mechanism,
-    flatten,
-    to_code,
-    to_dae,
-    to_program,
-    to_sorted,
-    without_collection,
-)
 
 if TYPE_CHECKING:
-    from planarc.ir.mechanism import Mechanism, Mobility
+    from planarc.ir.mechanism import Mechanism
     from planarc.ir.sorted import SortedDae
 
 
@@ -42,14 +38,14 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         known = recall_check(request)
     if known is not None and not (start and known.mechanism and known.mobility is None):
         return known
-    with without_collection():
+    with stages.without_collection():
         target = open_target(request)
-        flat = flatten(target, clock)
-        dae = to_dae(flat, clock)
-        model = to_sorted(dae, clock)
+        flat = stages.flatten(target, clock)
+        dae = stages.to_dae(flat, clock)
+        model = stages.to_sorted(dae, clock)
         sizes = model.equations_before, model.equations_after, model.state_count
-        mechanism = find_mechanism(dae)
-        warnings = (*flat.warnings, *attachment_warnings(dae, mechanism))
+        mechanism = stages.find_mechanism(dae)
+        warnings = (*flat.warnings, *stages.attachment_warnings(dae, mechanism))
         checked = Checked(flat.name, *sizes, warnings, mechanism)
         if mechanism is not None and (start or mechanism.loops > 0):
             found = None
@@ -66,8 +62,17 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
     return checked
 
 
-def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobility | None:
-    program = replace(to_program(model, clock), mechanism=mechanism)
-    code = to_code(program, Backend.NUMPY, clock)
+def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobility:
+    """The mechanism put together as a run does it. Raises PlanarcError where that cannot be."""
+    from planarc.insight.rank import deficiency
+    from planarc.solve.start.redundancy import Redundant
+
+    program = replace(stages.to_program(model, clock), mechanism=mechanism)
+    code = stages.to_code(program, Backend.NUMPY, clock)
     with clock.phase("start"):
-        return mobility_at_start(program, str(code))
+        opened, redundant = open_program(program, str(code)), None
+        try:
+            opened.start()
+        except Redundant as problem:
+            redundant = replace(problem.diagnostics[0], severity=Severity.WARNING)
+        return Mobility(mechanism.mobility, deficiency(program, opened.kernel), redundant)

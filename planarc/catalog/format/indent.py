@@ -30,9 +30,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from planarc.catalog.format.pieces import Kind, Piece
-from planarc.catalog.format.spacing import Place
-from planarc.catalog.format.words import (
+from planarc.catalog.format.pieces import (
     BLOCKS,
     BRANCHES,
     CLASS_KINDS,
@@ -40,7 +38,10 @@ from planarc.catalog.format.words import (
     CLOSING,
     OPENING,
     SECTIONS,
+    Kind,
+    Piece,
 )
+from planarc.catalog.format.spacing import Place
 from planarc.core.data import Data
 
 STEP = 2  # spaces

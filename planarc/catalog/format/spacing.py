@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.catalog.format.pieces import Kind, Piece
-from planarc.catalog.format.words import (
+from planarc.catalog.format.pieces import (
     CALLED,
     CHOSEN,
     CLASS_KINDS,
@@ -21,6 +20,8 @@ from planarc.catalog.format.words import (
     OPENING,
     SIGNS,
     SPACED,
+    Kind,
+    Piece,
 )
 from planarc.core.data import Data
 
