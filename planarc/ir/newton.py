@@ -37,7 +37,7 @@ from typing import Final
 QUADRATIC: Final = 1e-7
 #: Size of a step that nothing can tell from none.
 NOTHING: Final = 1e-30
-HALVINGS: Final = 10
+HALVINGS: Final = 40
 STEPS_BELOW: Final = 12
 STEPS_TOP: Final = 60
 FAR: Final = 0.5

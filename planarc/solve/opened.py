@@ -16,6 +16,7 @@ from planarc.ir.places import declaration
 from planarc.ir.program import Program
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
+from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request, resolve
 
 
@@ -24,7 +25,7 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
     without value."""
     request = resolve(program, options)
     set_workspace(program, kernel, request)
-    Events(program, kernel, request.span).begin(request.start)
+    Events(program, kernel, request.span, Rescue(program, kernel)).begin(request.start)
     return request
 
 

@@ -35,6 +35,7 @@ from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
+from planarc.solve.rescue.fold import leap
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
@@ -47,6 +48,9 @@ Progress = Callable[[float], None]
 
 #: Rounds of start values and relations before they are called contradictory.
 START_ROUNDS = 50
+#: Failures of an integrator behind which the solution of a block may end, and the part of the run
+#: within which it does.
+LEAPING, FURTHEST = (Cause.BLOCK, Cause.CONVERGENCE, Cause.ERROR_TEST), 1e-6
 #: A value that changes less at the end of a run was not set there.
 ROUNDING = 1e-12
 
@@ -58,7 +62,8 @@ class Run:
         self.program, self.kernel, self.request = program, kernel, request
         self.backend = backend
         set_workspace(program, kernel, request)
-        self.events = Events(program, kernel, request.span)
+        self.rescue = Rescue(program, kernel)
+        self.events = Events(program, kernel, request.span, self.rescue)
         self._chatter = Chatter(program, self.events.crossings, request)
         self.schedule = Schedule(program, kernel, request.start)
         self.asserts = AssertWatch(program, kernel)
@@ -71,6 +76,7 @@ class Run:
             self.delays.longest_step,
             self.delays if self.delays.present else None,
             request.fixed_step,
+            _followed(program),
         )
         self.integrator: Integrator
         self.integrator, self.reason = make_integrator(
@@ -80,7 +86,6 @@ class Run:
         self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)
         self.labour = Labour(program, kernel)
-        self.rescue = Rescue(program, kernel)
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []
@@ -121,7 +126,7 @@ class Run:
                 hint="write start values that lie clearly on one side of each relation",
             )
         self.held = start.held
-        self.warnings.extend(self.rescue.notes.values())
+        self.rescue.begun = True
         self.kernel.outputs(t, y)
         done = self.events.finish_start(t, y)
         self._note(done.ended, done.warnings)
@@ -249,8 +254,25 @@ class Run:
     def _rescue(self, march: March) -> None:
         """The integrator failed: other states may help, else the run ends here."""
         t, y, block = self.integrator.t, self.integrator.y, self.kernel.failed_block
-        decision = self.states.rescue(t) if self.kernel.outputs(t, y) == 0 else None
+        whole = self.kernel.outputs(t, y) == 0
+        decision = self.states.rescue(t) if whole else None
+        if decision is None and march.cause in LEAPING and self._leap(t, y, whole):
+            return
         self._follow(decision or self._stopped(t, y, march.cause, block))
+
+    def _leap(self, t: float, y: Sequence[float], whole: bool) -> bool:
+        """Go on from another solution of a block whose present one ends here, as after an event;
+        `whole`: it still has one at this very point."""
+        if whole:
+            self._row(t, y)
+            self.kernel.accept(t)
+        furthest = (FURTHEST if y else 1.0) * self.request.span
+        found = leap(self.rescue, t, y, 4 * room(t), furthest)
+        if found is None:
+            self.recorder.cut(self.recorder.count - whole)
+            return False
+        self._process(*found, {}, [], self.rescue.leapt)
+        return True
 
     def _happens(self, march: March) -> bool:
         """Treat the event at the time reached, if there is one."""
@@ -295,12 +317,21 @@ class Run:
 
     def _event(self, t: float, crossing: dict[int, bool], fired: list[int]) -> None:
         y = self.integrator.y
-        if not self._row(t, y):
-            return
+        if self._row(t, y):
+            self._process(t, y, crossing, fired, self.events.causes(crossing, fired))
+
+    def _process(
+        self,
+        t: float,
+        y: Sequence[float],
+        crossing: dict[int, bool],
+        fired: list[int],
+        causes: tuple[str, ...],
+    ) -> None:
+        """Settle what happens at an instant, of which the row before is taken, and restart."""
         self.kernel.accept(t)
         self.delays.cross(t)
         self.delays.kink(t)
-        causes = self.events.causes(crossing, fired)
         done = self.events.process(t, y, crossing, fired, self.states.slots())
         self.records.append(EventRecord(t, causes))
         self._note(done.ended, done.warnings)
@@ -379,6 +410,7 @@ class Run:
         self._row_where_new(t, y)
 
     def result(self) -> Result:
+        self.warnings.extend(self.rescue.notes.values())
         self.warnings.extend(self.asserts.warnings())
         if (found := self.labour.warning()) is not None:
             self.warnings.append(found)
@@ -415,6 +447,12 @@ class Run:
             warnings=tuple(self.warnings),
             ended=self.ended,
         )
+
+
+def _followed(program: Program) -> tuple[int, ...]:
+    """The slots of unknowns that follow a branch from point to point."""
+    blocks = (b for b in program.blocks if not b.height and not b.linear)
+    return tuple(program.slots[repr(x)] for b in blocks for x in b.tears)
 
 
 @once

@@ -23,6 +23,8 @@ NOISE = 1e-14
 QUIET = 1e-12
 #: What moves by this part of its largest value within a short time may be noise alone.
 SUDDEN = 0.01
+#: So many times further is looked where a function that was seen to cross seems to stand still.
+FURTHER = (8.0, 64.0, 512.0)
 #: The bounds of a single evaluation count so often: integration has added to what states err.
 SAFETY = 8.0
 #: So small are zero functions that stand at zero and say by their sign on which side.
@@ -114,30 +116,33 @@ class Crossings:
             }
         return wrong
 
-    def rises(self, t: float, y: Sequence[float], bent: bool = False) -> list[float] | None:
-        """How far each zero function moves within a short time from here, to first order;
-        `bent`: to the second."""
+    def rises(
+        self, t: float, y: Sequence[float], bent: bool = False, further: float = 1.0
+    ) -> list[float] | None:
+        """How far each zero function moves within a short time from here, or so many times as
+        long, to first order; `bent`: to the second."""
         self._ahead = max(self._least, 4 * room(t))
+        ahead = further * self._ahead
         ydot = [0.0] * len(y)
         if self.kernel.rhs(t, y, ydot) != 0 or self.evaluate(t, y) != 0:
             return None
-        later = [a + self._ahead * d for a, d in zip(y, ydot, strict=True)]
+        later = [a + ahead * d for a, d in zip(y, ydot, strict=True)]
         if bent:
             last = [0.0] * len(y)
-            if self.kernel.rhs(t + self._ahead, later, last) != 0:
+            if self.kernel.rhs(t + ahead, later, last) != 0:
                 return None
-            half = self._ahead / 2
+            half = ahead / 2
             later = [a + half * (b + c) for a, b, c in zip(y, ydot, last, strict=True)]
-        self._later = (t + self._ahead, later)
-        ahead = list(self.now)
-        if self.kernel.roots(*self._later, ahead) != 0:
+        self._later = (t + ahead, later)
+        found = list(self.now)
+        if self.kernel.roots(*self._later, found) != 0:
             return None
-        return [b - a for a, b in zip(self.now, ahead, strict=True)]
+        return [b - a for a, b in zip(self.now, found, strict=True)]
 
     def real(
         self,
         directions: Sequence[int],
-        rises: Sequence[float] | None,
+        rises: list[float] | None,
         t: float,
         y: Sequence[float],
     ) -> dict[int, bool]:
@@ -145,8 +150,9 @@ class Crossings:
 
         A function that rises where it was seen to fall has not crossed: the integrator saw
         the errors of its own first steps. One that neither rises nor falls (the speed of
-        what is stuck) has none but rounding errors, unless it came to be zero exactly (a
-        value at its limit); should it leave zero, `missed` tells.
+        what is stuck), not even where one looks further, has none but rounding errors, unless
+        it came to be zero exactly (a value at its limit); should it leave zero, `missed` tells.
+        In `rises` stands the pace at which it was seen to cross.
         """
         found = {i: d < 0 for i, d in enumerate(directions) if d}
         if rises is None:
@@ -159,14 +165,45 @@ class Crossings:
         }
         doubtful = {i for i in found if size[i] <= quiet or abs(rises[i]) > SUDDEN * size[i]}
 
+        def least(i: int) -> float:
+            return 4 * max(NOISE * size[i], self.heard[i] if i in doubtful else 0.0)
+
         def crosses(i: int) -> bool:
-            least = max(NOISE * size[i], self.heard[i] if i in doubtful else 0.0)
-            return directions[i] * rises[i] > 4 * least or (i in stays and self.heard[i] == 0)
+            return directions[i] * rises[i] > least(i) or (i in stays and self.heard[i] == 0)
 
         if any(crosses(i) for i in stays | doubtful):
             self._listen(*self._later)
             self._listen(t, y)
-        return {i: truth for i, truth in found.items() if crosses(i)}
+        crossing = {i for i in found if crosses(i)}
+        slow = [i for i in found if i not in stays and 0 <= directions[i] * rises[i] <= least(i)]
+        return {i: found[i] for i in crossing | self._slowly(directions, slow, rises, t, y)}
+
+    def _slowly(
+        self,
+        directions: Sequence[int],
+        slow: Sequence[int],
+        rises: list[float],
+        t: float,
+        y: Sequence[float],
+    ) -> set[int]:
+        """The functions among the slow ones that cross by more than noise where one looks further;
+        how fast stands in `rises` then."""
+        crossing: set[int] = set()
+        for further in FURTHER if slow else ():
+            far = self.rises(t, y, bent=True, further=further)
+            if far is None:
+                break
+
+            def crosses(i: int, far: Sequence[float] = far) -> bool:
+                return directions[i] * far[i] > 4 * max(NOISE * self.largest[i], self.heard[i])
+
+            if any(map(crosses, slow)):
+                self._listen(*self._later)
+                crossing.update(filter(crosses, slow))
+                for i in crossing.intersection(slow):
+                    rises[i] = far[i] / further
+                slow = [i for i in slow if i not in crossing]
+        return crossing
 
     def amplitude(self, i: int, rise: float, since: float) -> float:
         """The height of a bounce that took the time `since`, as a part of the largest seen."""

@@ -37,13 +37,14 @@ from planarc.solve.events.settling import (
     snapshot,
 )
 from planarc.solve.events.whens import Processed, Whens
+from planarc.solve.rescue.rescue import Rescue
 
 
 class Events:
     """The discrete part of a run. All its values live in the kernel's workspace."""
 
-    def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
-        self.program, self.kernel = program, kernel
+    def __init__(self, program: Program, kernel: Kernel, span: float, rescue: Rescue) -> None:
+        self.program, self.kernel, self._rescue = program, kernel, rescue
         self.present = bool(
             program.relations or program.samplers or program.whens or program.discretes
         )
@@ -113,7 +114,7 @@ class Events:
         `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
         w, program, done = self.kernel.w, self.program, Processed(list(y))
         self.crossings.heard = [0.0] * len(program.relations)
-        flag = self.crossings.evaluate(t, done.y)
+        flag = self._evaluate(t, done.y)
         before = list(self.crossings.now)
         fired = [program.samplers[i][0] for i in samples]
         for slot in fired:
@@ -121,8 +122,8 @@ class Events:
         for i, truth in crossing.items():
             w[program.relations[i].slot] = float(truth)
         if fired or crossing:
-            flag = self.crossings.evaluate(t, done.y)
-        settling = Settling(self.crossings, self._whens, t, done, crossing, before)
+            flag = self._evaluate(t, done.y)
+        settling = Settling(self.crossings, self._whens, self._rescue, t, done, crossing, before)
         if flag != 0:
             settling.failed()
             return done
@@ -146,9 +147,12 @@ class Events:
                 break
         else:
             settling.endless(trail)
-        if self.kernel.outputs(t, done.y) != 0:
+        if self._rescue.overcome(t, lambda: self.kernel.outputs(t, done.y)) != 0:
             settling.failed()
         return done
+
+    def _evaluate(self, t: float, y: Sequence[float]) -> int:
+        return self._rescue.overcome(t, lambda: self.crossings.evaluate(t, y))
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
         """The causes of an event, as texts."""

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
 from planarc.ir.dae import Kind
@@ -29,6 +30,7 @@ from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
+from planarc.solve.rescue.rescue import Rescue
 
 #: Iterations at one instant before it is called endless.
 MOST_ITERATIONS = 100
@@ -70,19 +72,21 @@ class Settling:
         self,
         crossings: Crossings,
         whens: Whens,
+        rescue: Rescue,
         t: float,
         done: Processed,
         crossing: Mapping[int, bool],
         before: Sequence[float],
     ) -> None:
         self.program, self.kernel = crossings.program, crossings.kernel
-        self.crossings, self.whens = crossings, whens
+        self.crossings, self.whens, self._rescue = crossings, whens, rescue
         self.t, self.done = t, done
         now, largest = crossings.now, crossings.largest
         self.held = {i: now[i] for i in crossing}
         self.bound = {i: 2 * abs(now[i]) + NOISE * largest[i] for i in crossing}
         self._before, self._known_noise = before, [0.0][:0]
         self._turned: Counter[int] = Counter()
+        self._searching = False
         self._closed: dict[int, float] = {}  # numbers of a loop, as a pass leaves them
 
     def settle(self, moved: bool) -> bool:
@@ -148,7 +152,7 @@ class Settling:
         """The equations and the zero functions with the stored truths as they are."""
         t, y = self.t, self.done.y
         self._known_noise = []
-        if self.kernel.outputs(t, y) != 0 or self.kernel.discrete() < 0:
+        if self._outputs() != 0 or self.kernel.discrete() < 0:
             return self.failed()
         problem = self.whens.assign(t, self.whens.edges())
         if problem is not None:
@@ -159,12 +163,17 @@ class Settling:
                 self.kernel.w[slot] = value
         return self.crossings.evaluate(t, y) == 0 or self.failed()
 
+    def _outputs(self) -> int:
+        """The kernel's flag; of many choices each is tried without help."""
+        call = partial(self.kernel.outputs, self.t, self.done.y)
+        return call() if self._searching else self._rescue.overcome(self.t, call)
+
     def _search(self, restless: Sequence[int], trail: Iterable[Snapshot]) -> bool:
         """Try all truths of the restless relations until one agrees with its own equations.
 
         Where none does to rounding, one counts that does as exactly as instants are found.
         """
-        w, relations = self.kernel.w, self.program.relations
+        w, relations, self._searching = self.kernel.w, self.program.relations, True
         slots = [relations[i].slot for i in restless[:MOST_SEARCHED]]
         present = [w[s] for s in slots]
         choices = sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n))
@@ -172,6 +181,7 @@ class Settling:
             for k, (slot, value) in enumerate(zip(slots, present, strict=True)):
                 w[slot] = 1.0 - value if flips >> k & 1 else value
             if self._agrees(near):
+                self._searching = False
                 return True
         return self.endless(trail)
 

@@ -67,13 +67,13 @@ def climb(f: Function, guess: Vector) -> Iterator[Found]:
     known: list[Vector] = []
     for way, roots in WAYS.items():
         for group in roots(f, guess):
-            for root in sorted(group, key=lambda x: _distance(x, guess)):
-                if all(_distance(root, x) > SAME for x in known):
+            for root in sorted(group, key=lambda x: distance(x, guess)):
+                if all(distance(root, x) > SAME for x in known):
                     known.append(root)
                     yield Found(root, way)
 
 
-def _distance(x: Vector, y: Vector) -> float:
+def distance(x: Vector, y: Vector) -> float:
     return float(abs((x - y) / abs(y).clip(1.0)).max())
 
 
@@ -88,16 +88,28 @@ def _from(f: Function, guesses: Iterable[Vector]) -> list[Vector]:
     return [x for guess in guesses if (x := newton(f, guess)) is not None]
 
 
+def _around(guess: Vector, length: float) -> list[Vector]:
+    """The points so far from the guess."""
+    import numpy as np
+
+    signs = np.cos(np.pi * np.arange(len(guess)))
+    size = length * abs(guess).clip(1.0)
+    return [guess + size * (a + b * signs) for a, b in DIRECTIONS]
+
+
 def _moved(lengths: tuple[float, ...]) -> Way:
     def roots(f: Function, guess: Vector) -> Iterator[list[Vector]]:
-        import numpy as np
-
-        signs = np.cos(np.pi * np.arange(len(guess)))
         for length in lengths:
-            size = length * abs(guess).clip(1.0)
-            yield _from(f, (guess + size * (a + b * signs) for a, b in DIRECTIONS))
+            yield _from(f, _around(guess, length))
 
     return roots
+
+
+def moved(guess: Vector) -> Iterator[tuple[str, list[Vector]]]:
+    """The points beside a guess, then those apart, by the words that tell of them."""
+    for way, lengths in ((_BESIDE, BESIDE), (_APART, APART)):
+        for length in lengths:
+            yield way, _around(guess, length)
 
 
 def _least_squares(f: Function, guess: Vector) -> Iterator[list[Vector]]:
@@ -133,12 +145,13 @@ def _along(f: Function, guess: Vector) -> Iterator[list[Vector]]:
         yield [] if end is None else _from(f, (end,))
 
 
+_BESIDE, _APART = "a guess beside the start", "a guess apart from the start"
 #: By the words that tell of them.
 WAYS: dict[str, Way] = {
     "a line search": _directly,
-    "a guess beside the start": _moved(BESIDE),
+    _BESIDE: _moved(BESIDE),
     "least squares": _least_squares,
-    "a guess apart from the start": _moved(APART),
+    _APART: _moved(APART),
     "a homotopy": _along,
 }
 

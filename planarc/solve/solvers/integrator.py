@@ -82,6 +82,7 @@ class Settings(Data):
     longest_step: float = math.inf  # besides an integrator's own limit
     past: Past | None = None
     fixed_step: float | None = None  # seconds
+    tears: tuple[int, ...] = ()  # slots of the unknowns of nonlinear blocks of the top
 
 
 class Integrator(ABC):

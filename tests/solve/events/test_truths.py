@@ -251,3 +251,30 @@ equation
     assert result.time[:2].tolist() == [0, 0]
     assert result["side"][:2].tolist() == [-1, 0]
     assert result["n"][:2].tolist() == [0, 1]
+
+
+def test_what_leaves_zero_slowly_is_seen_at_once(backend: str) -> None:
+    """A clutch begins to slip: its speed, an error of rounding before, grows with the square of
+    time, and in the time that one looks ahead by less than an error of rounding."""
+    result = run(
+        """
+  Real w(start=10, fixed=true), f(start=0, fixed=true);
+  Boolean slips(start=false, fixed=true), moves(start=true);
+  discrete Real since(start=0, fixed=true);
+equation
+  der(f) = 10;
+  slips = pre(slips) or f > 10;
+  der(w) = if slips then f - 10 else 0;
+  moves = w > 0;
+  when time >= 0.5 then
+    reinit(w, -5e-13);
+  end when;
+  when moves then
+    since = time;
+  end when;""",
+        backend,
+        2.0,
+        tolerance=1e-8,
+    )
+    assert result["since"][-1] == pytest.approx(1, abs=1e-6)
+    assert result["w"][-1] == pytest.approx(5, rel=1e-6)

@@ -48,6 +48,7 @@ class Block:
     ) -> None:
         self.index = index
         self.done = False
+        self._count = 0  # of the steps
         self.evaluating = False  # candidates are given: only residuals are wanted
         self.matrix_asked = False  # even where it is not needed
         self.open = False  # the equations left unknowns open when it was solved last
@@ -79,6 +80,11 @@ class Block:
         """`states`: positions of the states among the tears."""
         self._solved = [i for i in range(len(self.slots)) if i not in states]
         self._free = sorted(states)
+
+    @property
+    def trying(self) -> bool:
+        """Whether a step was taken of which nothing is known yet."""
+        return not self.done and self._count > 0
 
     def accept(self, t: float) -> None:
         w = self._w

@@ -234,12 +234,18 @@ class NumpyKernel(Derived):
     def _failed(self, problem: Exception) -> int:
         """The return code; notes the block or the equation."""
         self.failed_block = self.failed_equation = -1
+        trying = next((b.index for b in self._starting if b.trying), -1)
+        for block in self._starting:
+            block.done = True
         if isinstance(problem, UnsolvedError):
             self.failed_block = problem.block
             return 1
         if isinstance(problem, NotFiniteError):
             self.failed_equation = problem.equation
             return -1
+        if trying >= 0:  # a step led where there are no numbers
+            self.failed_block = trying
+            return 1
         frame = problem.__traceback__
         while frame is not None:
             if frame.tb_frame.f_code.co_filename == _FILE:
