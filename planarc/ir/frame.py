@@ -9,6 +9,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     vector    pointer   SUNDIALS' N_VGetArrayPointer
     past      int64     the past of delayed signals (`history.Memory`)
     passing   pointer   what derivatives are passed on in (`Passing`), where they are
+    zeros     float64   the zero functions where CVODE looked last
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -34,6 +35,7 @@ class Frame(IntEnum):
     VECTOR = 4
     PAST = 5
     PASSING = 6
+    ZEROS = 7
 
 
 class Number(IntEnum):

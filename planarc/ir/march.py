@@ -10,9 +10,17 @@ from typing import Any, Final
 WARNING: Final = 99
 
 
+#: A zero function may dip through zero within a step where a parabola comes nearer to zero than
+#: this part of its way in two steps, and that way is more than this part of its largest size.
+DIP_MARGIN: Final = 0.25
+DIP_NOISE: Final = 1e-6
+#: Points since the march went on from which there is a parabola.
+DIP_POINTS: Final = 3
+
+
 class Arguments(ctypes.Structure):
     """The march of one run; pointers are those of arrays and of SUNDIALS' objects. `next`,
-    `count`, `taken`, `failed`, `bound` and `looks` are written on the way."""
+    `count`, `taken`, `failed`, `bound`, `looks`, `seen` and `dips` are written on the way."""
 
     _fields_ = (
         ("memory", c_void_p),  # of CVODE
@@ -49,6 +57,11 @@ class Arguments(ctypes.Structure):
         ("state", c_void_p),
         ("states", c_int64),
         ("kept_rows", c_void_p),
+        ("relations", c_int64),
+        ("points", c_void_p),  # `solve.solvers.dips`
+        ("seen", c_int64),
+        ("dips", c_int64),  # whether a zero function may have dipped through zero
+        ("flag", c_int64),  # CVODE's of a step that was made already, or -1
     )
 
 

@@ -241,6 +241,10 @@ class Code:
         """The whole number in a real one."""
         return self.emit(INT, f"fptosi {x.type} {x.text} to i64")
 
+    def flag(self, x: Value) -> Value:
+        """A whole number as a flag of C."""
+        return self.emit(FLAG, f"trunc i64 {x.text} to i32")
+
     def absolute(self, x: Value) -> Value:
         return self.call(REAL, "llvm.fabs.f64", x)
 

@@ -6,8 +6,8 @@ A call from Python into a compiled function costs 1 us, twice as much as a right
 side of a four-bar; a step with its accepted point, a row and a look at the choice of
 states would need five of them. So this does what `solve.solvers.integrator.Integrator.march`
 does, and ends when CVODE reports anything but an ordinary step, when the steps allowed
-are used up, when the choice of states is to be looked at, or when the kernel could not
-solve its equations.
+are used up, when the choice of states is to be looked at, when a zero function may have
+gone through zero and back within the step, or when the kernel could not solve its equations.
 """
 
 from __future__ import annotations
@@ -15,12 +15,15 @@ from __future__ import annotations
 import ctypes
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.ir.march import FIELDS, WARNING
+from planarc.ir.frame import Frame
+from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, WARNING
 from planarc.ir.newton import GROWN, WORST
 
 _KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
 #: The task of `CVode` that comes back after every step.
 _ONE_STEP = 2
+#: Its flag where a zero function has crossed zero.
+_ROOT = 2
 
 
 class _Arguments:
@@ -42,12 +45,16 @@ class _Arguments:
 def march_function(c: Code, a: Value) -> None:
     given = _Arguments(a)
     memory, y, time, context = given.memory, given.y, given.time, given.context
-    again, failed, end = c.label(), c.label(), c.label()
-    flag = c.variable(0, FLAG)
+    again, made, failed, end = c.label(), c.label(), c.label(), c.label()
+    flag = c.variable(c.flag(given.flag), FLAG)
+    c.leave(given.flag >= 0, made)
     c.enter(again)
     one_step = c.constant(_ONE_STEP, FLAG)
     flag.set(given.cvode.call(FLAG, memory, given.limit, y, time, one_step))
     c.leave(flag.get() < 0, end)
+    with c.when((given.relations > 0) & ~flag.get().equals(_ROOT)):
+        _note(c, given, time.load(REAL), end)
+    c.enter(made)
     t, before = time.load(REAL), given.count
     ordinary = flag.get().equals(0) | flag.get().equals(WARNING)
     _rows(c, given, c.select(ordinary, t, t - given.near), failed)
@@ -67,6 +74,40 @@ def march_function(c: Code, a: Value) -> None:
     given.set("failed", 1)
     c.enter(end)
     c.give(flag.get())
+
+
+def _note(c: Code, given: _Arguments, t: Value, end: str) -> None:
+    """The zero functions at the end of a step, and whether one may have dipped through zero."""
+    n, points = given.relations, given.points
+    width = n + 1
+    zeros = given.context.load(POINTER, Frame.ZEROS)
+    with c.loop(width * 2) as i:
+        points.store(points.load(REAL, i + width), i)
+    last, largest = points.at(width * 2), points.at(width * 3 + 1)
+    last.store(t)
+    with c.loop(n) as i:
+        g = zeros.load(REAL, i)
+        last.store(g, i + 1)
+        largest.store(c.largest(c.absolute(g), largest.load(REAL, i)), i)
+    given.set("seen", given.seen + 1)
+    with c.when(given.seen >= DIP_POINTS):
+        t0, t1 = points.load(REAL), points.load(REAL, width)
+        h = t - t1
+        with c.loop(n) as i:
+            a, b, z = (points.load(REAL, width * k + i + 1) for k in range(3))
+            before, behind = (b - a) / (t1 - t0), (z - b) / h
+            bend = (behind - before) / (t - t0)
+            x = c.largest((h - behind / bend) / 2, 0.0)
+            x = c.select(x < h, x, h)
+            least = b + x * (behind + bend * (x - h))
+            away = c.select(b > 0, least, -least)
+            way = c.absolute(b - a) + c.absolute(z - b)
+            found = (b * z > 0) & (b * bend > 0)
+            found = found & (c.absolute(behind) < h * 2 * c.absolute(bend))
+            found = found & (way > largest.load(REAL, i) * DIP_NOISE) & (away < way * DIP_MARGIN)
+            with c.when(found, leaves=True):
+                given.set("dips", 1)
+                c.jump(end)
 
 
 def _rows(c: Code, given: _Arguments, until: Value, failed: str) -> None:

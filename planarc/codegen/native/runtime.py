@@ -182,4 +182,5 @@ def _cv_rhs(c: Code, t: Value, y: Value, d: Value, frame: Value) -> None:
 
 @function("i32 pc_cv_roots(double t, ptr y, ptr g, ptr frame)")
 def _cv_roots(c: Code, t: Value, y: Value, g: Value, frame: Value) -> None:
+    frame.store(g, Frame.ZEROS)
     c.give(c.call(FLAG, "pc_roots", frame, t, _vector(frame, y), g))

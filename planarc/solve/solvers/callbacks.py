@@ -17,13 +17,15 @@ _ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c
 
 
 class Callbacks:
-    """`flag` is the kernel's of the last right-hand side; `absolute` are the tolerances."""
+    """`flag` is the kernel's of the last right-hand side, `zeros` are its last zero functions;
+    `absolute` are the tolerances."""
 
     def __init__(self, session: Session, kernel: Kernel, size: int, absolute: Any) -> None:
         self._session, self._kernel = session, kernel
         self._absolute = absolute
         self._numbers = _viewer(session, size)
         self.flag = 0
+        self.zeros: Sequence[float] = ()
 
     def rhs(self) -> Any:
         kernel, numbers = self._kernel, self._numbers
@@ -34,11 +36,12 @@ class Callbacks:
 
         return _RHS(self._session.guarded(rhs))
 
-    def roots(self) -> Any:
+    def roots(self, relations: int) -> Any:
         kernel, numbers = self._kernel, self._numbers
 
         def roots(t: float, y: int, g: Any, _: object) -> int:
-            return kernel.roots(t, numbers(y), g)
+            flag, self.zeros = kernel.roots(t, numbers(y), g), g[:relations]
+            return flag
 
         return _ROOTS(self._session.guarded(roots))
 

@@ -79,6 +79,8 @@ MOST_PRODUCTS = 14
 #: Steps from one judgement of GMRES to the next, and from one of differences.
 JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
+_UNSOLVED = March(Outcome.FAILED, cause=Cause.BLOCK)
+
 #: Return flags of CVODE; every other failure is one of the setup.
 _CAUSES = {
     -1: Cause.STEP,
@@ -133,7 +135,7 @@ class Cvode(Integrator):
     def _functions(self) -> tuple[object, object]:
         """Right-hand side and zero functions."""
         if self._addresses is None:
-            return self._callbacks.rhs(), self._callbacks.roots()
+            return self._callbacks.rhs(), self._callbacks.roots(self._settings.relations)
         return C.c_void_p(self._addresses.cv_rhs), C.c_void_p(self._addresses.cv_roots or None)
 
     # Where it is
@@ -157,6 +159,7 @@ class Cvode(Integrator):
         session = self._session
         self._time.value = t
         self._y[:] = list(y)
+        self._begin_dips(directions)
         self._absolute[:] = list(absolute)
         if session.present:
             self._begin_anew(t)
@@ -275,13 +278,21 @@ class Cvode(Integrator):
         if self._driver is None:
             memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
-            self._driver = Driver(self._lib, where, self._addresses, recorder, watch)
+            dips = self._dips
+            self._driver = Driver(self._lib, where, self._addresses, recorder, watch, dips)
         flag, told = self._driver.march(limit, recorder, watch, steps)
+        taken = told.taken
+        while told.dips:
+            if (found := self._dip()) is not None:
+                rows = self._take_rows(recorder, self.t - recorder.near)
+                return replace(found if rows else _UNSOLVED, steps=taken + 1)
+            flag, told = self._driver.march(limit, recorder, watch, steps - taken, flag)
+            taken += told.taken
         if told.failed:
-            return March(Outcome.FAILED, cause=Cause.BLOCK, steps=told.taken)
+            return replace(_UNSOLVED, steps=taken)
         if told.looks:
-            return March(Outcome.LOOK, steps=told.taken)
-        return replace(self._meaning(flag), steps=told.taken)
+            return March(Outcome.LOOK, steps=taken)
+        return replace(self._meaning(flag), steps=taken)
 
     def step(self, limit: float) -> March:
         memory, time = self._session.memory, C.byref(self._time)
@@ -305,6 +316,12 @@ class Cvode(Integrator):
     def interpolate(self, t: float) -> Sequence[float]:
         self._lib.CVodeGetDky(self._session.memory, t, 0, self._vectors[1])
         return self._dense  # type: ignore[no-any-return]
+
+    def _zeros(self) -> Sequence[float]:
+        return self._callbacks.zeros
+
+    def _go_back(self, t: float, y: Sequence[float]) -> None:
+        self._time.value, self._y[:] = t, list(y)
 
     # What it did
 

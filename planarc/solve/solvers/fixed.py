@@ -93,6 +93,9 @@ class FixedStep(SteppingIntegrator):
                 return March(Outcome.ROOT, tuple(found))
         return March(Outcome.LIMIT if t >= limit else Outcome.BUDGET)
 
+    def _zeros(self) -> Values:
+        return []  # what is switched within a step is treated at its end
+
     # The methods
 
     def _moved(self, h: float, slope: Values) -> Values:

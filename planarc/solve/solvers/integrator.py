@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
+from planarc.solve.solvers.dips import Dips
 from planarc.solve.solvers.watch import Watch
 
 
@@ -98,6 +99,7 @@ class Integrator(ABC):
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
+        self._dips, self._crossing = Dips(kernel, settings.relations), tuple[int, ...]()
 
     @property
     @abstractmethod
@@ -150,6 +152,9 @@ class Integrator(ABC):
             march = self.step(limit)
             if march.outcome is Outcome.FAILED:
                 return replace(march, steps=done - 1)
+            zeros = () if march.outcome is Outcome.ROOT else self._zeros()
+            if zeros and self._dips.note(self.t, zeros):
+                march = self._dip() or march
             unsolved = March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
             if past is not None and not past.take(self, begin):
                 return unsolved
@@ -168,6 +173,28 @@ class Integrator(ABC):
             if watch.moved(kernel.w):
                 return March(Outcome.LOOK, steps=done)
         return March(Outcome.BUDGET, steps=steps)
+
+    # What zero functions do within a step
+
+    def _zeros(self) -> Sequence[float]:
+        """The zero functions at the end of the last step; nothing where it counts alone."""
+        return ()
+
+    def _go_back(self, t: float, y: Sequence[float]) -> None:
+        """Be at a place within the last step; `restart` follows."""
+        raise NotImplementedError
+
+    def _begin_dips(self, directions: Sequence[int]) -> None:
+        self._dips.seen, self._crossing = 0, tuple(directions)
+
+    def _dip(self) -> March | None:
+        """Go back to the first crossing within the last step, if there is one."""
+        found = self._dips.search(self.interpolate, self._crossing)
+        if found is None:
+            return None
+        t, directions = found
+        self._go_back(t, list(self.interpolate(t)))
+        return March(Outcome.ROOT, tuple(directions))
 
     def _take_rows(self, recorder: Recorder, until: float) -> bool:
         """Every row due up to a time; false where the equations could not be solved."""

@@ -60,6 +60,7 @@ class SteppingIntegrator(Integrator):
     ) -> None:
         self._t, self._y = t, [float(v) for v in y]
         self._directions = directions
+        self._begin_dips(directions)
         self._g = [0.0] * self._settings.relations
         if self._g:
             self._kernel.roots(t, self._y, self._g)
@@ -68,6 +69,12 @@ class SteppingIntegrator(Integrator):
     @abstractmethod
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         """Begin anew with these absolute tolerances, and the first step to try."""
+
+    def _zeros(self) -> Sequence[float]:
+        return self._g
+
+    def _go_back(self, t: float, y: Sequence[float]) -> None:
+        self._t, self._y = t, list(y)
 
     def counts(self) -> Counts:
         return Counts(self._steps, self._calls)
