@@ -117,7 +117,7 @@ class _Part(Data):
     def _put_somewhere(self, old: Tensor, place: Expr, rest: flat.Expressions) -> Value:
         """Each row is the new one where the place, known only while running, is its number."""
         scope = self.scope
-        scope.keep_within(place, old.shape[0], self.span)
+        scope.keep_within(place, range(1, old.shape[0] + 1), self.span)
         rows = []
         for number, row in enumerate(old.rows(), start=1):
             here = scope.table.equal(place, scope.table.const(number))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial, reduce
 
@@ -111,11 +110,11 @@ def _size(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     return scope.table.const(shape[_integer(span, a[1]) - 1])
 
 
-def _reduction(empty: float, step: Callable[[Exprs, Expr, Expr], Expr]) -> Builtin:
+def _reduction(name: str, step: Callable[[Exprs, Expr, Expr], Expr]) -> Builtin:
     def reduction(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
         values = exprs(a[0]) if len(a) == 1 else tuple(expr(v) for v in a)
         if not values:
-            return scope.table.const(empty)
+            return scope.table.const(elementary.OF_NOTHING[name])
         return reduce(lambda x, y: step(scope.table, x, y), values)
 
     return reduction
@@ -152,8 +151,8 @@ _BUILTINS: Mapping[str, Builtin] = {
     "ndims": lambda scope, a, _span: scope.table.const(len(shape_of(a[0]))),
     "sum": lambda scope, a, _span: scope.table.add(*exprs(a[0])),
     "product": lambda scope, a, _span: scope.table.mul(*exprs(a[0])),
-    "min": _reduction(math.inf, lambda t, x, y: t.call("min", x, y)),
-    "max": _reduction(-math.inf, lambda t, x, y: t.call("max", x, y)),
+    "min": _reduction("min", lambda t, x, y: t.call("min", x, y)),
+    "max": _reduction("max", lambda t, x, y: t.call("max", x, y)),
     "dot": lambda scope, a, _span: product(scope.table, a[0], a[1]),
     "floor": _rounded(rounding.floor),
     "integer": _rounded(rounding.floor),

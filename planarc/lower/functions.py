@@ -106,7 +106,8 @@ def _by_cases(scope: Scope, call: _Call) -> tuple[Value, ...]:
         return ()
     at, numbers = expr(arguments[unknown[0]]), list(arguments)
     found: tuple[Value, ...] = ()
-    for number in range(entries, 0, -1):
+    fit: list[int] = []
+    for number in range(entries, -1, -1):  # a range up to zero is empty
         numbers[unknown[0]] = place = scope.table.const(number)
         here = scope.table.equal(at, place)
         with suppress(OutsideArray):  # from here it would go on beyond the last entry
@@ -115,6 +116,9 @@ def _by_cases(scope: Scope, call: _Call) -> tuple[Value, ...]:
                 scalar.choose(scope, here, new, old, call.span)
                 for new, old in zip(case, found or case, strict=True)
             )
+            fit.append(number)
+    if fit:
+        scope.keep_within(at, fit, call.span)
     return found
 
 

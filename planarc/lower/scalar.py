@@ -25,7 +25,7 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import builtins
 from planarc.lower.operators import binary
-from planarc.lower.scope import OutsideArray, Scope, outside_array, unsupported
+from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array, unsupported
 from planarc.lower.values import FunctionValue, RecordValue, Text, Value, expr
 from planarc.runtime.tensor import Tensor, each, elements, shape_of, stack
 
@@ -123,7 +123,8 @@ def range_bounds(scope: Scope, e: flat.Range) -> tuple[Expr, Expr, Expr]:
 def _range(scope: Scope, e: flat.Range) -> Value:
     bounds = range_bounds(scope, e)
     if not all(b.is_const for b in bounds):
-        raise error("L310", "the ends of a range must be known when the model is compiled", e.span)
+        message = "the ends of a range must be known when the model is compiled"
+        raise UnknownCourse(Diagnostic("L310", message, e.span))
     start, step, stop = (b.data for b in bounds)
     steps = (stop - start) / step * (1 + 1e-15)
     if not steps < MAX_ENTRIES:
@@ -170,7 +171,7 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
     if not rows:
         raise OutsideArray(Diagnostic("L312", "an empty array has no entries", span))
     # A subscript that changes while running: a choice between all entries.
-    scope.keep_within(position, len(rows), span)
+    scope.keep_within(position, range(1, len(rows) + 1), span)
     result: Value = rows[-1]
     for number in range(len(rows) - 1, 0, -1):
         condition = t.equal(position, t.const(number))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TypeAlias
@@ -169,15 +169,17 @@ class Scope(Data):
         path = condition if self.path is None else self.table.and_(self.path, condition)
         return Scope(self.model, self.locals, self.events, self.at_event, self.depth, path)
 
-    def keep_within(self, position: Expr, count: int, span: Span) -> None:
-        """End the run where a subscript that is chosen while running is not 1 to `count`."""
-        t = self.table
-        holds = t.and_(t.less_equal(t.one, position), t.less_equal(position, t.const(count)))
+    def keep_within(self, position: Expr, fit: Collection[int], span: Span) -> None:
+        """End the run where a subscript that is chosen while running is none that fits."""
+        t, low, high = self.table, min(fit), max(fit)
+        holds = t.and_(t.less_equal(t.const(low), position), t.less_equal(position, t.const(high)))
+        for number in () if len(fit) == high - low + 1 else sorted({*range(low, high)} - {*fit}):
+            holds = t.and_(holds, t.not_(t.equal(position, t.const(number))))
         if self.path is not None:
             holds = t.or_(t.not_(self.path), holds)
         if holds not in self.model.bounds:
             self.model.bounds.add(holds)
-            parts = ("the subscript ", (position, ""), f" is outside of 1 to {count}")
+            parts = ("the subscript ", (position, ""), f" is outside of {low} to {high}")
             self.model.assertions.append(dae.Assertion(holds, dae.Message(parts), span=span))
 
     def value(self, name: str, span: Span) -> Value:

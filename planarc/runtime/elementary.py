@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from enum import Enum, Flag, auto
+from sys import float_info
 from typing import Any, TypeAlias
 
 from planarc.core.data import Data
@@ -140,6 +141,9 @@ _ROWS = (
                lambda f, x, y: (1.0, -f.div(x, y)),
                built=lambda f, x, y: x - f.trunc(x / y) * y, result=Result.SAME, units=Units.SAME),
 )  # fmt: skip
+
+#: Reductions of nothing (10.3.4.1); the greatest number is `Modelica.Constants.inf`.
+OF_NOTHING = {"sum": 0.0, "product": 1.0, "min": float_info.max, "max": -float_info.max}
 
 #: The rows by the functions' Modelica names.
 TABLE: dict[str, Elementary] = {row.name: row for row in _ROWS}

@@ -70,3 +70,48 @@ def test_an_integer_that_chooses_no_entry_is_refused() -> None:
     """
     with pytest.raises(PlanarcError, match="L322"):
         planarc.load(counting)
+
+
+SLICES = """
+model M
+  function chosen "The product of the first m entries, or the entry from m on that is positive"
+    input Integer m;
+    input Real a[3], b[3];
+    input Boolean product;
+    output Real y;
+  protected
+    Integer i = m;
+  algorithm
+    if product then
+      y := a[1:m]*b[1:m];
+    else
+      while a[i] < 0 loop
+        i := i + 1;
+      end while;
+      y := a[i];
+    end if;
+  end chosen;
+  Integer m = integer(4*time) + FIRST;
+  Real y = chosen(m, {1, 2, 3}, {4, 5, 6}, PRODUCT);
+end M;
+"""
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_slices_may_end_at_an_integer_that_varies(backend: str) -> None:
+    text = SLICES.replace("FIRST", "0").replace("PRODUCT", "true")
+    result = planarc.load(text, backend=backend).simulate(0.9, intervals=9)
+    for t, y in zip(result.time, result["y"], strict=True):
+        if not np.isclose(4 * t, np.round(4 * t)):
+            assert y == [0, 4, 14, 32][int(4 * t)]
+
+
+@pytest.mark.parametrize(("first", "at"), [(0, 0.0), (1, 0.75)])
+def test_a_run_ends_where_an_integer_chooses_no_entry(first: int, at: float) -> None:
+    text = SLICES.replace("FIRST", str(first)).replace("PRODUCT", "false")
+    message = f"the subscript {4 * first} is outside of 1 to 3"
+    with pytest.raises(PlanarcError, match=message) as refused:
+        planarc.load(text, backend="numpy").simulate(1.0)
+    assert refused.value.diagnostics[0].code == "R430"
+    if isinstance(refused.value, planarc.RunStopped):
+        assert refused.value.result.time[-1] == pytest.approx(at)

@@ -13,12 +13,12 @@ def test_a_block_that_fails_takes_its_assertions_back() -> None:
     model = Model(Exprs(), {})
     scope = Scope(model)
     place = model.table.symbol("k")
-    scope.keep_within(place, 3, NOWHERE)
+    scope.keep_within(place, range(1, 4), NOWHERE)
     kept = list(model.assertions)
     with pytest.raises(OutsideArray), model.undone_on_error():
-        scope.keep_within(place, 2, NOWHERE)
+        scope.keep_within(place, range(1, 3), NOWHERE)
         assert len(model.assertions) == 2
         raise outside_array(4, 3, NOWHERE)
     assert model.assertions == kept
-    scope.keep_within(place, 2, NOWHERE)  # is asserted again, since it was forgotten
+    scope.keep_within(place, range(1, 3), NOWHERE)  # is asserted again, since it was forgotten
     assert len(model.assertions) == 2

@@ -79,7 +79,7 @@ def record_binding(instance: Instance) -> Binding | None:
     """The modifier that binds a record, or one that it is part of, as a whole."""
     strongest: Binding | None = None
     current: Instance | None = instance
-    while current is not None and current.is_record:
+    while current is not None and current.has_value:
         own = current.mod.binding
         if own is not None and (strongest is None or not own.yields_to(strongest)):
             strongest = own
@@ -92,7 +92,7 @@ def record_value(instance: Instance) -> flat.Expression | None:
     if instance.value is None:
         own = instance.mod.binding
         outer = instance.parent
-        above = record_binding(outer) if outer is not None and outer.is_record else None
+        above = record_binding(outer) if outer is not None and outer.has_value else None
         if above is not None and outer is not None and (own is None or own.yields_to(above)):
             whole = record_value(outer)
             assert whole is not None and instance.element is not None

@@ -268,6 +268,13 @@ class Instance(Struct, eq=False):
     def is_record(self) -> bool:
         return self.layout.kind in RECORD_KINDS
 
+    @property
+    def has_value(self) -> bool:
+        """A record, or a connector that is one, as in `connector Signal = input Record`."""
+        return self.is_record or (
+            self.is_connector and any(p.definition.kind in RECORD_KINDS for p in self.layout.parts)
+        )
+
 
 CONNECTOR_KINDS = (syntax.ClassKind.CONNECTOR, syntax.ClassKind.EXPANDABLE_CONNECTOR)
 RECORD_KINDS = (syntax.ClassKind.RECORD, syntax.ClassKind.OPERATOR_RECORD)

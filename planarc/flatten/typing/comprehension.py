@@ -29,6 +29,7 @@ from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 from planarc.ir.syntaxwalk import references_in
+from planarc.runtime import elementary
 
 MAX_OPENED = 200_000
 
@@ -210,8 +211,7 @@ def _bound(count: int, span: Span) -> None:
 def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expression:
     type_ = _common_type(items)
     if not items:
-        neutral = {"sum": 0.0, "product": 1.0, "min": float("inf"), "max": float("-inf")}
-        return flat.Literal(flat.REAL, span, neutral[reduce])
+        return flat.Literal(flat.REAL, span, elementary.OF_NOTHING[reduce])
     if type_.dims and reduce == "sum":
         total = items[0]
         for item in items[1:]:

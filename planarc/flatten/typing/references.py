@@ -327,7 +327,7 @@ def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
     """A record component as a value of its fields."""
     if any(p.definition.kind is syntax.ClassKind.OPERATOR_RECORD for p in instance.layout.parts):
         raise unsupported("operator records", "14", span)
-    if not instance.is_record:
+    if not instance.has_value:
         raise error("F216", f"`{instance.name}` is a component, not a value", span)
     items = [(n, node_value(node_of(e), span, env)) for n, e in lookup.components(instance)]
     type_ = flat.Type(

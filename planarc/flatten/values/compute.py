@@ -177,12 +177,9 @@ def entry(value: list[Value], index: Any, span: Span) -> Value:
 
 def reduce(kind: str, values: list[Value]) -> Value:
     """A reduction, of maybe no values at all."""
-    if kind in _OF_NOTHING and not flat_values(values):
-        return _OF_NOTHING[kind]
+    if kind in ("min", "max") and not flat_values(values):
+        return elementary.OF_NOTHING[kind]
     return values if kind == "array" else _FUNCTIONS[kind](values)
-
-
-_OF_NOTHING = {"min": math.inf, "max": -math.inf}
 
 
 def flat_values(value: Value) -> list[Any]:
