@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
@@ -106,6 +107,9 @@ class _Part(Data):
         parts = [self] * len(positions)
         if many and isinstance(self.value, Tensor):
             parts = [replace(self, value=row) for row in self.value.rows()]
+        if len(parts) != len(positions):
+            message = f"{len(positions)} entries cannot be given {len(parts)} values"
+            raise error("L331", message, self.span)
         items = list(old.items)
         for position, part in zip(positions, parts, strict=True):
             if not 0 <= position < count:

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from math import prod
 
 from msgspec.structs import replace
 
@@ -178,7 +179,24 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     if missing:
         message = f"function `{function.name}` gives its output `{missing[0]}` no value"
         raise error("L321", message, call.span, related=(Related("the function", function.span),))
+    for variable in function.outputs:
+        _refuse_misfit(runner, variable, call.span)
     return tuple(runner.values[v.name] for v in function.outputs)
+
+
+def _refuse_misfit(runner: Runner, variable: flat.Variable, call: Span) -> None:
+    """Refuse a result of other sizes than its declaration says."""
+    value = runner.values[variable.name]
+    if not variable.type.dims or not isinstance(value, Tensor):
+        return
+    wanted = runner.dims(variable)
+    agrees = len(wanted) == len(value.shape) and all(
+        w in (None, n) for w, n in zip(wanted, value.shape, strict=True)
+    )
+    if not agrees:
+        count = prod(d or 0 for d in wanted)
+        message = f"`{variable.name}` has {count} entries, its value {len(value.items)}"
+        raise error("L331", message, variable.span, related=(Related("the call", call),))
 
 
 def _started(scope: Scope, call: _Call) -> Runner:

@@ -110,7 +110,7 @@ def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
     for variable, argument in zip(info.signature.inputs, arguments, strict=True):
         expect(variable.type, argument, f"the input `{variable.name}` of `{info.name}`")
-    type_ = result_type(info.signature, 0, arguments, span)
+    type_ = result_type(info.signature, 0, arguments, span, session)
     residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
     return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
 

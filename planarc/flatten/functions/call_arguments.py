@@ -106,7 +106,9 @@ def vectorised(
         else:
             columns.append([argument] * size)
     items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
-    element = items[0].type if items else result_type(info.signature, 0, arguments, span)
+    element = (
+        items[0].type if items else result_type(info.signature, 0, arguments, span, env.session)
+    )
     return array(items, element, span)
 
 
@@ -141,7 +143,7 @@ def _single(
         expect(variable.type, argument, what)
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
-        type_ = result_type(info.signature, 0, arguments, span)
+        type_ = result_type(info.signature, 0, arguments, span, env.session)
     captured = [references.leaf_value(leaf, span, env) for leaf in info.signature.captures.values()]
     return flat.Call(
         type_, span, info.signature.name, (*arguments, *captured), None if results else 0
@@ -152,4 +154,7 @@ def result_types(call: flat.Call, env: Env) -> list[flat.Type]:
     """The types of all results of a call."""
     signature = env.session.signatures[call.function]
     arguments = list(call.arguments[: len(signature.inputs)])
-    return [result_type(signature, k, arguments, call.span) for k in range(len(signature.outputs))]
+    return [
+        result_type(signature, k, arguments, call.span, env.session)
+        for k in range(len(signature.outputs))
+    ]

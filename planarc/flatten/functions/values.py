@@ -142,6 +142,5 @@ def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> fla
         if variable.name not in by_name:
             raise missing_input(node, variable)
         arguments.append(env.typed(by_name[variable.name]))
-    return flat.Call(
-        result_type(signature, 0, arguments, node.span), node.span, value.name, tuple(arguments)
-    )
+    type_ = result_type(signature, 0, arguments, node.span, env.session)
+    return flat.Call(type_, node.span, value.name, tuple(arguments))

@@ -149,6 +149,8 @@ def _dims(
             continue
         env = Env(scope, names, signature)
         typed = env.typed(expression)
+        if typed.type.base is flat.Base.REAL:
+            raise error("F255", "a size must be an Integer, but is Real", expression.span)
         size = evaluate.try_value(typed, env, mark=True)
         dims.append(size if isinstance(size, int) else None)
         sizes.append(None if isinstance(size, int) else typed)
@@ -215,7 +217,11 @@ def _formal_type(cls: Class, session: Session) -> flat.Type:
 
 
 def result_type(
-    signature: Signature, output: int, arguments: list[flat.Expression], span: Span
+    signature: Signature,
+    output: int,
+    arguments: list[flat.Expression],
+    span: Span,
+    session: Session,
 ) -> flat.Type:
     """The type of a result; sizes that depend on the arguments are computed."""
     if output >= len(signature.outputs):
@@ -225,22 +231,24 @@ def result_type(
         return variable.type
     frame = {v.name: a for v, a in zip(signature.inputs, arguments, strict=False)}
     dims = tuple(
-        size if size is not None else _known_size(variable, k, frame)
+        size if size is not None else _known_size(variable, k, frame, session)
         for k, size in enumerate(variable.type.dims)
     )
     return variable.type.with_dims(dims)
 
 
 def _known_size(
-    variable: flat.Variable, k: int, arguments: dict[str, flat.Expression]
+    variable: flat.Variable, k: int, arguments: dict[str, flat.Expression], session: Session
 ) -> int | None:
     """The size of an output as far as the types and values of the arguments tell it."""
     if k >= len(variable.sizes) or variable.sizes[k] is None:
         return None
     size = variable.sizes[k]
     assert size is not None
+    known = evaluator.Evaluator(session)
+    known.closed = True  # what a parameter makes is not known yet
     try:
-        value = evaluator.Evaluator(None).value(_insert(size, arguments))
+        value = known.value(_insert(size, arguments))
     except NotConstant:
         return None
     return value if isinstance(value, int) else None
@@ -259,6 +267,9 @@ def _insert(e: flat.Expression, arguments: dict[str, flat.Expression]) -> flat.E
         case flat.Builtin():
             inner = tuple(_insert(a, arguments) for a in e.arguments)
             return flat.Builtin(e.type, e.span, e.function, inner)
+        case flat.Call():
+            given = tuple(_insert(a, arguments) for a in e.arguments)
+            return flat.Call(e.type, e.span, e.function, given, e.output)
         case flat.If():
             branches = tuple((_insert(c, arguments), _insert(v, arguments)) for c, v in e.branches)
             return flat.If(e.type, e.span, branches, _insert(e.otherwise, arguments))

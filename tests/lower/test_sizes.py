@@ -1,0 +1,60 @@
+"""Results of functions have the sizes that their declarations say, or the call is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+import planarc
+
+SHORT = "function f input Real v[:]; output Real w[3]; algorithm w := v; end f;"
+SLICE = SHORT.replace("w := v", "w[1:3] := v")
+
+
+@pytest.mark.parametrize("function", [SHORT, SLICE])
+@pytest.mark.parametrize(
+    "body",
+    [
+        "constant Real w[3] = f({1, 2});",
+        "Real w[3] = f({1, 2})*time;",
+        "Real w[3]; algorithm w := f({time, 2});",
+        "discrete Real w[3]; algorithm when sample(0, 1) then w := f({time, 2}); end when;",
+        "Real w = f({time, 2})*{1, 2, 3};",
+        "Real w = sum(f({time, 2}));",
+    ],
+)
+def test_a_result_of_another_size_is_refused(function: str, body: str) -> None:
+    with pytest.raises(planarc.PlanarcError, match="L331"):
+        planarc.load(f"model M {function} {body} end M;")
+
+
+def test_a_size_that_is_no_integer_is_refused() -> None:
+    model = """
+    model M
+      function random
+        input Integer before[2]; output Real r; output Integer after[1e-999];
+      protected
+        Real scratch[2];
+      external "C" ModelicaRandom_xorshift64star(before, after, r, scratch, size(scratch, 1));
+      end random;
+      discrete Integer state[2](start = {1, 0}); discrete Real r;
+    algorithm
+      when sample(0, 1) then (r, state) := random(pre(state)); end when;
+    end M;
+    """
+    with pytest.raises(planarc.PlanarcError, match="F255"):
+        planarc.load(model)
+
+
+def test_a_size_may_be_told_by_another_function() -> None:
+    result = planarc.load("""
+    model M
+      function n input Integer k; output Integer m; algorithm m := k + 1; end n;
+      function f
+        input Real x[:]; output Real y[n(size(x, 1))];
+      algorithm for i in 1:size(y, 1) loop y[i] := i; end for; end f;
+      parameter Real a[:] = f({1, 2});
+      constant Real b[3] = f({1, 2});
+      Real z = a[3] + b[2]*time;
+    end M;
+    """).simulate(1.0)
+    assert result.at("z", 1.0) == 5.0
