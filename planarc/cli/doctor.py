@@ -16,9 +16,16 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions, Solver
 
 NEEDED = (
-    "lark", "msgspec", "numpy", "scipy", "sympy", "typer", "rich", "platformdirs", "jinja2",
+    "lark",
+    "msgspec",
+    "numpy",
+    "scipy",
+    "typer",
+    "rich",
+    "platformdirs",
+    "jinja2",
     "werkzeug",
-)  # fmt: skip
+)
 #: The use of each package, and what happens without it.
 CHOSEN = {
     "llvmlite": "native code; without it the numpy back end runs",

@@ -157,7 +157,10 @@ def _expression(t: Exprs, value: _Term | float) -> Expr:
 
 def _call_slopes(t: Exprs, e: Expr) -> tuple[Expr, ...]:
     slopes = elementary.TABLE[e.data].slopes
-    if slopes is None:
-        return (t.zero,) * len(e.args)
-    found = slopes(_Functions(t), *(_Term(t, a) for a in e.args))
+    return (t.zero,) * len(e.args) if slopes is None else formula(t, slopes, *e.args)
+
+
+def formula(t: Exprs, made: elementary.Formula, *args: Expr) -> tuple[Expr, ...]:
+    """The values of a formula of `runtime.elementary`."""
+    found = made(_Functions(t), *(_Term(t, a) for a in args))
     return tuple(_expression(t, s) for s in (found if isinstance(found, tuple) else (found,)))

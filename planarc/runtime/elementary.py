@@ -72,7 +72,7 @@ class Elementary(Data):
     rises: bool = False  # nowhere falls with an argument
     size: float = math.inf  # no value is farther from zero
     total: bool = False  # has a value for all finite arguments
-    inverse: str = ""  # in sympy; it is defined exactly where there is a solution
+    inverse: Formula | None = None  # where it has one that is defined exactly for its values
 
     @property
     def in_numpy(self) -> str:
@@ -110,12 +110,14 @@ _ROWS = (
     Elementary("atan", 1, math.atan, lambda f, x: 1.0 / (1.0 + x * x), "arctan", odd=True,
                total=True),
     Elementary("atan2", 2, math.atan2, _angle, "arctan2", units=Units.RATIO, total=True),
-    Elementary("sinh", 1, math.sinh, lambda f, x: f.cosh(x), odd=True, inverse="asinh"),
+    Elementary("sinh", 1, math.sinh, lambda f, x: f.cosh(x), odd=True,
+               inverse=lambda f, y: f.log(y + f.sqrt(y * y + 1.0))),
     Elementary("cosh", 1, math.cosh, lambda f, x: f.sinh(x), sign=Sign.PLUS),
     Elementary("tanh", 1, math.tanh, lambda f, x: 1.0 - f.tanh(x) * f.tanh(x), odd=True,
-               size=1.0, total=True, inverse="atanh"),
-    Elementary("exp", 1, math.exp, lambda f, x: f.exp(x), sign=Sign.PLUS, inverse="log"),
-    Elementary("log", 1, math.log, lambda f, x: 1.0 / x, inverse="exp"),
+               size=1.0, total=True, inverse=lambda f, y: 0.5 * f.log((1.0 + y) / (1.0 - y))),
+    Elementary("exp", 1, math.exp, lambda f, x: f.exp(x), sign=Sign.PLUS,
+               inverse=lambda f, y: f.log(y)),
+    Elementary("log", 1, math.log, lambda f, x: 1.0 / x, inverse=lambda f, y: f.exp(y)),
     Elementary("log10", 1, math.log10, lambda f, x: 0.4342944819032518 / x),
     Elementary("sqrt", 1, math.sqrt, lambda f, x: 0.5 / f.sqrt(x), native="llvm.sqrt.f64",
                units=Units.ROOT, sign=_NOT_NEGATIVE),

@@ -1,12 +1,10 @@
-"""The one door to sympy: solves an equation for an unknown where the tree's rule cannot.
+"""An equation solved for an unknown in which it is not affine by its form (`linear`).
 
-In:   a residual and one of its symbols, in which it is not affine by its form
+In:   a residual and one of its symbols
 Out:  the value of the symbol, or None
 
-sympy is asked once for each *shape* of equation: its leaves are numbered in the order of
-their first use, so that the same equation of eighty equal links is one question. Answers
-are kept for the process, or by `memory` beyond it. sympy is imported when first asked;
-equations that cannot have an answer are told before.
+The residual is multiplied out. What is affine then is solved, for the unknown itself or for a
+function in which all of it stands; that is undone, and the next one looked at.
 
     (x + a)^2 - x^2 = b, a > 0      x = (b - a^2)/(2*a)     affine after all
     exp(x/T) = y                    x = T*log(y)            one function undone
@@ -25,230 +23,148 @@ Promises:  an answer is the only solution wherever there is one, and divides by 
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableMapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from fractions import Fraction
+from functools import reduce
+from typing import TypeAlias
 
-from planarc.ir.calculus import partial
+from planarc.ir.calculus import formula
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.runtime import elementary
-from planarc.runtime.elementary import Sign
 from planarc.structure.linear import Contents
-from planarc.structure.shape import Shape, decode, read
 from planarc.structure.signs import Signs
 
-if TYPE_CHECKING:
-    import sympy
+_LARGEST = 60  # nodes of an equation that is still looked at
+_HIGHEST = 6  # exponent
+_MOST = 200  # products of an equation that is multiplied out
 
-_LARGEST = 60  # nodes of an equation that is still given to sympy
-_HIGHEST = 6  # degree
+#: A product of powers of leaves: of what does not hold the unknown, of itself and functions of it.
+Product: TypeAlias = frozenset[tuple[Expr, int]]
+#: A sum of products, each with its number. These are exact: 0.1*0.1 - 0.01 is nothing.
+Sum: TypeAlias = dict[Product, Fraction]
 
-#: Answers by shape: an expression in prefix form, or "" for none.
-Memory = MutableMapping[str, str]
 
-_process_memory: dict[str, str] = {}
+_TRANSPARENT = frozenset({Op.ADD, Op.NEG, Op.MUL, Op.DIV, Op.POW})
+
+
+class _NoSum(Exception):
+    """An expression that is no sum of such products, or a long one."""
 
 
 class Algebra:
-    """Answers for one model; `memory` may keep them on disk."""
+    """Answers for one model."""
 
-    def __init__(
-        self, table: Exprs, contents: Contents, signs: Signs, memory: Memory | None = None
-    ) -> None:
-        self._table = table
-        self._contents = contents
-        self._signs = signs
-        self._memory = _process_memory if memory is None else memory
+    def __init__(self, table: Exprs, contents: Contents, signs: Signs) -> None:
+        self._table, self._contents, self._signs = table, contents, signs
 
     def solve(self, residual: Expr, unknown: Expr) -> Expr | None:
         """The value of `unknown` where residual = 0, or None where that is not safe."""
-        if not self._may_have_answer(residual, unknown):
+        nodes = postorder((residual,))
+        if len(nodes) > _LARGEST or not all(map(_may_hold, self._around(nodes, unknown))):
             return None
-        shape = Shape(residual, unknown, self._contents, self._signs)
-        answer = self._memory.get(shape.key)
-        if answer is None:
-            answer = _ask(shape)
-            self._memory[shape.key] = answer
-        return decode(self._table, answer, shape.leaves) if answer else None
+        try:
+            return self._solve(residual, unknown)
+        except (_NoSum, ArithmeticError, ValueError):
+            return None
 
-    def _may_have_answer(self, residual: Expr, unknown: Expr) -> bool:
-        nodes = list(postorder((residual,)))
-        if len(nodes) > _LARGEST:
-            return False
-        for e in nodes:
-            if e.args and unknown in self._contents(e) and not _is_transparent(e):
-                return False
-        if _degree(nodes, unknown) > _HIGHEST:
-            return False
-        slope = partial(self._table, unknown)
-        curvature = slope(slope(residual))
-        # A curvature that does not depend on the unknown is that of a parabola.
-        return curvature is self._table.zero or unknown in self._contents(curvature)
+    def _around(self, nodes: Iterable[Expr], unknown: Expr) -> Iterable[Expr]:
+        """The nodes that hold the unknown."""
+        return (e for e in nodes if e.args and unknown in self._contents(e))
 
+    def _solve(self, residual: Expr, unknown: Expr) -> Expr | None:
+        while True:
+            terms = self._expanded(residual, unknown)
+            leaves = {leaf for product in terms for leaf, _ in product}
+            moving = [leaf for leaf in leaves if unknown in self._contents(leaf)]
+            if len(moving) != 1:
+                return None
+            (inner,) = moving
+            value = self._affine(terms, inner)
+            if value is None or inner is unknown:
+                return value
+            row = elementary.TABLE[inner.data]
+            if row.inverse is None or not self._signs(value) & row.sign:  # exp(x) = -1
+                return None
+            residual = self._table.sub(inner.args[0], *formula(self._table, row.inverse, value))
 
-def _degree(nodes: list[Expr], unknown: Expr) -> float:
-    """A bound of the degree of a polynomial when expanded; functions count as unknowns."""
-    degree: dict[Expr, float] = {}
-    for e in nodes:
-        below = [degree[a] for a in e.args]
+    def _expanded(self, e: Expr, unknown: Expr) -> Sum:
+        if e.is_const:
+            return {frozenset(): Fraction(repr(float(e.data)))}
+        if e is unknown or unknown not in self._contents(e):
+            return _leaf(e)
         match e.op:
-            case Op.MUL | Op.DIV:
-                degree[e] = sum(below)
-            case Op.POW:
-                degree[e] = below[0] * (abs(e.args[1].data) if e.args[1].is_const else 1)
             case Op.CALL:
-                degree[e] = min(1, max(below, default=0))
-            case _:
-                degree[e] = max(below, default=float(e is unknown))
-    return degree[nodes[-1]]
+                return _leaf(e)
+            case Op.ADD:
+                return _sum(self._expanded(a, unknown) for a in e.args)
+            case Op.NEG:
+                return _times(_NEGATIVE, self._expanded(e.args[0], unknown))
+            case Op.MUL:
+                return reduce(_times, (self._expanded(a, unknown) for a in e.args))
+            case Op.DIV if unknown not in self._contents(e.args[1]):
+                below = e.args[1]
+                inverse = (
+                    {frozenset(): 1 / Fraction(repr(float(below.data)))}
+                    if below.is_const
+                    else _leaf(below, -1)
+                )
+                return _times(self._expanded(e.args[0], unknown), inverse)
+            case Op.POW if e.args[1].is_const and e.args[1].data in range(1, _HIGHEST + 1):
+                return reduce(_times, [self._expanded(e.args[0], unknown)] * int(e.args[1].data))
+        raise _NoSum
 
-
-def _is_transparent(e: Expr) -> bool:
-    match e.op:
-        case Op.ADD | Op.NEG | Op.MUL | Op.DIV:
-            return True
-        case Op.POW:
-            exponent = e.args[1]
-            return exponent.is_const and exponent.data == int(exponent.data)
-        case Op.CALL:
-            return bool(elementary.TABLE[e.data].inverse)
-    return False
-
-
-# sympy -------------------------------------------------------------------------------------------
-
-
-def _ask(shape: Shape) -> str:
-    """The answer for a shape, as words; "" for none."""
-    import sympy
-
-    symbols = [_symbol(i, s) for i, s in enumerate(shape.signs)]
-    x = symbols[shape.unknown]
-    try:
-        f = _to_sympy(shape.text, symbols)
-        value = _solve_affine(f, x)
-        if value is None and f.atoms(sympy.Function):
-            value = _solve_monotone(f, x)
-        return "" if value is None else " ".join(_from_sympy(value, symbols))
-    except (_NoForm, NotImplementedError, ValueError, TypeError, sympy.PolynomialError):
-        return ""
-
-
-def _symbol(i: int, sign: Sign) -> sympy.Symbol:
-    import sympy
-
-    known = {
-        Sign.PLUS: {"positive": True},
-        Sign.MINUS: {"negative": True},
-        Sign.PLUS | Sign.ZERO: {"nonnegative": True},
-        Sign.MINUS | Sign.ZERO: {"nonpositive": True},
-    }
-    return sympy.Symbol(f"s{i}", **(known.get(sign) or {"real": True}))
-
-
-def _solve_affine(f: Any, x: Any) -> Any:
-    """-c0/c1 when f = c0 + c1*x after expansion and c1 never vanishes."""
-    import sympy
-
-    expanded = sympy.expand(f)
-    if not expanded.is_polynomial(x):
-        return None
-    polynomial = sympy.Poly(expanded, x)
-    if polynomial.degree() != 1:
-        return None
-    slope = sympy.factor(polynomial.coeff_monomial(x))
-    if slope.is_nonzero is not True:
-        return None
-    return sympy.factor(-polynomial.coeff_monomial(1)) / slope
-
-
-def _solve_monotone(f: Any, x: Any) -> Any:
-    """Undo one function after the other, each affine in the next and all of x inside it."""
-    import sympy
-
-    inverse = {
-        getattr(sympy, name): getattr(sympy, elementary.TABLE[name].inverse)
-        for name in _invertible()
-    }
-    while True:
-        outer = [a for a in f.atoms(sympy.Function) if a.has(x)]
-        outer = [a for a in outer if not any(b is not a and b.has(a) for b in outer)]
-        if len(outer) != 1:
+    def _affine(self, terms: Sum, leaf: Expr) -> Expr | None:
+        """-c0/c1 for c0 + c1*leaf, where c1 never vanishes."""
+        parts: tuple[list[Expr], list[Expr]] = ([], [])
+        for product, number in terms.items():
+            power = dict(product).get(leaf, 0)
+            if power not in (0, 1):
+                return None
+            parts[power].append(self._product(product - {(leaf, 1)}, number if power else -number))
+        slope = self._table.add(*parts[1])
+        if not self._signs.never_zero(slope):
             return None
-        (function,) = outer
-        w = sympy.Symbol("w", real=True)
-        rest = f.subs(function, w)
-        if rest.has(x):
-            return None
-        value = _solve_affine(rest, w)
-        if value is None:
-            return None
-        f = function.args[0] - inverse[function.func](value)
-        solved = _solve_affine(f, x)
-        if solved is not None:
-            return solved
+        return self._table.div(self._table.add(*parts[0]), slope)
+
+    def _product(self, product: Product, number: Fraction) -> Expr:
+        t = self._table
+        powers = sorted(product, key=lambda power: power[0].id)
+        above, below = (
+            [t.pow(leaf, t.const(abs(n))) for leaf, n in powers if n * side > 0] for side in (1, -1)
+        )
+        return t.div(t.mul(t.const(float(number)), *above), t.mul(*below))
 
 
-def _invertible() -> list[str]:
-    return sorted(row.name for row in elementary.TABLE.values() if row.inverse)
+def _may_hold(e: Expr) -> bool:
+    """Whether an unknown may stand in the arguments."""
+    if e.op is Op.CALL:
+        return elementary.TABLE[e.data].inverse is not None
+    return e.op in _TRANSPARENT
 
 
-class _NoForm(Exception):
-    """An expression that the other side does not know."""
+def _leaf(e: Expr, power: int = 1) -> Sum:
+    return {frozenset(((e, power),)): Fraction(1)}
 
 
-def _to_sympy(text: str, symbols: list[Any]) -> Any:
-    import sympy
-
-    make: dict[str, Callable[..., Any]] = {
-        "+": sympy.Add,
-        "*": sympy.Mul,
-        "~": lambda a: -a,
-        "/": lambda a, b: a / b,
-        "^": sympy.Pow,
-        **{name: getattr(sympy, name) for name in _invertible()},
-    }
-    return read(
-        text,
-        symbols,
-        lambda word: sympy.nsimplify(word, rational=True),
-        lambda name, args: make[name](*args),
-    )
+_NEGATIVE: Sum = {frozenset(): Fraction(-1)}
 
 
-def _from_sympy(root: Any, symbols: list[Any]) -> list[str]:
-    import sympy
+def _sum(sums: Iterable[Sum]) -> Sum:
+    found: Sum = {}
+    for terms in sums:
+        for product, number in terms.items():
+            found[product] = found.get(product, Fraction(0)) + number
+    if len(found) > _MOST:
+        raise _NoSum
+    return {product: number for product, number in found.items() if number}
 
-    number = {s: i for i, s in enumerate(symbols)}
-    invertible = _invertible()
-    words: list[str] = []
-    stack = [root]
-    while stack:
-        e = stack.pop()
-        if e in number:
-            words.append(f"${number[e]}")
-        elif e.is_Number:
-            words.append(repr(float(e)))
-        elif isinstance(e, sympy.Add | sympy.Mul):
-            words.append(f"{'+' if isinstance(e, sympy.Add) else '*'}:{len(e.args)}")
-            stack.extend(reversed(e.args))
-        elif isinstance(e, sympy.Pow) and e.exp == -1:
-            words.append("/:2")
-            words.append("1.0")
-            stack.append(e.base)
-        elif isinstance(e, sympy.Pow) and e.exp == sympy.Rational(1, 2):
-            words.append("sqrt:1")
-            stack.append(e.base)
-        elif isinstance(e, sympy.Pow):
-            words.append("^:2")
-            stack.extend((e.exp, e.base))
-        elif type(e).__name__ in invertible:
-            words.append(f"{type(e).__name__}:1")
-            stack.append(e.args[0])
-        elif isinstance(e, sympy.asinh):
-            stack.append(sympy.log(e.args[0] + sympy.sqrt(e.args[0] ** 2 + 1)))
-        elif isinstance(e, sympy.atanh):
-            a = e.args[0]
-            stack.append(sympy.log((1 + a) / (1 - a)) / 2)
-        else:
-            raise _NoForm(str(e))
-    return words
+
+def _times(a: Sum, b: Sum) -> Sum:
+    return _sum({_joined(p, q): m * n} for p, m in a.items() for q, n in b.items())
+
+
+def _joined(a: Product, b: Product) -> Product:
+    powers = dict(a)
+    for leaf, n in b:
+        powers[leaf] = powers.get(leaf, 0) + n
+    return frozenset((leaf, n) for leaf, n in powers.items() if n)

@@ -13,7 +13,7 @@ from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
-from planarc.structure.algebra import Algebra, Memory
+from planarc.structure.algebra import Algebra
 from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
 from planarc.structure.attributes import hold_states, merge_attributes
 from planarc.structure.discrete import sort_discrete
@@ -66,11 +66,8 @@ def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
     return Reduced(elimination, contents, rows)
 
 
-def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
-    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure.
-
-    `memory` keeps what sympy answered, from one model or process to the next.
-    """
+def structure(dae: Dae) -> SortedDae:
+    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure."""
     table = dae.table
     signs = Signs(dae.parameters)
     reduced = reduce_aliases(dae, signs)
@@ -92,7 +89,7 @@ def structure(dae: Dae, memory: Memory | None = None) -> SortedDae:
         offsets,
         elimination.kept,
         offsets.active(reduced.rows),
-        Algebra(table, contents, signs, memory),
+        Algebra(table, contents, signs),
     )
 
     levels: list[Level] = []
