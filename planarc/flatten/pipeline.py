@@ -169,9 +169,7 @@ def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 def find_model(session: Session, class_name: str) -> Class:
     """The class to flatten, by its full name."""
-    root = session.root_scope
-    assert root is not None
-    instance = root.instance
+    instance = session.root_scope.instance
     cls: Class | None = None
     for name in split_name(class_name):
         element = member(instance, name)
@@ -201,9 +199,8 @@ def _warn_obsolete(instances: list[Instance], session: Session) -> None:
         if id(instance.layout) in seen:
             continue
         seen.add(id(instance.layout))
-        place = instance.cls.span if instance.element is None else instance.element.definition.span
         for part in instance.layout.parts:
-            annotation.warn_obsolete(part.cls, place, session)
+            annotation.warn_obsolete(part.cls, instance.span, session)
 
 
 def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalance | None]:

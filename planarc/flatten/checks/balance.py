@@ -113,8 +113,7 @@ def _off(instance: Instance, excess: Excess) -> Related | None:
         return None
     what = f"the component `{name}` (a `{instance.cls.name}`)" if name else "the model itself"
     few = "too many" if difference > 0 else "too few"
-    span = instance.element.definition.span if instance.element else instance.cls.span
-    return Related(f"{what} has {counted(abs(difference), 'equation')} {few}", span)
+    return Related(f"{what} has {counted(abs(difference), 'equation')} {few}", instance.span)
 
 
 MAX_NAMED = 5

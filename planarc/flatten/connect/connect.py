@@ -24,7 +24,7 @@ from planarc.flatten.refusal import NotThere, for_each
 from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.terms.select import element_at
 from planarc.flatten.tree.demand import layout_of, node_of
-from planarc.flatten.tree.lookup import find, member
+from planarc.flatten.tree.lookup import declared, find
 from planarc.flatten.tree.nodes import (
     CONNECTOR_KINDS,
     Absent,
@@ -267,9 +267,7 @@ def member_nodes(instance: Instance) -> list[tuple[str, Node]]:
     """The components of a connector by name."""
     found = []
     for name in component_names(instance):
-        element = member(instance, name)
-        assert element is not None
-        found.append((name, node_of(element)))
+        found.append((name, node_of(declared(instance, name))))
     return found
 
 
@@ -300,8 +298,7 @@ def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
         f"`{left.name}` and `{right.name}` cannot be connected: {why}",
         span,
         related=[
-            Related(f"`{side.name}` is declared here", _declared(side.node))
-            for side in (left, right)
+            Related(f"`{side.name}` is declared here", side.node.span) for side in (left, right)
         ],
         hint=_flange_hint(left, right) or _flange_hint(right, left),
     )
@@ -320,7 +317,3 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
         return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
     name = joint.name
     return f"write `connect({flange.name}, {name}.axis)`, and `{name}(drivenFlange=true)`"
-
-
-def _declared(node: Leaf | Instance) -> Span | None:
-    return None if node.element is None else node.element.definition.span

@@ -131,7 +131,7 @@ def _share(groups: DisjointSets[str], buses: dict[str, Instance]) -> list[Node]:
             bus = buses[name]
             for inner, template in members.items():
                 if member(bus, inner) is None and not isinstance(template, Absent):
-                    span = template.element.definition.span if template.element else bus.cls.span
+                    span = template.element.definition.span if template.element else bus.span
                     made.append(add_member(Wish(bus, inner, span), template))
     return made
 

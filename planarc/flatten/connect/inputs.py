@@ -5,6 +5,8 @@ Reference: Modelica Language Specification 3.6, section 4.4.2.2.
 
 from __future__ import annotations
 
+from itertools import takewhile
+
 from planarc.flatten.tree.nodes import Instance, Leaf
 from planarc.ir import syntax
 
@@ -13,23 +15,19 @@ def is_public_input(leaf: Leaf) -> bool:
     """An input that the component around must give; a protected one is the class's own."""
     if leaf.causality is not syntax.Causality.INPUT or leaf.element.protected:
         return False
-    instance = leaf.parent
-    while instance.element is not None and (instance.is_connector or instance.is_record):
-        if instance.element.protected:
-            return False
-        if instance.parent is None:
-            break
-        instance = instance.parent
-    return True
+    around = takewhile(_is_part, leaf.parent.outwards())
+    return not any(i.element and i.element.protected for i in around)
+
+
+def _is_part(instance: Instance) -> bool:
+    """A connector or a record of a component, or of the model."""
+    return instance.parent is not None and (instance.is_connector or instance.is_record)
 
 
 def owner_of(leaf: Leaf) -> Instance:
     """The component whose balance a variable belongs to: connectors and records of a
     model count for the model."""
-    instance = leaf.parent
-    while instance.parent is not None and (instance.is_connector or instance.is_record):
-        instance = instance.parent
-    return instance
+    return next(i for i in leaf.parent.outwards() if not _is_part(i))
 
 
 def is_given(leaf: Leaf) -> bool:
@@ -39,9 +37,6 @@ def is_given(leaf: Leaf) -> bool:
 
 def connectors_around(part: Leaf | Instance) -> tuple[list[Instance], Instance | None]:
     """The connectors that a part lies in, the innermost first, and the component around them."""
-    found: list[Instance] = []
-    current = part.parent
-    while current is not None and current.is_connector:
-        found.append(current)
-        current = current.parent
-    return found, current
+    around = [*part.parent.outwards()] if part.parent else []
+    found = [*takewhile(lambda i: i.is_connector, around)]
+    return found, around[len(found)] if len(found) < len(around) else None

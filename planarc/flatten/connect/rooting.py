@@ -33,7 +33,7 @@ from planarc.flatten.connect.inputs import connectors_around
 from planarc.flatten.connect.joining import Branch, Joined, Root
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.demand import class_of, function_of, static_instance
-from planarc.flatten.tree.lookup import member
+from planarc.flatten.tree.lookup import declared
 from planarc.flatten.tree.nodes import Family, Forest, FunctionInfo, Instance, Leaf, Node
 from planarc.ir import flat
 
@@ -216,8 +216,7 @@ def _size(part: Instance | Leaf, leaves: list[Leaf]) -> int:
 def equality_of(part: Instance | Leaf) -> FunctionInfo:
     """The function `equalityConstraint` of a part's class. Raises F317."""
     cls = part.cls if isinstance(part, Instance) else part.layout.parts[0].cls
-    element = member(static_instance(cls), EQUALITY)
-    assert element is not None
+    element = declared(static_instance(cls), EQUALITY)
     info = function_of(class_of(element, cls.span), cls.span)
     inputs, outputs = info.signature.inputs, info.signature.outputs
     if len(inputs) != 2 or len(outputs) != 1 or len(outputs[0].type.dims) != 1:

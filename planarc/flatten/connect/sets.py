@@ -95,9 +95,7 @@ def connect_all(
 
 def _in_connector(leaf: Leaf) -> bool:
     """A variable of a connector, or of a record in one."""
-    owner = leaf.parent
-    while owner.is_record and owner.parent is not None:
-        owner = owner.parent
+    owner = next((i for i in leaf.parent.outwards() if not i.is_record), leaf.parent)
     return owner.is_connector
 
 
@@ -105,7 +103,6 @@ def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     """`zeros(n) = equalityConstraint(a, b)`, in place of a connection's equality."""
     span = pair.connection.span
     info = equality_of(pair.left)
-    assert session.root_scope is not None
     env = Env(session.root_scope)
     arguments = [node_value(node, span, env) for node in (pair.left, pair.right)]
     for variable, argument in zip(info.signature.inputs, arguments, strict=True):

@@ -83,28 +83,19 @@ def vectorised(
     inputs = info.signature.inputs
     if not info.signature.outputs and not results:
         raise error("F290", f"`{info.name}` has no result", span)
-    extra = 0
-    for variable, argument in zip(inputs, arguments, strict=True):
-        more = len(argument.type.dims) - len(variable.type.dims)
-        if more > 0 and base_conforms(variable.type, argument.type):
-            extra = max(extra, more)
-    if extra == 0 or results:
+    pairs = [*zip(inputs, arguments, strict=True)]
+    more = [len(a.type.dims) - len(v.type.dims) for v, a in pairs]
+    fits = (base_conforms(v.type, a.type) for v, a in pairs)
+    extra = max((m for m, fit in zip(more, fits, strict=True) if fit), default=0)
+    if extra <= 0 or results:
         return _single(info, arguments, span, env, results)
-    size = next(
-        a.type.dims[0]
-        for v, a in zip(inputs, arguments, strict=True)
-        if len(a.type.dims) - len(v.type.dims) == extra
-    )
+    places = [k for k, m in enumerate(more) if m == extra]
+    size = arguments[places[0]].type.dims[0]
     if size is None:
-        return _for_each_entry(info, arguments, extra, span, env)
-    columns = []
-    for variable, argument in zip(inputs, arguments, strict=True):
-        if len(argument.type.dims) - len(variable.type.dims) == extra:
-            if argument.type.dims[0] != size:
-                raise error("F291", f"the arrays given to `{info.name}` differ in size", span)
-            columns.append(opened(argument))
-        else:
-            columns.append([argument] * size)
+        return _for_each_entry(info, arguments, places, span, env)
+    if any(arguments[k].type.dims[0] != size for k in places):
+        raise error("F291", f"the arrays given to `{info.name}` differ in size", span)
+    columns = [opened(a) if k in places else [a] * size for k, a in enumerate(arguments)]
     items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
     element = (
         items[0].type if items else result_type(info.signature, 0, arguments, span, env.session)
@@ -113,15 +104,9 @@ def vectorised(
 
 
 def _for_each_entry(
-    info: FunctionInfo, arguments: list[flat.Expression], extra: int, span: Span, env: Env
+    info: FunctionInfo, arguments: list[flat.Expression], places: list[int], span: Span, env: Env
 ) -> flat.Expression:
     """`{f(x) for x in v}`, where the size of a vector is known only when a function runs."""
-    inputs = info.signature.inputs
-    places = [
-        k
-        for k, (variable, argument) in enumerate(zip(inputs, arguments, strict=True))
-        if len(argument.type.dims) - len(variable.type.dims) == extra
-    ]
     if len(places) > 1 or len(arguments[places[0]].type.dims) > 1:
         raise error("F291", "a call for each entry of several arrays needs known sizes", span)
     vector = arguments[places[0]]

@@ -62,8 +62,7 @@ def _fixed(definition: syntax.Component) -> bool:
 def _default(
     cls: Class, name: str, values: dict[str, flat.Expression], node: syntax.Call, env: Env
 ) -> flat.Expression:
-    element = lookup.member(static_instance(cls), name)
-    assert element is not None
+    element = lookup.declared(static_instance(cls), name)
     _, _, mod = redeclare.effective_component(element)
     binding = merge(mod, cls.mod.sub(name), name).binding
     if binding is None:

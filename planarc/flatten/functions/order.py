@@ -49,8 +49,7 @@ def _circle(names: Sequence[str], instance: Instance) -> Exception:
 
 def _written_with(instance: Instance, name: str, names: Sequence[str]) -> Iterator[str]:
     """Those of the names that stand in the sizes and the value of a variable of the function."""
-    element = lookup.member(instance, name)
-    assert element is not None
+    element = lookup.declared(instance, name)
     definition, scope, mod = redeclare.effective_component(element)
     sizes = names_in((definition.dimensions, definition.type_dimensions))
     yield from (n for n in sizes if n != name and n in names)  # as in `A[:, size(A, 1)]`

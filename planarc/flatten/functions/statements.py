@@ -24,7 +24,7 @@ from planarc.flatten.refusal import UnknownValue, joined, unsupported
 from planarc.flatten.terms.conform import conforms, mismatch, type_text
 from planarc.flatten.terms.select import element_at, opened
 from planarc.flatten.tree.demand import attributes_of
-from planarc.flatten.tree.nodes import Env, Instance, Leaf
+from planarc.flatten.tree.nodes import Env, Leaf
 from planarc.flatten.typing import comprehension, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
@@ -119,9 +119,7 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
 
 def _is_own_input(leaf: Leaf, env: Env) -> bool:
     """An input of the component that the algorithm belongs to, maybe inside a connector."""
-    owner: Instance | None = leaf.parent
-    while owner is not None and owner.is_connector:
-        owner = owner.parent
+    owner = next((i for i in leaf.parent.outwards() if not i.is_connector), None)
     return leaf.causality is syntax.Causality.INPUT and owner is env.scope.instance
 
 

@@ -61,8 +61,7 @@ def interface(
 def _declare(
     instance: Instance, name: str, names: dict[str, flat.Expression], signature: Signature
 ) -> tuple[flat.Variable, syntax.Causality]:
-    element = lookup.member(instance, name)
-    assert element is not None
+    element = lookup.declared(instance, name)
     definition, scope, mod = redeclare.effective_component(element)
     env = Env(scope, dict(names), signature)
     cls = lookup.find_class(scope, definition.type)

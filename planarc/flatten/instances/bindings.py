@@ -14,6 +14,8 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9 and 7.2.
 
 from __future__ import annotations
 
+from itertools import takewhile
+
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances.starts import is_start_written
@@ -78,12 +80,10 @@ def _find_binding(leaf: Leaf) -> flat.Expression | None:
 def record_binding(instance: Instance) -> Binding | None:
     """The modifier that binds a record, or one that it is part of, as a whole."""
     strongest: Binding | None = None
-    current: Instance | None = instance
-    while current is not None and current.has_value:
-        own = current.mod.binding
+    for record in takewhile(lambda i: i.has_value, instance.outwards()):
+        own = record.mod.binding
         if own is not None and (strongest is None or not own.yields_to(strongest)):
             strongest = own
-        current = current.parent
     return strongest
 
 

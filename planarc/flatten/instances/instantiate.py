@@ -241,12 +241,7 @@ def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name:
 
 
 def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
-    seen = 0
-    current: Instance | None = parent
-    while current is not None:
-        if current.cls.definition is cls.definition:
-            seen += 1
-        current = current.parent
+    seen = sum(i.cls.definition is cls.definition for i in parent.outwards())
     if seen >= MAX_NESTING_OF_ONE_CLASS or parent.depth > MAX_DEPTH:
         message = f"`{cls.name}` contains itself through `{parent.full_name(element.name)}`"
         raise TooLarge(Diagnostic("F251", message, element.definition.span))

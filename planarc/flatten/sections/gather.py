@@ -146,6 +146,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
     assert isinstance(definition, syntax.Component)
     if annotation.is_evaluated(definition.annotation, session) and _has_value(leaf):
         leaf.structural = True
+    around = (instance.element for instance in leaf.parent.outwards())
     return flat.Variable(
         leaf.name,
         leaf.type,
@@ -154,7 +155,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         binding,
         attributes,
         _causality_of_model(leaf),
-        leaf.element.protected or _is_hidden(leaf.parent),
+        leaf.element.protected or any(e.protected for e in around if e),
         leaf.mod.final or definition.prefixes.final,
         leaf.structural,
         definition.comment,
@@ -177,15 +178,6 @@ def _causality_of_model(leaf: Leaf) -> str:
         return leaf.causality.value
     own = leaf.parent.depth == 0 and not leaf.element.protected
     return leaf.causality.value if own else ""
-
-
-def _is_hidden(instance: Instance) -> bool:
-    current: Instance | None = instance
-    while current is not None and current.element is not None:
-        if current.element.protected:
-            return True
-        current = current.parent
-    return False
 
 
 def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
@@ -222,8 +214,7 @@ def visual_of(instance: Instance) -> flat.Visual:
             instance.session.keep(problem)
     kind = instance.layout.visual
     assert kind is not None and instance.prefix is not None
-    span = instance.element.definition.span if instance.element else instance.cls.span
-    return flat.Visual(instance.prefix, kind, tuple(attributes), span)
+    return flat.Visual(instance.prefix, kind, tuple(attributes), instance.span)
 
 
 def _collect(node: Node, name: str, attributes: list[tuple[str, flat.Expression]]) -> None:

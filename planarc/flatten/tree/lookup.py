@@ -25,7 +25,7 @@ from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, node_of, static_instance
 from planarc.flatten.tree.modify import part_mod
-from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope, Session
+from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope
 from planarc.ir import syntax
 
 
@@ -47,6 +47,13 @@ def member(instance: Instance, name: str, part: Part | None = None) -> Element |
     return _member_on_disk(instance, name, part)
 
 
+def declared(instance: Instance, name: str) -> Element:
+    """The element of a name that is one of the members."""
+    element = member(instance, name)
+    assert element is not None
+    return element
+
+
 def public_member(instance: Instance, name: str, span: Span) -> Element:
     """The element that a name behind a dot means."""
     element = member(instance, name)
@@ -61,20 +68,17 @@ def components(instance: Instance) -> Iterator[tuple[str, Element]]:
     """The declared components by name, in their order."""
     for name, (_, definition) in instance.layout.members.items():
         if isinstance(definition, syntax.Component):
-            element = member(instance, name)
-            assert element is not None
-            yield name, element
+            yield name, declared(instance, name)
 
 
 def inner_elements(element: Element) -> Iterator[Element]:
     """The `inner` elements of that name in the instances around, the nearest first (5.4)."""
-    current = element.scope.instance.parent
-    while current is not None:
-        slot = current.layout.members.get(element.name)
-        found = member(current, element.name) if slot and slot[1].prefixes.inner else None
+    _, *around = element.scope.instance.outwards()
+    for instance in around:
+        slot = instance.layout.members.get(element.name)
+        found = member(instance, element.name) if slot and slot[1].prefixes.inner else None
         if found is not None:
             yield found
-        current = current.parent
 
 
 def _declare(instance: Instance, name: str, index: int, definition: syntax.Declaration) -> Element:
@@ -120,7 +124,8 @@ def find(scope: Scope, name: str) -> tuple[Element, bool] | None:
     if element is not None:
         return element, True
     if scope.part.definition.encapsulated or scope.parent is None:
-        return _predefined(scope.session, name)
+        element = predefined.element(scope.session, name)
+        return None if element is None else (element, False)
     return _find_outside(scope.parent, name)
 
 
@@ -135,11 +140,6 @@ def _find_outside(scope: Scope, name: str) -> tuple[Element, bool] | None:
     if static and scope.instance.layout.done:
         scope.cls.lookups[name] = found
     return found
-
-
-def _predefined(session: Session, name: str) -> tuple[Element, bool] | None:
-    element = predefined.element(session, name)
-    return None if element is None else (element, False)
 
 
 def find_in_scope(scope: Scope, name: str) -> Element | None:
@@ -177,9 +177,7 @@ def _imported(scope: Scope, name: str) -> Element | None:
 
 def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
     """Import paths are full names: they start at the top level."""
-    root = scope.session.root_scope
-    assert root is not None
-    element = member(root.instance, path[0])
+    element = member(scope.session.root_scope.instance, path[0])
     done = path[0]
     for name in path[1:]:
         if element is None:
@@ -187,17 +185,11 @@ def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
         done += f".{name}"
         element = member(static_instance(class_of(element, span)), name)
     if element is None:
-        raise error(
-            "F210",
-            f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist",
-            span,
-            hint=_meant_in(scope.session, *done.rpartition(".")[::2]),
-        )
+        package, _, name = done.rpartition(".")
+        hint = did_you_mean(name, scope.session.library.class_names(package))
+        message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
+        raise error("F210", message, span, hint=hint)
     return element
-
-
-def _meant_in(session: Session, package: str, name: str) -> str | None:
-    return did_you_mean(name, session.library.class_names(package))
 
 
 def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
@@ -225,9 +217,7 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
 
 def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
     if ref.absolute:
-        root = scope.session.root_scope
-        assert root is not None
-        element = member(root.instance, name)
+        element = member(scope.session.root_scope.instance, name)
         if element is None:
             raise error("F210", f"there is no top-level class `{name}`", ref.span)
         return element

@@ -19,7 +19,7 @@ once filled. All these types refer to each other: hence one file.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import Enum
 from typing import TypeAlias
 
@@ -249,6 +249,18 @@ class Instance(Struct, eq=False):
     def name(self) -> str:
         return self.cls.name if self.prefix is None else self.prefix
 
+    @property
+    def span(self) -> Span:
+        """The declaration; of the model, and of a class as such, its name."""
+        return self.cls.span if self.element is None else self.element.definition.span
+
+    def outwards(self) -> Iterator[Instance]:
+        """The instance itself and those around it, the nearest first."""
+        current: Instance | None = self
+        while current is not None:
+            yield current
+            current = current.parent
+
     def full_name(self, member: str) -> str:
         if self.prefix is None:
             return f"{self.cls.name}.{member}"
@@ -435,7 +447,7 @@ class Session:
     def __init__(self, library: Library, makers: Makers) -> None:
         self.library = library
         self.makers = makers
-        self.root_scope: Scope | None = None
+        self.root_scope: Scope  # the outermost one, in which top-level classes are found
         self.root: Instance | None = None
         self.errors: list[Diagnostic] = []
         self.warnings: list[Diagnostic] = []

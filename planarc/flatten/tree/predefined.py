@@ -41,7 +41,7 @@ _DEFINITIONS = {name: _definition(name) for name in _TYPES}
 
 def element(session: Session, name: str) -> Element | None:
     """The predefined type `name` as an element of the outermost scope."""
-    if name not in _TYPES or session.root_scope is None:
+    if name not in _TYPES:
         return None
     root = session.root_scope.instance
     found = root.elements.get(f"<{name}>")

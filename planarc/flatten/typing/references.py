@@ -82,9 +82,7 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
     first = ref.parts[0]
     view: View
     if ref.absolute:
-        root = env.session.root_scope
-        assert root is not None
-        element = lookup.member(root.instance, first.name)
+        element = lookup.member(env.session.root_scope.instance, first.name)
         own = False
     else:
         found = lookup.find(env.scope, first.name)

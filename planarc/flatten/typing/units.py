@@ -27,6 +27,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
+from planarc.ir.flatwalk import inside
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
@@ -170,26 +171,19 @@ class Checker(Struct):
     # Equations ------------------------------------------------------------------------------
 
     def equations(self, equations: tuple[flat.Equation, ...]) -> None:
-        for equation in equations:
+        for equation in inside(equations):
             self.equation(equation)
 
     def equation(self, equation: flat.Equation) -> None:
         match equation:
+            case flat.Equality(left=flat.Record(items=left), right=flat.Record(items=right)):
+                for a, b in zip(left, right, strict=True):
+                    self.sides(a, b, equation)
             case flat.Equality(left=left, right=right) if not isinstance(left, flat.Targets):
-                if isinstance(left, flat.Record) and isinstance(right, flat.Record):
-                    for a, b in zip(left.items, right.items, strict=True):
-                        self.sides(a, b, equation)
-                else:
-                    self.sides(left, right, equation)
-            case flat.IfEquation(branches=branches, otherwise=otherwise):
-                for condition, body in branches:
+                self.sides(left, right, equation)
+            case flat.IfEquation(branches=branches) | flat.WhenEquation(branches=branches):
+                for condition, _ in branches:
                     self.of(condition)
-                    self.equations(body)
-                self.equations(otherwise)
-            case flat.WhenEquation(branches=branches):
-                for condition, body in branches:
-                    self.of(condition)
-                    self.equations(body)
             case flat.Assert(condition=condition):
                 self.of(condition)
             case flat.Reinit(variable=variable, value=value):

@@ -14,9 +14,10 @@ _CONSTANT = flat.Variability.CONSTANT
 _DISCRETE = flat.Variability.DISCRETE
 _CONTINUOUS = flat.Variability.CONTINUOUS
 
-#: results that change at events only, whatever their arguments
-_EVENTS = frozenset(["pre", "edge", "change", "initial", "terminal", "sample", "integer", "hold"])
-_STATIC = frozenset({"size", "ndims"})
+#: results that change at events, whatever their arguments
+_FLAGS = frozenset({"initial", "terminal", "sample"})
+#: results that change at events only
+_EVENTS = frozenset({"pre", "edge", "change", "integer", "hold"})
 
 
 def variability_of(
@@ -32,30 +33,19 @@ def variability_of(
             own = _CONTINUOUS if leaf is None else leaf.variability
             return max(own, _highest(subscripts, session, hidden))
         case flat.Builtin(function=function, arguments=arguments):
-            if function in _STATIC:
+            if function in ("size", "ndims"):
                 return _CONSTANT
             if function == "time":
                 return _CONTINUOUS
             own = _highest(arguments, session, hidden)
-            if function in _EVENTS or _steps(function):
-                return min(max(own, _flag(function)), _DISCRETE)
-            return own
-        case flat.Binary(op=op, left=left, right=right):
-            own = _highest((left, right), session, hidden)
-            return min(own, _DISCRETE) if op in _RELATIONS else own
+            if function in _FLAGS:
+                return _DISCRETE
+            row = elementary.TABLE.get(function)
+            steps = row is not None and row.slopes is None
+            return min(own, _DISCRETE) if steps or function in _EVENTS else own
+        case flat.Binary(op="<" | "<=" | ">" | ">=" | "==" | "<>", left=left, right=right):
+            return min(_highest((left, right), session, hidden), _DISCRETE)
     return _highest(children(expression), session, hidden)
-
-
-_RELATIONS = frozenset({"<", "<=", ">", ">=", "==", "<>"})
-
-
-def _steps(function: str) -> bool:
-    row = elementary.TABLE.get(function)
-    return row is not None and row.slopes is None
-
-
-def _flag(function: str) -> flat.Variability:
-    return _DISCRETE if function in ("initial", "terminal", "sample") else _CONSTANT
 
 
 def _highest(
