@@ -31,7 +31,7 @@ from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
 from planarc.flatten.checks.unheeded import check_unheeded
-from planarc.flatten.connect.expand import is_expandable
+from planarc.flatten.connect.expand import check_absent, is_expandable
 from planarc.flatten.connect.rooting import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
 from planarc.flatten.functions.calls import type_call
@@ -50,6 +50,7 @@ from planarc.flatten.tree.redeclare import make_class
 from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import assigned_in, expressions_in, expressions_of_variable
 from planarc.runtime.external import is_of_files
 
 _RECURSION = 12_000  # nesting of expressions and of classes that is still handled
@@ -212,13 +213,19 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     connections = found.joined.connections
     experiment = experiment_of(root, session)
     buses = any(is_expandable(i) for i in found.instances)
-    used = names_in_equations(found.equations) if buses else set()
+    algorithms = [*found.algorithms, *found.initial_algorithms]
+    statements = [s for a in algorithms for s in a.statements]
+    used = {*names_in_equations(found.equations), *assigned_in(statements)} if buses else set()
     connected = connect_all(connections, found.leaves, found.rooting, used, session)
     leaves = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
     pairs = [(leaf, variable_of(leaf, session)) for leaf in leaves]
     variables = [v for _, v in pairs if v is not None]
     variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
     equations = [*found.equations, *connected.equations]
+    if connected.unused:
+        said = [e for v in variables for e in expressions_of_variable(v)]
+        said += [*expressions_in(equations), *expressions_in(found.initial_equations)]
+        check_absent(connected.unused, (*said, *expressions_in(statements)), session)
     check_classes(session)
     check_prefixes(found.instances, found.leaves, session)
     check_parameters(pairs, session)

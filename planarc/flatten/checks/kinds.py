@@ -21,7 +21,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import ticked
 from planarc.core.source import Span
-from planarc.flatten.tree.inherit import name_span
+from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import Class, Part, Session
 from planarc.ir import syntax
 from planarc.ir.syntax import ClassKind

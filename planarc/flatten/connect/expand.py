@@ -11,11 +11,11 @@ Reference: Modelica Language Specification 3.6, section 9.1.3.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeGuard
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Member, component_names
@@ -33,10 +33,12 @@ from planarc.flatten.tree.nodes import (
     Leaf,
     Mod,
     Node,
+    Session,
     State,
 )
 from planarc.flatten.typing.references import View, resolve
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import nodes_of
 
 
 class Statement(Data):
@@ -226,6 +228,17 @@ def unused_members(
         groups.find(leaf.name) for leaf in leaves if leaf.name in used or not in_expandable(leaf)
     }
     return {leaf.name for leaf in leaves if groups.find(leaf.name) not in alive}
+
+
+def check_absent(
+    unused: set[str], expressions: Iterable[flat.Expression], session: Session
+) -> None:
+    """Report a variable of a bus that expressions use though nothing gives it (9.1.3)."""
+    for node in nodes_of(expressions):
+        if isinstance(node, flat.Reference) and node.name in unused:
+            declared = [Related("declared here", session.leaves[node.name].span)]
+            message = f"`{node.name}` is not there: no connection and no equation gives it"
+            session.keep(error("F215", message, node.span, related=declared))
 
 
 def outside_signals(sets: Sequence[Sequence[Member]], used: set[str]) -> list[Leaf]:

@@ -257,8 +257,11 @@ def _while(node: syntax.WhileStatement, env: Env) -> Statements:
 def _when(node: syntax.WhenStatement, env: Env) -> Statements:
     if env.function is not None:
         raise error("F303", "a function cannot have a when-statement", node.span)
+    if env.in_when:
+        raise error("F307", "when-statements cannot be nested", node.span)
+    inner = replace(env, in_when=True)
     branches = tuple(
-        (when_condition(condition, env), type_statements(body, env))
+        (when_condition(condition, env), type_statements(body, inner))
         for condition, body in node.branches
     )
     return (flat.WhenStatement(node.span, env.component, branches),)

@@ -233,11 +233,21 @@ def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name:
         raise error("F253", f"`{name}` is declared of the function `{cls.name}`", definition.span)
     if kind is syntax.ClassKind.OPERATOR_RECORD:
         raise unsupported("operator records", "14", definition.span)
-    if cls.definition.partial:
+    if _is_partial(layout):
         message = f"`{name}` is declared of the partial class `{cls.name}`"
         hint = "use a class that extends it"
         related = [Related("declared partial here", cls.span)]
         raise error("F254", message, definition.span, related=related, hint=hint)
+
+
+def _is_partial(layout: Layout) -> bool:
+    """A short class of a partial class is partial, too (4.5.1)."""
+    index = 0
+    while isinstance(layout.parts[index].definition.body, syntax.ShortClass):
+        if layout.parts[index].definition.partial:
+            return True
+        index += 1
+    return layout.parts[index].definition.partial
 
 
 def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
@@ -253,7 +263,7 @@ def check_modifier(instance: Instance) -> None:
     for name, mod in instance.mod.subs.items():
         if name not in members and lookup.member(instance, name) is None:
             raise not_modifiable(instance.cls.name, name, mod.span, members)
-        if name in members and mod.redeclaration is None:
+        if name in members:
             _check_modified(instance, name, mod)
 
 
@@ -263,8 +273,15 @@ def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
         definition.prefixes.protected or instance.layout.parts[index].protected
     ):
         return
-    own = instance.mod.subs[name]
-    scope = None if own.binding is None else own.binding.scope
+    scope = _origin(mod)
     if scope is not None and scope.instance is not instance:
         message = f"`{name}` is protected in `{instance.cls.name}` and cannot be modified"
         raise error("F214", message, mod.span)
+
+
+def _origin(mod: Mod) -> Scope | None:
+    """The scope that a modifier is written in, where it says anything."""
+    said = mod.binding or mod.redeclaration
+    if said is not None:
+        return said.scope
+    return next((s for s in map(_origin, mod.subs.values()) if s is not None), None)

@@ -16,10 +16,11 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
+from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
 from planarc.flatten.tree.lookup import find_class, inner_elements
-from planarc.flatten.tree.nodes import Element, Family, Instance, Leaf, Node
-from planarc.flatten.tree.redeclare import inner_half
+from planarc.flatten.tree.nodes import NO_MOD, Element, Family, Instance, Layout, Leaf, Node
+from planarc.flatten.tree.redeclare import inner_half, written_dims
 from planarc.ir import syntax
 
 
@@ -27,10 +28,10 @@ def inner_node(element: Element) -> Node:
     """The node that an outer element stands for."""
     definition = element.definition
     assert isinstance(definition, syntax.Component)
-    if definition.modification is not None and not definition.prefixes.inner:
+    if (definition.modification is not None or element.mod) and not definition.prefixes.inner:
         message = f"the outer component `{element.name}` cannot have a modifier"
         hint = "modify the `inner` component"
-        raise error("F260", message, definition.span, hint=hint)
+        raise error("F260", message, element.mod.span or definition.span, hint=hint)
     found = next(inner_elements(element), None)
     if found is not None:
         _warn_twins(element, found.scope.instance)
@@ -128,6 +129,26 @@ def _check_compatible(
         have = node.cls if isinstance(node, Instance | Family) else None
         fits = have is not None and layout.builtin is None
         fits = fits and layout_of(have).members.keys() >= layout.members.keys() if have else fits
+    if fits and isinstance(node, Leaf | Family):
+        _check_sizes(element, definition, layout, node, found)
     if not fits:
         message = f"the inner `{element.name}` is no `{definition.type}`"
         raise error("F263", message, definition.span, related=[Related("the inner one", place)])
+
+
+def _check_sizes(
+    element: Element,
+    definition: syntax.Component,
+    layout: Layout,
+    node: Leaf | Family,
+    inner: Element,
+) -> None:
+    """Both are arrays of the same sizes; `:` suits any."""
+    written = written_dims(definition, element.scope, layout)
+    have = node.type.dims if isinstance(node, Leaf) else node.dims
+    closed = not any(isinstance(e, syntax.Colon) for e, _ in written)
+    sizes = family_dims(written, element, NO_MOD, element.name) if closed else have
+    if len(written) != len(have) or sizes != have:
+        message = f"the inner `{element.name}` is an array of other sizes than the outer one"
+        related = [Related("the inner one", inner.definition.span)]
+        raise error("F263", message, definition.span, related=related)

@@ -218,6 +218,8 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
             raise error("F304", "`reinit` may stand in a when-equation only", node.span)
         return type_reinit(call, env)
     if is_connection_operator(call):
+        if env.in_when:
+            raise error("F306", f"`{call.function}` cannot stand in a when-equation", node.span)
         return ()  # collected before (`joining`)
     typed = type_call(call, env, results=True)
     if isinstance(typed, flat.Call):

@@ -26,7 +26,7 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of, session_of, static_instance
-from planarc.flatten.tree.naming import not_modifiable
+from planarc.flatten.tree.naming import name_span, not_modifiable
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
@@ -90,6 +90,7 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
     for element in body.elements:
         if isinstance(element, syntax.Extends):
             base = lookup.find_class(static_instance(part.cls).scope(), element.base)
+            _check_base(part, element, base)
             modification = element.modification
             _take_base(layout, part, base, modification, None, element.protected, element.span)
         elif not isinstance(element, syntax.Import) and part.own.get(element.name) is element:
@@ -98,15 +99,22 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
         _check_redeclared(layout, part, definition)
 
 
+def _check_base(part: Part, clause: syntax.Extends, base: Class) -> None:
+    """A base class is always the same one: not replaceable, nor inherited itself (7.1.4)."""
+    name = clause.base.names[0]
+    if base.definition.prefixes.replaceable:
+        message = f"`{clause.base}` is replaceable, and so no base class"
+        raise error("F238", message, clause.span, related=[Related("declared here", base.span)])
+    if not clause.base.absolute and name in part.visible and name not in part.own:
+        message = f"`{name}` is inherited itself, and so no base class of `{part.cls.name}`"
+        raise error("F238", message, clause.span, hint="write its full name")
+
+
 def _check_single(part: Part, element: syntax.Declaration) -> None:
     if element.name in part.own:
         message = f"`{element.name}` is declared twice in `{part.cls.name}`"
         related = [Related("first here", name_span(part.own[element.name]))]
         raise error("F231", message, name_span(element), related=related)
-
-
-def name_span(element: syntax.Declaration) -> Span:
-    return element.name_span if isinstance(element, syntax.ClassDef) else element.span
 
 
 def _take_base(
@@ -233,7 +241,20 @@ def _without_text(element: syntax.Declaration) -> syntax.Declaration:
 
 def _check_redeclared(layout: Layout, part: Part, definition: syntax.Declaration) -> None:
     name = definition.name
+    _, old = layout.members.get(name, (0, None))
+    if old is not None and _is_protected(layout, name) != definition.prefixes.protected:
+        was, now = (
+            ("protected", "public") if _is_protected(layout, name) else ("public", "protected")
+        )
+        message = f"`{name}` is {was} and cannot be redeclared as {now}"
+        related = [Related("declared here", name_span(old))]
+        raise error("F242", message, name_span(definition), related=related)
     if name in layout.members or any(e.child(name) is not None for e in part.entries):
         return
     message = f"no base class of `{part.cls.name}` declares `{name}` to be redeclared"
     raise error("F236", message, name_span(definition))
+
+
+def _is_protected(layout: Layout, name: str) -> bool:
+    index, element = layout.members[name]
+    return element.prefixes.protected or layout.parts[index].protected

@@ -23,6 +23,7 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree.demand import static_instance
+from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
     NO_MOD,
     Binding,
@@ -151,11 +152,26 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
     return Mod(
         binding,
         subs,
-        outer.redeclaration or inner.redeclaration,
+        _redeclared(outer.redeclaration, inner.redeclaration),
         outer.final or inner.final,
         outer.span or inner.span,
         outer.broken,
     )
+
+
+def _redeclared(outer: Redeclaration | None, inner: Redeclaration | None) -> Redeclaration | None:
+    """A redeclaration over an earlier one, which must have left the element replaceable (7.3)."""
+    if outer is None or inner is None or outer.element is inner.element:
+        return outer or inner
+    old, new = inner.element, outer.element
+    if not old.prefixes.replaceable:
+        message = (
+            f"`{old.name}` was redeclared without `replaceable`, and cannot be redeclared again"
+        )
+        related = [Related("redeclared here", name_span(old))]
+        hint = "write `redeclare replaceable` there"
+        raise error("F241", message, name_span(new), related=related, hint=hint)
+    return replace(outer, earlier=outer.earlier or inner)
 
 
 def _beaten(mod: Mod) -> Mod:

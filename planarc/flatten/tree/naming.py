@@ -10,6 +10,12 @@ from planarc.core.source import Span
 from planarc.flatten.tree import predefined
 from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.nodes import Class, Instance, Scope
+from planarc.ir import syntax
+
+
+def name_span(element: syntax.Declaration) -> Span:
+    """The place of a declared name."""
+    return element.name_span if isinstance(element, syntax.ClassDef) else element.span
 
 
 def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:

@@ -82,6 +82,7 @@ class Redeclaration(Struct, eq=False):
     each_height: int | None = None
     final: bool = False
     subscripts: tuple[int, ...] = ()
+    earlier: Redeclaration | None = None  # the one that this one replaces
 
 
 class Mod(Struct, eq=False):

@@ -18,13 +18,16 @@ Reference: Modelica Language Specification 3.6, sections 6.5 and 7.3.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, subtype
 from planarc.flatten.tree.demand import class_of
-from planarc.flatten.tree.modify import compile_modification, merge, subscript
+from planarc.flatten.tree.modify import compile_modification, final_error, merge, subscript
+from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
     NO_MOD,
     Class,
@@ -32,7 +35,6 @@ from planarc.flatten.tree.nodes import (
     Instance,
     Layout,
     Mod,
-    Redeclaration,
     Scope,
     State,
 )
@@ -62,9 +64,12 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
     redeclaration = mod.redeclaration
     instance = element.scope.instance
     name = _class_name(instance, definition.name)
-    under = _constraint_mod(definition, element.scope)
+    under = _constraint_mod(element)
     if redeclaration is None:
-        return _bounded(Class(definition, element.scope, name, mod, element.entry), under)
+        cls = _bounded(Class(definition, element.scope, name, mod, element.entry), under)
+        if definition.constraint is not None:
+            _check_fit(element, cls)
+        return cls
     new = redeclaration.element
     if not isinstance(new, syntax.ClassDef):
         message = f"`{element.name}` is a class and is redeclared as a component"
@@ -77,7 +82,7 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
         original = _bounded(original, under)
         return Class(new, redeclaration.scope, name, rest, None, original)
     cls = _bounded(Class(new, redeclaration.scope, name, rest), under)
-    _check_class_constraint(element, definition, cls)
+    _check_fit(element, cls)
     return cls
 
 
@@ -90,15 +95,42 @@ def _bounded(cls: Class, under: Mod) -> Class:
     return cls
 
 
-def _check_class_constraint(element: Element, definition: syntax.ClassDef, cls: Class) -> None:
-    """The new class must fit the constraining class, or the class that it replaces."""
-    if definition.constraint is not None:
-        constraint = lookup.find_class(element.scope, definition.constraint.base)
-    else:
-        constraint = Class(definition, element.scope, element.name, NO_MOD, element.entry)
-    reason = subtype.obstacle(cls, constraint)
-    if reason is not None:
-        raise _does_not_fit(element, definition.name_span, cls.span, cls, reason)
+def _constraints(element: Element) -> list[tuple[syntax.Constraint, Scope]]:
+    """The constraints of an element: of its redeclarations, the last one first, and its own."""
+    found = []
+    current = element.mod.redeclaration
+    while current is not None:
+        if current.element.constraint is not None:
+            found.append((current.element.constraint, current.scope))
+        current = current.earlier
+    if element.definition.constraint is not None:
+        found.append((element.definition.constraint, element.scope))
+    return found
+
+
+def _check_fit(element: Element, cls: Class) -> None:
+    """The class of an element fits its constraints, and each of these the ones before (7.3.2);
+    without any, it fits the class that it replaces."""
+    chain = [lookup.find_class(scope, c.base) for c, scope in _constraints(element)]
+    if element.definition.constraint is None:
+        chain.append(_declared_class(element))
+    redeclaration = element.mod.redeclaration
+    for own, wanted in pairwise([cls, *chain]):
+        reason = subtype.obstacle(own, wanted)
+        if reason is None:
+            continue
+        old = name_span(element.definition)
+        if redeclaration is not None:
+            raise _does_not_fit(element, old, name_span(redeclaration.element), own, reason)
+        message = f"`{element.name}` does not fit its constraint `{wanted.name}`: {reason}"
+        raise error("F242", message, old)
+
+
+def _declared_class(element: Element) -> Class:
+    definition = element.definition
+    if isinstance(definition, syntax.Component):
+        return lookup.find_class(element.scope, definition.type)
+    return Class(definition, element.scope, element.name, NO_MOD, element.entry)
 
 
 def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: str) -> PlanarcError:
@@ -135,7 +167,14 @@ def inner_half(element: Element) -> Element:
 
 def _check_replaceable(element: Element, old: Span, new: Span) -> None:
     """Replaceable by its declaration, or by an earlier redeclaration that said so again."""
-    if element.definition.prefixes.replaceable:
+    prefixes, definition = element.definition.prefixes, element.definition
+    if prefixes.final:
+        raise final_error(element.name, new, old)
+    constant = syntax.Variability.CONSTANT
+    if isinstance(definition, syntax.Component) and definition.variability is constant:
+        message = f"the constant `{element.name}` cannot be redeclared"
+        raise error("F241", message, new, related=[Related("declared here", old)])
+    if prefixes.replaceable:
         return
     message = f"`{element.name}` is not replaceable and cannot be redeclared"
     hint = "write `replaceable` in front of its declaration"
@@ -152,7 +191,9 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         own = compile_modification(definition.modification, element.scope, default=True)
         if definition.prefixes.final:
             own = replace(own, final=True)
-        own = merge(own, _constraint_mod(definition, element.scope), element.name)
+        if definition.constraint is not None:
+            own = merge(own, _constraint_mod(element), element.name)
+            _check_fit(element, lookup.find_class(element.scope, definition.type))
         return definition, element.scope, merge(mod, own, element.name)
     new = redeclaration.element
     if not isinstance(new, syntax.Component):
@@ -160,13 +201,13 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         related = [Related("declared here", definition.span)]
         raise error("F240", message, new.name_span, related=related)
     _check_replaceable(element, definition.span, new.span)
-    _check_component_constraint(element, definition, new, redeclaration)
+    _check_fit(element, lookup.find_class(redeclaration.scope, new.type))
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)
     own = compile_modification(new.modification, redeclaration.scope)
     if redeclaration.subscripts:
         own = subscript(own, redeclaration.subscripts)
     whole = merge(outer, own, element.name)
-    whole = merge(whole, _kept_mod(definition, element.scope), element.name)
+    whole = merge(whole, _kept_mod(element), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:
         whole = replace(whole, final=True)
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
@@ -180,30 +221,21 @@ def written_dims(
     return [*((d, scope) for d in own), *layout.dimensions]
 
 
-def _check_component_constraint(
-    element: Element,
-    definition: syntax.Component,
-    new: syntax.Component,
-    redeclaration: Redeclaration,
-) -> None:
-    base = definition.type if definition.constraint is None else definition.constraint.base
-    cls = lookup.find_class(redeclaration.scope, new.type)
-    reason = subtype.obstacle(cls, lookup.find_class(element.scope, base))
-    if reason is not None:
-        raise _does_not_fit(element, definition.span, new.span, cls, reason)
-
-
-def _kept_mod(definition: syntax.Component, scope: Scope) -> Mod:
-    """The modifier that a redeclaration keeps: the constraint's, else the declaration's own."""
+def _kept_mod(element: Element) -> Mod:
+    """The modifier that a redeclaration keeps: the constraints', else the declaration's own."""
+    definition, under = element.definition, _constraint_mod(element)
     if definition.constraint is not None:
-        return _constraint_mod(definition, scope)
-    return compile_modification(definition.modification, scope, default=True)
+        return under
+    assert isinstance(definition, syntax.Component)
+    return merge(under, compile_modification(definition.modification, element.scope, default=True))
 
 
-def _constraint_mod(definition: syntax.Component | syntax.ClassDef, scope: Scope) -> Mod:
-    """The modifier of the constraining class, under every other one."""
-    constraint = definition.constraint
-    return NO_MOD if constraint is None else compile_modification(constraint.modification, scope)
+def _constraint_mod(element: Element) -> Mod:
+    """The modifiers of the constraining classes, under every other one."""
+    under = NO_MOD
+    for constraint, scope in _constraints(element):
+        under = merge(under, compile_modification(constraint.modification, scope), element.name)
+    return under
 
 
 def _inherit_prefixes(old: syntax.Component, new: syntax.Component) -> syntax.Component:
