@@ -11,29 +11,48 @@ MOST = 3  # names in a hint
 SYNONYMS = {
     "acceleration": ("a", "z"),
     "alpha": ("z", "a"),
+    "arccos": ("acos",),
+    "arcsin": ("asin",),
+    "arctan": ("atan",),
+    "arctan2": ("atan2",),
+    "bar": ("BodyShape", "FixedTranslation"),
+    "beam": ("BodyShape", "FixedTranslation"),
+    "bearing": ("Revolute", "Fixed", "BearingFriction"),
     "angle": ("phi",),
     "damper": ("Damper",),
     "damping": ("d",),
     "distance": ("s",),
+    "fabs": ("abs",),
+    "flange": ("axis", "flange_a", "flange_b"),
     "force": ("f",),
+    "frequency": ("f",),
     "gravity": ("g",),
     "ground": ("Fixed",),
     "hinge": ("Revolute",),
     "i": ("J",),
     "inertia": ("I", "J", "Inertia"),
     "j": ("I",),
+    "input": ("u", "u1"),
     "k": ("c",),
+    "kd": ("Td",),
+    "ki": ("Ti",),
+    "kp": ("k",),
+    "l0": ("s_unstretched", "s_rel0"),
     "length": ("L", "s_unstretched", "s", "r"),
     "link": ("BodyShape", "FixedTranslation"),
+    "ln": ("log",),
     "mass": ("m", "Mass", "Body", "PointMass"),
     "moment": ("tau", "t"),
     "omega": ("w",),
+    "output": ("y",),
     "pin": ("Revolute",),
     "position": ("s", "r"),
     "radius": ("R", "r"),
     "rod": ("BodyShape", "FixedTranslation"),
+    "shaft": ("axis", "flange_b"),
     "slider": ("Prismatic",),
     "speed": ("w", "v"),
+    "squareroot": ("sqrt",),
     "stiffness": ("c",),
     "tau": ("t",),
     "theta": ("phi",),
@@ -63,7 +82,8 @@ def synonyms(name: str, known: Iterable[str]) -> list[str]:
 def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> str | None:
     """The hint that names what a user may have meant; None where nothing is near."""
     names = list(known)
-    return meant(synonyms(name, names)[:most] or nearest(name, names, most))
+    ending = [n for n in names if n.endswith(f"_{name}")]  # `frame_b` for `b`
+    return meant((synonyms(name, names) or ending)[:most] or nearest(name, names, most))
 
 
 def meant(names: Iterable[str]) -> str | None:

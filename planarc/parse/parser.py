@@ -96,7 +96,9 @@ def _parse(start: str, span: Span) -> Any:
     nul = span.source.text.find("\0", span.start, span.end)
     if nul >= 0:
         message = "this is no text: it holds NUL characters"
-        raise PlanarcError(Diagnostic("P100", message, Span(span.source, nul, nul + 1)))
+        wide = span.source.text[:2] in ("ÿþ", "þÿ")
+        hint = "save the file as UTF-8: it is in UTF-16" if wide else None
+        raise PlanarcError(Diagnostic("P100", message, Span(span.source, nul, nul + 1), hint=hint))
     language = load_language()
     with language.lock:
         tokens, lexical = scan(span.source, language.terminals, span.start, span.end)

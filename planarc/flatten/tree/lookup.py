@@ -188,6 +188,8 @@ def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
         package, _, name = done.rpartition(".")
         hint = did_you_mean(name, scope.session.library.class_names(package))
         message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
+        if done == "Modelica.Mechanics.MultiBody":
+            raise naming.spatial(message, span)
         raise error("F210", message, span, hint=hint)
     return element
 

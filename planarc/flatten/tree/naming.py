@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from planarc.core.diagnostic import Once, PlanarcError, error
-from planarc.core.nearest import did_you_mean
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, error
+from planarc.core.nearest import did_you_mean, nearest
+from planarc.core.prose import either
 from planarc.core.source import Span
 from planarc.flatten.tree import predefined
 from planarc.flatten.tree.demand import static_instance
@@ -20,26 +21,65 @@ def name_span(element: syntax.Declaration) -> Span:
 
 def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:
     where = scope.instance.cls.name
-    hint = did_you_mean(name, names_in_sight(scope))
-    return error(
-        "F210",
-        f"unknown {what} `{name}`" + (f" in `{where}`" if where else ""),
-        span,
-        hint=f"write `{_CONSTANTS[name]}`" if name in _CONSTANTS else hint,
-    )
+    wrong = _misspelt_import(scope, name)
+    if wrong is not None:
+        return PlanarcError(wrong)
+    message = f"unknown {what} `{name}`" + (f" in `{where}`" if where else "")
+    hint = f"write {_WHOLE[name]}" if name in _WHOLE else _elsewhere(scope, name)
+    return error("F210", message, span, hint=hint or did_you_mean(name, names_in_sight(scope)))
 
 
-#: Names that need their package before them.
-_CONSTANTS = {"pi": "Modelica.Constants.pi", "PI": "Modelica.Constants.pi"}
+#: Names that need their package before them, or a declaration that all parts see.
+_WHOLE = {
+    "pi": "`Modelica.Constants.pi`",
+    "PI": "`Modelica.Constants.pi`",
+    "world": "`inner PlanarMultiBody.World world;` among the declarations",
+}
+
+
+def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:
+    """An import of nothing that was to give this name: told once, not wherever the name stands."""
+    library = scope.session.library
+    current: Scope | None = scope
+    while current is not None:
+        for clause in current.part.imports:
+            path = ".".join(clause.path)
+            package, _, last = path.rpartition(".")
+            meant = not (clause.alias or clause.names or clause.wildcard) and nearest(last, [name])
+            if not (meant and package and name in library.class_names(package)):
+                continue
+            if library.entry(path) is None:
+                message = f"`{path}` cannot be imported: it does not exist"
+                hint = f"did you mean `{package}.{name}`?"
+                return Once("F210", message, clause.span, hint=hint, kind=path)
+        current = current.parent
+    return None
+
+
+def _elsewhere(scope: Scope, name: str) -> str | None:
+    """Where a library holds a class of this name, if not too deep."""
+    library = scope.session.library
+    packages, found = ["PlanarMultiBody", "Modelica"], []
+    for _ in range(_DEEPEST):
+        inside = [f"{p}.{c}" for p in packages for c in library.class_names(p)]
+        found += [full for full in inside if full.rpartition(".")[2] == name]
+        packages = [full for full in inside if ".Examples" not in full]
+    return f"import it, or write {either(found[:3])}" if found else None
+
+
+_DEEPEST = 4  # packages inside of a library in which a name is looked for
+
+
+def spatial(message: str, span: Span) -> PlanarcError:
+    """The library of mechanisms in space, which is not here."""
+    hint = "mechanisms are planar here: write `PlanarMultiBody` for `Modelica.Mechanics.MultiBody`"
+    return PlanarcError(Once("F213", message, span, hint=hint, kind="MultiBody"))
 
 
 def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     message = f"`{cls.name}` has no element `{name}`"
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
-        hint = (
-            "mechanisms are planar here: write `PlanarMultiBody` for `Modelica.Mechanics.MultiBody`"
-        )
-        return PlanarcError(Once("F213", message, span, hint=hint, kind="MultiBody"))
+        return spatial(message, span)
     return error("F213", message, span, hint=did_you_mean(name, member_names(static_instance(cls))))
 
 

@@ -44,7 +44,10 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
     """A call of a built-in with complete positional arguments."""
     rule = rule_of(name)
     if not rule.least <= len(arguments) <= rule.most:
-        raise error("F290", f"`{name}` takes {_wanted(rule)}, not {len(arguments)}", span)
+        meant = f"{name}{len(arguments)}"  # `atan2` for `atan` of two
+        hint = f"did you mean `{meant}`?" if is_name(meant) else None
+        message = f"`{name}` takes {_wanted(rule)}, not {len(arguments)}"
+        raise error("F290", message, span, hint=hint)
     for argument in arguments:
         if not rule.takes(argument.type):
             raise wrong_argument(name, argument)

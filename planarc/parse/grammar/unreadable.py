@@ -20,6 +20,14 @@ _HINTS = {
     "\N{MULTIPLICATION SIGN}": "write `*`",
     "\N{DOT OPERATOR}": "write `*`",
     "\N{MIDDLE DOT}": "write `*`",
+    "\N{DIVISION SIGN}": "write `/`",
+    "\N{SUPERSCRIPT TWO}": "write `^2`",
+    "\N{SUPERSCRIPT THREE}": "write `^3`",
+    "\N{LESS-THAN OR EQUAL TO}": "write `<=`",
+    "\N{GREATER-THAN OR EQUAL TO}": "write `>=`",
+    "\N{NOT EQUAL TO}": "write `<>`",
+    "\N{DEGREE SIGN}": "angles are in radian: write `Modelica.Units.Conversions.from_deg(...)`",
+    "\N{GREEK SMALL LETTER PI}": "write `Modelica.Constants.pi`",
 }
 #: The quotes of word processors.
 _QUOTES = frozenset("\u201c\u201d\u201e\u201f\u2018\u2019\u201a\u00ab\u00bb\u2033")
@@ -55,7 +63,7 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
     hint = _HINTS.get(character)
     if character.isalpha():
         begin, end = _word_around(text, at, stop)
-        hint = "put names with other letters than a to z in single quotes"
+        hint = hint or "put names with other letters than a to z in single quotes"
         message = f"`{text[begin:end][:40]}` is no name: it holds `{character}`"
     else:
         while end < stop and text[end] == character:

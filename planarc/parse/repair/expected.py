@@ -25,6 +25,8 @@ def expected(trouble: Trouble) -> Diagnostic:
         hint = "`while` loops stand in algorithms only"
     if token.text in trouble.terminals.keywords and what == "a name":
         hint = f"`{token.text}` is a reserved word: choose another name"
+    if token.type == "END" and trouble.opened is None:
+        hint = "all classes have ended: remove this `end`, or one before it"
     if token.type in ("INTEGER", "REAL") and what == "a name":
         hint = "a name begins with a letter"
     return Diagnostic("P101", f"expected {what}, not {shown(token)}", trouble.here, hint=hint)

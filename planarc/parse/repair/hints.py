@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once, Related
 from planarc.core.nearest import nearest
+from planarc.parse.grammar.lexer import Token
 from planarc.parse.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
@@ -78,11 +79,54 @@ def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token = trouble.token
     if token.type not in ("POWER", "RELATION") or token.type not in trouble.open_symbols:
         return None
+    first = next((t for t in trouble.tokens[trouble.begin : trouble.at] if t.text == "=="), None)
+    if first is not None and trouble.open_bracket is None and not trouble.inside("IF"):
+        message = "`==` compares, it makes no equation"
+        return Diagnostic("P111", message, first.span, hint="write `=`")
     message, hint = "comparisons cannot be chained", "compare two at a time: `a < b and b < c`"
     if token.type == "POWER":
         message = f"`{token.text}` cannot be chained"
         hint = "say which comes first: `(a^b)^c` or `a^(b^c)`"
     return Diagnostic("P101", message, token.span, hint=hint)
+
+
+def _text_in_single_quotes(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain a description in single quotes, behind a class's name or where no name fits."""
+    before = trouble.tokens[max(trouble.begin - 2, 0) : trouble.at]
+    named = (c for a, b, c in zip(before, before[1:], before[2:], strict=False) if _heads(a, b))
+    for token in (trouble.token, *named):
+        if token.type == "IDENT" and " " in token.text:
+            message = f"{shown(token)} is a name: texts stand in double quotes"
+            hint = f'write `"{token.text[1:-1]}"`'
+            return Diagnostic("P101", message, token.span, hint=hint)
+    return None
+
+
+def _heads(word: Token, name: Token) -> bool:
+    return word.type in _KINDS and name.type == "IDENT"
+
+
+_KINDS = frozenset(("MODEL", "BLOCK", "CLASS", "PACKAGE", "CONNECTOR", "RECORD", "FUNCTION"))
+
+
+def _modifier_in_braces(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `bar{m=1}`."""
+    previous = trouble.previous
+    if trouble.token.type != "LBRACE" or previous is None or previous.type != "IDENT":
+        return None
+    message = f"the values of `{previous.text}` stand in `(...)`, not in `{{...}}`"
+    return Diagnostic("P101", message, trouble.token.span, hint=f"write `{previous.text}(...)`")
+
+
+def _open_brace(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `r={1, 0, m=2`, of which `repairs` knows where the brace belongs."""
+    opened = trouble.open_bracket
+    if not repair or repair.inserted != ("RBRACE",) or repair.at == trouble.at or not opened:
+        return None
+    before = trouble.tokens[repair.at]
+    related = (Related("`{` opens here", opened.span),)
+    message = f"expected `}}` before `, {trouble.tokens[trouble.at - 1].text} = ...`"
+    return Diagnostic("P103", message, before.span, related=related)
 
 
 def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -188,6 +232,13 @@ _SIGNS: dict[tuple[str, ...], tuple[str, str]] = {
     ("EQUAL", "IN"): ("an iterator takes its values with `in`", "write `in`"),
     ("EQUAL", "RELATION"): ("`=` does not compare", "write `==`"),
 }
+
+
+def _separator(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if not repair or repair.inserted != ("COMMA",) or repair.dropped != 1:
+        return None
+    message = "`;` cannot stand in parentheses: arguments are separated by `,`"
+    return Diagnostic("P101", message, trouble.token.span, hint="write `,`")
 
 
 def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -326,7 +377,8 @@ def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
         return None
     message = f"expected `{opened.text}` after `end`"
-    return Diagnostic("P102", message, trouble.after, related=trouble.opening)
+    hint = f"write `end {opened.text};`"
+    return Diagnostic("P102", message, trouble.after, hint=hint, related=trouble.opening)
 
 
 def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -340,6 +392,10 @@ def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _text_in_single_quotes,
+    _modifier_in_braces,
+    _open_brace,
+    _separator,
     _operators_in_a_row,
     _chained,
     _power_sign,

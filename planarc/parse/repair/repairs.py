@@ -46,7 +46,12 @@ _INSERTED: tuple[tuple[str, ...], ...] = (
     *(("EQUAL",), ("ASSIGN",), ("IN",), ("ELSE", "IDENT")),
 )
 #: The tokens that may take the place of another.
-_REPLACED = {"ASSIGN": ("EQUAL",), "EQUAL": ("ASSIGN", "RELATION", "IN"), "IDENT": ("THEN", "LOOP")}
+_REPLACED = {
+    "ASSIGN": ("EQUAL",),
+    "EQUAL": ("ASSIGN", "RELATION", "IN"),
+    "IDENT": ("THEN", "LOOP"),
+    "SEMICOLON": ("COMMA",),
+}
 _INSERTED_LAST: tuple[tuple[str, ...], ...] = (
     ("IDENT",),
     ("LPAR",),
@@ -65,7 +70,8 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    tries = (_misspelt_elseif, _stray_end, _first_word, _other_section, _small_change, _skip)
+    tries = (_misspelt_elseif, _stray_end, _first_word, _other_section, _open_brace)
+    tries += (_small_change, _skip)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
@@ -172,6 +178,22 @@ def _other_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair |
         if ended:  # the declaration is left out
             return Repair((section,), 0, begin.stack, ended + 1, begin.at)
     return None
+
+
+def _open_brace(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Put in the `}` of `r={1, 0, m=2`: a comma, a name and `=` stand in no array."""
+    at, bracket = trouble.at, trouble.open_bracket
+    if bracket is None or bracket.type != "LBRACE":
+        return None
+    if kinds[max(at - 2, 0) : at + 1] != ["COMMA", "IDENT", "EQUAL"]:
+        return None
+    stack: Stack | None = begin.stack
+    for place in range(begin.at, at - 2):
+        stack = trouble.automaton.shift(stack, kinds[place], place) if stack else None
+    stack = trouble.automaton.shift(stack, "RBRACE", at - 2) if stack else None
+    if not stack or trouble.automaton.advance(stack, kinds[at - 2 : at + 2]) < _ENOUGH + 1:
+        return None
+    return Repair(("RBRACE",), 0, stack, at - 2, at - 2)
 
 
 def _skip(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:

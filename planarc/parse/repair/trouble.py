@@ -81,9 +81,13 @@ class Trouble(NamedTuple):
 
     @property
     def open_bracket(self) -> Token | None:
+        closed = 0
         for item in reversed(self.stack):
+            closed += item.symbol in ("RPAR", "RSQB", "RBRACE")
             if item.symbol in ("LPAR", "LSQB", "LBRACE"):
-                return self.tokens[item.first]
+                if not closed:
+                    return self.tokens[item.first]
+                closed -= 1
         return None
 
     @property
