@@ -70,8 +70,8 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    tries = (_misspelt_elseif, _stray_end, _first_word, _other_section, _open_brace)
-    tries += (_small_change, _skip)
+    special = (_misspelt_elseif, _stray_end, _first_word, _other_section, _open_brace)
+    tries = (*special, _small_change, _skip)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
