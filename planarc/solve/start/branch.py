@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
 from planarc.ir.flat import StateSelect
+from planarc.ir.program import CandidateSlot, FixedSlot
 from planarc.solve.start import newton
 from planarc.solve.start.stage import Part, solve_stage
 from planarc.solve.start.system import System, declared
@@ -62,54 +63,132 @@ def nearest_root(
     system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Flags
 ) -> newton.Root:
     """The root's point is of all candidates; `converged` is false where none was found."""
-    free = [c for c in columns if not held[c]]
-    guides = _guides(system, free)
-    if not free or not rows or not guides:
-        return solve_stage(system, u, rows, free)
-    first = _agreeing(system, u, rows, free, guides) or solve_stage(system, u, rows, free)
+    level = _Level(system, rows, [c for c in columns if not held[c]])
+    if not level.free or not rows or not level.guides:
+        return level.solve(u)
+    first = level.agreeing(u) or level.solve(u)
     if first.converged:
-        first = _without_turns(system, first, rows, free, guides)
-        if _as_meant(system, first.point, columns, guides):
+        first = level.without_turns(first)
+        if level.is_as_meant(first.point, columns):
             return first
     found = [first] if first.converged else []
-    for guess in _guesses(system, u, rows, free, guides):
-        root = solve_stage(system, guess, rows, free)
+    for guess in level.guesses(u):
+        root = level.solve(guess)
         if root.converged:
-            found.append(_without_turns(system, root, rows, free, guides))
-    return _nearest(system, found, guides) if found else first
+            found.append(level.without_turns(root))
+    return level.nearest(found) if found else first
 
 
 def agreed_place(system: System, u: Vector) -> Vector | None:
     """An assembled position with all values that were written, where they agree."""
     for rows, columns in system.stages():
         own = [row for row in rows if row < system.initial_rows.start]
-        root = _agreeing(system, u, own, columns, _guides(system, columns))
+        root = _Level(system, own, columns).agreeing(u)
         if root is None:
             return None
         u = root.point
     return u
 
 
-def _agreeing(
-    system: System,
-    u: Vector,
-    rows: Sequence[int],
-    free: Sequence[int],
-    guides: Sequence[Guide],
-) -> newton.Root | None:
-    """The root that moves no written value, where all of these agree with each other."""
+class _Level:
+    """Some rows to be met by some candidates, which the guides lead."""
 
-    strong = [g for g in guides if g.weight == WRITTEN]
-    kept = {g.column for g in strong}
-    movable = [c for c in free if c not in kept]
-    if not movable or not strong:
-        return None
-    dependent = {g.slot: g.start for g in strong if g.column < 0}
-    part = Part(system, u, rows, movable, dependent)
-    root = newton.solve_near(part, u[movable], AGREEING)
-    if not root.converged:
-        return None
-    return newton.Root(part.point(root.point), root.residuals[: len(rows)], True)
+    def __init__(self, system: System, rows: Sequence[int], free: Sequence[int]) -> None:
+        self.system, self.rows, self.free = system, rows, list(free)
+        self.guides = _guides(system, free)
+        self._strong = [g for g in self.guides if g.weight == WRITTEN]
+
+    def solve(self, guess: Vector) -> newton.Root:
+        return solve_stage(self.system, guess, self.rows, self.free)
+
+    def agreeing(self, u: Vector) -> newton.Root | None:
+        """The root that moves no written value, where all of these agree with each other."""
+        kept = {g.column for g in self._strong}
+        movable = [c for c in self.free if c not in kept]
+        if not movable or not self._strong:
+            return None
+        dependent = {g.slot: g.start for g in self._strong if g.column < 0}
+        part = Part(self.system, u, self.rows, movable, dependent)
+        root = newton.solve_near(part, u[movable], AGREEING)
+        if not root.converged:
+            return None
+        return newton.Root(part.point(root.point), root.residuals[: len(self.rows)], True)
+
+    def _values(self, point: Vector) -> Vector:
+        import numpy as np
+
+        self.system(point)
+        return np.array([self.system.kernel.w[g.slot] for g in self.guides])
+
+    def _distance(self, values: Vector) -> float:
+        pairs = zip(self.guides, values.tolist(), strict=True)
+        return float(sum(g.weight * (v - g.start) ** 2 for g, v in pairs))
+
+    def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
+        """Whether written values, or defaults in loops without written ones, have stayed near."""
+        moved = abs(self._values(point) - [g.start for g in self.guides])
+        ways = list(zip(moved, self.guides, strict=True))
+        if any(m > NEAR for m, g in ways if g.weight == WRITTEN):
+            return False
+        if any(g.column < 0 for g in self._strong):
+            return True
+        candidates = self.system.program.candidates
+        told = {candidates[g.column].block for g in self._strong}
+        return all(
+            m <= NEAR or (g.column >= 0 and candidates[g.column].block in told)
+            for m, g in ways
+            if g.weight != OTHER
+        )
+
+    def guesses(self, u: Vector) -> list[Vector]:
+        """The pulled guess, then guesses all around, by a sequence that fills space evenly."""
+        import numpy as np
+
+        found = [self._pulled(u)]
+        n = np.arange(1, len(self.free) + 1)
+        for k in range(1, (MANY if len(self.free) <= SMALL_LOOP else FEW) + 1):
+            around = u.copy()
+            around[self.free] += TURN * ((k * np.sqrt(1.7 + n)) % 1.0 - 0.5)
+            found.append(around)
+        return found
+
+    def _pulled(self, u: Vector) -> Vector:
+        """The guess at which conditions and written values are met as well as can be."""
+        strong = {g.slot: g.start for g in self._strong}
+        part = Part(self.system, u, self.rows, self.free, strong, PULL)
+        return part.point(newton.solve(part, u[self.free]).point)
+
+    def without_turns(self, root: newton.Root) -> newton.Root:
+        """Angles may differ by whole turns from their start values: they are turned back."""
+        import numpy as np
+
+        point, best = root.point, self._distance(self._values(root.point))
+        if best < min(g.weight for g in self.guides) * (TURN / 2) ** 2:
+            return root
+        limit = 1e-9 + 10 * float(np.max(np.abs(root.residuals), initial=0.0))
+        better = True
+        while better:
+            better = False
+            for c in self.free:
+                for turn in (TURN, -TURN):
+                    trial = point.copy()
+                    trial[c] += turn
+                    r = self.system(trial)
+                    if r is None or np.max(np.abs(r[list(self.rows)]), initial=0.0) > limit:
+                        continue
+                    distance = self._distance(self._values(trial))
+                    if distance < best * (1 - 1e-6):
+                        point, best, better = trial, distance, True
+        return newton.Root(point, root.residuals, True)
+
+    def nearest(self, found: Sequence[newton.Root]) -> newton.Root:
+        """Equally near ones are ordered by their first coordinates, so that rounding decides
+        nothing."""
+        values = [self._values(r.point) for r in found]
+        distances = list(map(self._distance, values))
+        enough = min(distances) * (1 + 1e-6) + 1e-12
+        near = [i for i, d in enumerate(distances) if d <= enough]
+        return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]
 
 
 def _guides(system: System, free: Sequence[int]) -> list[Guide]:
@@ -117,123 +196,13 @@ def _guides(system: System, free: Sequence[int]) -> list[Guide]:
     places = declared(program)
     last = len(places)
     heights = {program.blocks[program.candidates[c].block].height for c in free}
+    others = (f for f in program.fixed if f.height in heights and f not in system.conditions)
+    items: list[tuple[CandidateSlot | FixedSlot, int]] = [(program.candidates[i], i) for i in free]
+    items += ((f, -1) for f in others)
     found = []
-    for i in free:
-        c = program.candidates[i]
-        weight = _weight(system.written(c), c.select)
-        found.append(Guide(c.slot, float(w[c.start]), weight, i, places.get(c.display, last)))
-    for f in program.fixed:
-        if f.height in heights and f not in system.conditions:
-            weight = _weight(system.written(f), f.select)
-            found.append(Guide(f.slot, float(w[f.start]), weight, -1, places.get(f.display, last)))
+    for item, column in items:
+        weight = JOINT if item.select >= StateSelect.PREFER else OTHER
+        weight = WRITTEN if system.written(item) else weight
+        place = places.get(item.display, last)
+        found.append(Guide(item.slot, float(w[item.start]), weight, column, place))
     return sorted(found, key=lambda g: g.place)
-
-
-def _weight(written: bool, select: StateSelect) -> float:
-    return WRITTEN if written else JOINT if select >= StateSelect.PREFER else OTHER
-
-
-def _values(system: System, point: Vector, guides: Sequence[Guide]) -> Vector:
-    import numpy as np
-
-    system(point)
-    return np.array([system.kernel.w[g.slot] for g in guides])
-
-
-def _distance(values: Vector, guides: Sequence[Guide]) -> float:
-    pairs = zip(guides, values.tolist(), strict=True)
-    return float(sum(g.weight * (v - g.start) ** 2 for g, v in pairs))
-
-
-def _as_meant(
-    system: System, point: Vector, columns: Sequence[int], guides: Sequence[Guide]
-) -> bool:
-    """Whether written values, or defaults in loops without written ones, have stayed near."""
-    moved = abs(_values(system, point, guides) - [g.start for g in guides])
-    written = [m for m, g in zip(moved, guides, strict=True) if g.weight == WRITTEN]
-    if any(m > NEAR for m in written):
-        return False
-    if any(g.weight == WRITTEN and g.column < 0 for g in guides):
-        return True
-    program = system.program
-    told = {
-        program.candidates[g.column].block for g in guides if g.weight == WRITTEN and g.column >= 0
-    }
-    return all(
-        m <= NEAR or (g.column >= 0 and program.candidates[g.column].block in told)
-        for m, g in zip(moved, guides, strict=True)
-        if g.weight != OTHER
-    )
-
-
-def _guesses(
-    system: System,
-    u: Vector,
-    rows: Sequence[int],
-    free: Sequence[int],
-    guides: Sequence[Guide],
-) -> list[Vector]:
-    """The pulled guess, then guesses all around, by a sequence that fills space evenly."""
-    import numpy as np
-
-    pulled = [_pulled(system, u, rows, free, guides)]
-    n = np.arange(1, len(free) + 1)
-    for k in range(1, (MANY if len(free) <= SMALL_LOOP else FEW) + 1):
-        around = u.copy()
-        around[list(free)] += TURN * ((k * np.sqrt(1.7 + n)) % 1.0 - 0.5)
-        pulled.append(around)
-    return pulled
-
-
-def _pulled(
-    system: System,
-    u: Vector,
-    rows: Sequence[int],
-    free: Sequence[int],
-    guides: Sequence[Guide],
-) -> Vector:
-    """The guess at which conditions and written values are met as well as can be."""
-
-    strong = {g.slot: g.start for g in guides if g.weight == WRITTEN}
-    part = Part(system, u, rows, free, strong, PULL)
-    return part.point(newton.solve(part, u[list(free)]).point)
-
-
-def _without_turns(
-    system: System,
-    root: newton.Root,
-    rows: Sequence[int],
-    free: Sequence[int],
-    guides: Sequence[Guide],
-) -> newton.Root:
-    """Angles may differ by whole turns from their start values: they are turned back."""
-    import numpy as np
-
-    point, best = root.point, _distance(_values(system, root.point, guides), guides)
-    if best < min(g.weight for g in guides) * (TURN / 2) ** 2:
-        return root
-    limit = 1e-9 + 10 * float(np.max(np.abs(root.residuals), initial=0.0))
-    better = True
-    while better:
-        better = False
-        for c in free:
-            for turn in (TURN, -TURN):
-                trial = point.copy()
-                trial[c] += turn
-                r = system(trial)
-                if r is None or np.max(np.abs(r[list(rows)]), initial=0.0) > limit:
-                    continue
-                distance = _distance(_values(system, trial, guides), guides)
-                if distance < best * (1 - 1e-6):
-                    point, best, better = trial, distance, True
-    return newton.Root(point, root.residuals, True)
-
-
-def _nearest(system: System, found: Sequence[newton.Root], guides: Sequence[Guide]) -> newton.Root:
-    """Equally near ones are ordered by their first coordinates, so that rounding decides
-    nothing."""
-    values = [_values(system, r.point, guides) for r in found]
-    distances = [_distance(v, guides) for v in values]
-    enough = min(distances) * (1 + 1e-6) + 1e-12
-    near = [i for i, d in enumerate(distances) if d <= enough]
-    return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]
