@@ -81,7 +81,6 @@ class Passing(IntEnum):
     SCALES = 13  # of each state: differences are not taken with smaller steps
     MOVED = 14  # room for states
     DATA = 15  # SUNDIALS' SUNDenseMatrix_Data
-    DIFFERENCES = 16  # how often a Jacobian was taken by differences
 
 
 class Tape:

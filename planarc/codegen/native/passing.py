@@ -390,7 +390,6 @@ def _cv_jacobian(
                     total.set(total.get() + value * 0.0)
     with c.when(flag.get().equals(0) & total.get().equals(0.0), leaves=True):
         c.give(0)
-    passing.store(passing.load(INT, Passing.DIFFERENCES) + 1, Passing.DIFFERENCES)
     scales = passing.load(POINTER, Passing.SCALES)
     with c.loop(n) as j:
         with c.loop(n) as i:

@@ -10,228 +10,182 @@ bindings fit their variables, conditions are Boolean.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
+from planarc.core.data import Data
 from planarc.ir import flat
-from planarc.ir.flatwalk import children
+from planarc.ir.flatwalk import children, expressions_in, expressions_of_variable
+
+_NUMERIC = (flat.Base.REAL, flat.Base.INTEGER)
+_LITERALS: Mapping[flat.Base, type | tuple[type, ...]] = {
+    flat.Base.REAL: (float, int),
+    flat.Base.INTEGER: int,
+    flat.Base.BOOLEAN: bool,
+    flat.Base.STRING: str,
+    flat.Base.ENUMERATION: int,
+}
 
 
 class BrokenPromise(AssertionError):
     """The flat model breaks one of its invariants."""
 
 
-class _Checker:
-    def __init__(self, model: flat.FlatModel) -> None:
-        self.types = {v.name: v.type for v in model.variables}
-        self.functions = {f.name: f for f in model.functions}
-        self.where = ""
-        if len(self.types) != len(model.variables):
-            raise BrokenPromise("a variable is declared twice")
-        if len(self.functions) != len(model.functions):
-            raise BrokenPromise("a function is declared twice")
+def check_model(model: flat.FlatModel) -> None:
+    """Raise BrokenPromise when the model breaks an invariant."""
+    for complaint in _complaints(model):
+        raise BrokenPromise(complaint)
 
-    def fail(self, what: str) -> None:
-        raise BrokenPromise(f"{what} in {self.where}" if self.where else what)
 
-    # Expressions ------------------------------------------------------------------------
+def _complaints(model: flat.FlatModel) -> Iterator[str]:
+    functions = {f.name: f for f in model.functions}
+    scope = _Scope({v.name: v.type for v in model.variables}, functions)
+    if len(scope.types) != len(model.variables):
+        yield "a variable is declared twice"
+    if len(functions) != len(model.functions):
+        yield "a function is declared twice"
+    yield from scope.variables(model.variables)
+    for equation in (*model.equations, *model.initial_equations):
+        yield from _in(f"an equation of `{equation.component}`", scope.items((equation,)))
+    for algorithm in (*model.algorithms, *model.initial_algorithms):
+        place = f"an algorithm of `{algorithm.component}`"
+        yield from _in(place, scope.items(algorithm.statements))
+    for function in model.functions:
+        own = (*function.inputs, *function.outputs, *function.locals)
+        inside = _Scope({v.name: v.type for v in own}, functions)
+        yield from inside.variables(own)
+        place = f"the function `{function.name}`"
+        yield from _in(place, inside.items(function.body))
+        yield from _in(place, inside.expressions(function.given))
+        if not set(function.results) <= {v.name for v in function.outputs}:
+            yield f"an external function sets what is no output in {place}"
+    drawn = [value for visual in model.visuals for _, value in visual.attributes]
+    yield from _in("a visual", scope.expressions(drawn))
+    declared = [d.value for d in model.declared]
+    yield from _in("what a component declares", scope.expressions(declared))
 
-    def expression(self, root: flat.Expression) -> None:
-        stack: list[flat.Expression] = [root]
+
+def _in(place: str, complaints: Iterable[str]) -> Iterator[str]:
+    return (f"{complaint} in {place}" for complaint in complaints)
+
+
+class _Scope(Data):
+    """The names that expressions may refer to."""
+
+    types: Mapping[str, flat.Type]
+    functions: Mapping[str, flat.Function]
+
+    def variables(self, variables: Iterable[flat.Variable]) -> Iterator[str]:
+        for v in variables:
+            yield from _in(f"the declaration of `{v.name}`", self._variable(v))
+
+    def _variable(self, v: flat.Variable) -> Iterator[str]:
+        a = v.attributes
+        for value in (a.start, a.fixed, a.min, a.max, a.nominal):
+            if value is not None and value.type.dims not in ((), v.type.dims):
+                yield "an attribute has other dimensions than its variable"
+        yield from self.expressions(expressions_of_variable(v))
+        if v.binding is not None and not same_shape(v.type, v.binding.type):
+            yield "the binding has another type"
+
+    def items(self, items: Iterable[flat.Equation | flat.Statement]) -> Iterator[str]:
+        """Equations or statements, those inside of others too."""
+        everything = list(_with_inner(items))
+        loops = [i for i in everything if isinstance(i, flat.ForStatement)]
+        iterators = {loop.iterator: loop.range.type.element() for loop in loops}
+        inside = _Scope({**self.types, **iterators}, self.functions)
+        for item in everything:
+            yield from _of_item(item)
+        yield from inside.expressions(expressions_in(items))
+
+    def expressions(self, roots: Iterable[flat.Expression]) -> Iterator[str]:
+        stack = list(roots)
         while stack:
             node = stack.pop()
-            self.node(node)
-            if isinstance(node, flat.Comprehension):
-                continue  # its body sees its iterators, which are not declared
-            stack.extend(children(node))
+            yield from self._of_node(node)
+            if not isinstance(node, flat.Comprehension):  # its body sees its own iterators
+                stack.extend(children(node))
 
-    def expressions(self, *roots: flat.Expression | None) -> None:
-        for root in roots:
-            if root is not None:
-                self.expression(root)
-
-    def node(self, node: flat.Expression) -> None:
+    def _of_node(self, node: flat.Expression) -> Iterator[str]:
         match node:
             case flat.Reference():
-                self.reference(node)
-            case flat.Call():
-                self.call(node)
-            case flat.Record():
-                if len(node.items) != len(node.type.fields):
-                    self.fail(f"the record {node.type.name} lacks fields")
-            case flat.Array():
-                if node.type.dims[:1] != (len(node.items),):
-                    self.fail("an array has another length than its type")
-            case flat.If():
-                for condition, _ in node.branches:
-                    self.boolean(condition)
-            case flat.Literal():
-                self.literal(node)
+                yield from self._reference(node)
+            case flat.Call(function=name):
+                local = self.types.get(name)
+                function = self.functions.get(name)
+                if local is not None and local.base is flat.Base.FUNCTION:
+                    return
+                if function is None:
+                    yield f"the function `{name}` is not declared"
+                elif len(function.inputs) != len(node.arguments):
+                    yield f"the call of `{name}` is not complete"
+            case flat.Record() if len(node.items) != len(node.type.fields):
+                yield f"the record {node.type.name} lacks fields"
+            case flat.Array() if node.type.dims[:1] != (len(node.items),):
+                yield "an array has another length than its type"
+            case flat.If(branches=branches) if not all(_is_truth(c) for c, _ in branches):
+                yield "a condition is not Boolean"
+            case flat.Literal(value=value) if not isinstance(value, _LITERALS[node.type.base]):
+                yield f"the literal {value!r} is no {node.type.base.value}"
 
-    def literal(self, node: flat.Literal) -> None:
-        wanted: dict[flat.Base, tuple[type, ...]] = {
-            flat.Base.REAL: (float, int),
-            flat.Base.INTEGER: (int,),
-            flat.Base.BOOLEAN: (bool,),
-            flat.Base.STRING: (str,),
-            flat.Base.ENUMERATION: (int,),
-        }
-        if not isinstance(node.value, wanted[node.type.base]):
-            self.fail(f"the literal {node.value!r} is no {node.type.base.value}")
-
-    def reference(self, node: flat.Reference) -> None:
+    def _reference(self, node: flat.Reference) -> Iterator[str]:
         type_ = self.types.get(node.name)
         if type_ is None:
-            self.fail(f"`{node.name}` is not declared")
+            record = self.types.get(node.name.partition(".")[0])  # a field that is assigned
+            if record is None or record.base is not flat.Base.RECORD:
+                yield f"`{node.name}` is not declared"
             return
         if len(node.subscripts) > len(type_.dims):
-            self.fail(f"`{node.name}` has too many subscripts")
+            yield f"`{node.name}` has too many subscripts"
         for subscript, size in zip(node.subscripts, type_.dims, strict=False):
-            if isinstance(subscript, flat.Literal) and size is not None:
-                inside = 1 <= int(subscript.value) <= size
-                if not inside:
-                    self.fail(f"a subscript of `{node.name}` is out of range")
+            number = subscript.value if isinstance(subscript, flat.Literal) else 1
+            if size is not None and not 1 <= int(number) <= size:
+                yield f"a subscript of `{node.name}` is out of range"
 
-    def call(self, node: flat.Call) -> None:
-        local = self.types.get(node.function)
-        if local is not None and local.base is flat.Base.FUNCTION:
-            return
-        function = self.functions.get(node.function)
-        if function is None:
-            self.fail(f"the function `{node.function}` is not declared")
-        elif len(function.inputs) != len(node.arguments):
-            self.fail(f"the call of `{node.function}` is not complete")
 
-    def boolean(self, condition: flat.Expression) -> None:
-        if condition.type.base is not flat.Base.BOOLEAN:
-            self.fail("a condition is not Boolean")
+def _with_inner(
+    items: Iterable[flat.Equation | flat.Statement],
+) -> Iterator[flat.Equation | flat.Statement]:
+    for item in items:
+        yield item
+        for _, body in getattr(item, "branches", ()):
+            yield from _with_inner(body)
+        yield from _with_inner(getattr(item, "otherwise", ()))
+        yield from _with_inner(getattr(item, "body", ()))
 
-    # Equations and statements ----------------------------------------------------------------
 
-    def equations(self, equations: tuple[flat.Equation, ...]) -> None:
-        for equation in equations:
-            self.where = f"an equation of `{equation.component}`"
-            self.item(equation)
+def _of_item(item: flat.Equation | flat.Statement) -> Iterator[str]:
+    conditions = [c for c, _ in getattr(item, "branches", ())]
+    match item:
+        case flat.Equality(left=left, right=right) if not isinstance(left, flat.Targets):
+            if not same_shape(left.type, right.type):
+                yield f"an equation of {left.type} and {right.type}"
+        case flat.Assignment() | flat.TupleAssignment():
+            targets = (item.target,) if isinstance(item, flat.Assignment) else item.targets
+            if not all(target is None or _is_target(target) for target in targets):
+                yield "what is assigned is no variable"
+        case flat.WhileStatement(condition=condition) | flat.Assert(condition=condition):
+            conditions.append(condition)
+    if not all(map(_is_truth, conditions)):
+        yield "a condition is not Boolean"
 
-    def items(self, items: Iterable[flat.Equation | flat.Statement]) -> None:
-        for item in items:
-            self.item(item)
 
-    def item(self, item: flat.Equation | flat.Statement) -> None:
-        match item:
-            case flat.Equality(left=flat.Targets(items=items), right=right):
-                self.expressions(right, *items)
-            case flat.Equality(left=left, right=right):
-                assert not isinstance(left, flat.Targets)
-                self.expressions(right, left)
-                if not same_shape(left.type, right.type):
-                    self.fail(f"an equation of {left.type} and {right.type}")
-            case flat.Assignment(target=target, value=value):
-                self.target(target)
-                self.expression(value)
-            case flat.TupleAssignment(targets=targets, value=call):
-                for each in targets:
-                    if each is not None:
-                        self.target(each)
-                self.expression(call)
-            case flat.IfEquation(otherwise=otherwise) | flat.IfStatement(otherwise=otherwise):
-                self.branches(item.branches)
-                self.items(otherwise)
-            case flat.WhenEquation() | flat.WhenStatement():
-                self.branches(item.branches)
-            case flat.ForStatement(iterator=iterator, range=range_, body=body):
-                self.expression(range_)
-                outer = self.types
-                self.types = {**outer, iterator: range_.type.element()}
-                self.items(body)
-                self.types = outer
-            case flat.WhileStatement(condition=condition, body=body):
-                self.branches(((condition, body),))
-            case flat.Assert(condition=condition, message=message):
-                self.boolean(condition)
-                self.expressions(condition, message)
-            case flat.Terminate(message=message):
-                self.expression(message)
-            case flat.Reinit(variable=variable, value=value):
-                self.expressions(variable, value)
+def _is_target(target: flat.Expression) -> bool:
+    """Whether it is a variable, or several ones."""
+    if isinstance(target, flat.Record | flat.Array):
+        return all(map(_is_target, target.items))
+    return isinstance(target, flat.Reference)
 
-    def branches(
-        self,
-        branches: Iterable[tuple[flat.Expression, Iterable[flat.Equation | flat.Statement]]],
-    ) -> None:
-        for condition, body in branches:
-            self.boolean(condition)
-            self.expression(condition)
-            self.items(body)
 
-    def target(self, target: flat.Expression) -> None:
-        """A variable; inside a function also a field, `r.x`; or several ones."""
-        if isinstance(target, flat.Record | flat.Array):
-            for item in target.items:
-                self.target(item)
-            return
-        if not isinstance(target, flat.Reference):
-            self.fail("what is assigned is no variable")
-            return
-        if target.name not in self.types and target.name.split(".")[0] not in self.types:
-            self.fail(f"the target `{target.name}` is not declared")
-        self.expressions(*target.subscripts)
-
-    # Declarations -------------------------------------------------------------------------------
-
-    def variable(self, variable: flat.Variable) -> None:
-        self.where = f"the declaration of `{variable.name}`"
-        a = variable.attributes
-        for value in (a.start, a.fixed, a.min, a.max, a.nominal):
-            if value is not None:
-                self.expression(value)
-                if value.type.dims not in ((), variable.type.dims):
-                    self.fail("an attribute has other dimensions than its variable")
-        if variable.binding is not None:
-            self.expression(variable.binding)
-            if not same_shape(variable.type, variable.binding.type):
-                self.fail("the binding has another type")
-
-    def function(self, function: flat.Function) -> None:
-        own = (*function.inputs, *function.outputs, *function.locals)
-        outer = self.types
-        self.types = {v.name: v.type for v in own}
-        for variable in own:
-            self.variable(variable)
-        self.where = f"the function `{function.name}`"
-        self.items(function.body)
-        self.expressions(*function.given)
-        if not set(function.results) <= {v.name for v in function.outputs}:
-            self.fail("an external function sets what is no output")
-        self.types = outer
+def _is_truth(condition: flat.Expression) -> bool:
+    return condition.type.base is flat.Base.BOOLEAN
 
 
 def same_shape(left: flat.Type, right: flat.Type) -> bool:
     """Equal but for Integer and Real, and for sizes known only when run."""
-    numeric = (flat.Base.REAL, flat.Base.INTEGER)
-    bases = left.base is right.base or (left.base in numeric and right.base in numeric)
+    bases = left.base is right.base or (left.base in _NUMERIC and right.base in _NUMERIC)
+    pairs = zip(left.dims, right.dims, strict=False)
     return (
         bases
         and len(left.dims) == len(right.dims)
-        and all(
-            a is None or b is None or a == b for a, b in zip(left.dims, right.dims, strict=True)
-        )
+        and all(a is None or b is None or a == b for a, b in pairs)
     )
-
-
-def check_model(model: flat.FlatModel) -> None:
-    """Raise BrokenPromise when the model breaks an invariant."""
-    checker = _Checker(model)
-    for variable in model.variables:
-        checker.variable(variable)
-    checker.equations(model.equations)
-    checker.equations(model.initial_equations)
-    for algorithm in (*model.algorithms, *model.initial_algorithms):
-        checker.where = f"an algorithm of `{algorithm.component}`"
-        checker.items(algorithm.statements)
-    for function in model.functions:
-        checker.function(function)
-    checker.where = "a visual"
-    for visual in model.visuals:
-        checker.expressions(*(value for _, value in visual.attributes))
-    checker.where = "what a component declares"
-    checker.expressions(*(declared.value for declared in model.declared))

@@ -117,11 +117,6 @@ class NativeDerivatives:
         self._keep(Passing.MOVED, np.zeros(len(self._states)))
         self.memory[Passing.DATA] = data
 
-    @property
-    def differences(self) -> int:
-        """How often `pc_cv_jacobian` took differences."""
-        return int(self.memory[Passing.DIFFERENCES])
-
 
 def _whole(columns: int) -> int:
     """The columns in whole chunks."""
