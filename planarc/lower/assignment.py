@@ -95,7 +95,7 @@ class _Part(Data):
         if isinstance(first, flat.Slice):
             positions, many = list(range(count)), True
         else:
-            at = scalar.lower_expression(self.scope, first)
+            at = scalar.subscript(self.scope, first)
             many = isinstance(at, Tensor)
             numbers = exprs(at)
             if not many and not numbers[0].is_const:

@@ -139,10 +139,16 @@ def _index(scope: Scope, e: flat.Index) -> Value:
 
 def index(scope: Scope, value: Value, subscripts: flat.Expressions, span: Span) -> Value:
     """`value[subscripts]`; a vector or `:` as a subscript keeps its dimension."""
-    positions = [
-        None if isinstance(s, flat.Slice) else lower_expression(scope, s) for s in subscripts
-    ]
+    positions = [None if isinstance(s, flat.Slice) else subscript(scope, s) for s in subscripts]
     return _taken(scope, value, positions, span)
+
+
+def subscript(scope: Scope, s: flat.Expression) -> Value:
+    """The position or the positions, from 1, that a subscript means; `false` is the first."""
+    value, t = lower_expression(scope, s), scope.table
+    if s.type.base is not flat.Base.BOOLEAN:
+        return value
+    return each(lambda e: t.if_(e, t.const(2), t.one), value)
 
 
 def _taken(scope: Scope, value: Value, positions: list[Value | None], span: Span) -> Value:

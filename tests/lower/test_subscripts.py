@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+import planarc
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
 from planarc.request.request import Request
@@ -107,3 +108,42 @@ def test_a_check_in_a_function_called_at_an_event_is_made_at_the_event_only() ->
     assert early.ended is None
     assert late.time[-1] == pytest.approx(0.8)
     assert "too late" in late.ended.message
+
+
+def test_truths_and_literals_choose_entries_of_arrays_with_such_sizes() -> None:
+    model = planarc.load(
+        """
+model M
+  type Gear = enumeration(low, high, reverse);
+  function f
+    input Boolean b;
+    output Real y;
+  protected
+    Real t[Boolean] = {1, 2};
+    Real g[Gear] = {1, 2, 3};
+  algorithm
+    t[b] := 5;
+    y := 100*t[false] + 10*t[true] + g[Gear.reverse];
+  end f;
+  parameter Boolean p = true;
+  Boolean b = time > 0.5;
+  Gear gear = if b then Gear.reverse else Gear.low;
+  Real x[Boolean] = {10, 20};
+  Real g[Gear] = {7, 8, 9};
+  Real chosen = x[b], fixed_ = x[p], other = g[gear], called = f(b);
+  Real set[Boolean];
+algorithm
+  set := {0, 0};
+  set[b] := 1;
+end M;""",
+        backend="numpy",
+    )
+    result = model.simulate(1)
+    found = {n: (result[n][0], result[n][-1]) for n in ("chosen", "fixed_", "other", "called")}
+    assert found == {
+        "chosen": (10, 20),
+        "fixed_": (20, 20),
+        "other": (7, 9),
+        "called": (523, 153),
+    }
+    assert result["set"][[0, -1]].tolist() == [[1, 0], [0, 1]]

@@ -30,6 +30,7 @@ from planarc.flatten.tree.nodes import (
     Session,
     Signature,
 )
+from planarc.flatten.typing import references
 from planarc.flatten.values import evaluate, evaluator
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import nodes_of
@@ -147,10 +148,11 @@ def _dims(
             sizes.append(None)
             continue
         env = Env(scope, names, signature)
-        typed = env.typed(expression)
-        if typed.type.base is flat.Base.REAL:
+        size: object = references.size_of_type(expression, scope)
+        typed = None if isinstance(size, int) else env.typed(expression)
+        if typed is not None and typed.type.base is flat.Base.REAL:
             raise error("F255", "a size must be an Integer, but is Real", expression.span)
-        size = evaluate.try_value(typed, env, mark=True)
+        size = size if typed is None else evaluate.try_value(typed, env, mark=True)
         dims.append(size if isinstance(size, int) else None)
         sizes.append(None if isinstance(size, int) else typed)
     if all(s is None for s in sizes):
@@ -193,7 +195,9 @@ def _field_type(element: Element, session: Session) -> flat.Type:
             dims.append(None)
             continue
         try:
-            value = evaluate.try_value(Env(own).typed(expression), Env(own))
+            value: object = references.size_of_type(expression, own)
+            if value is None:
+                value = evaluate.try_value(Env(own).typed(expression), Env(own))
         except PlanarcError:
             value = None  # depends on a parameter of the record
         dims.append(value if isinstance(value, int) else None)

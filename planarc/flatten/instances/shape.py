@@ -10,10 +10,8 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import error
 from planarc.flatten.instances import bindings
 from planarc.flatten.terms.conform import type_text
-from planarc.flatten.tree import lookup
-from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.modify import type_mod
-from planarc.flatten.tree.nodes import Class, Element, Env, Leaf, Mod, Scope
+from planarc.flatten.tree.nodes import Element, Env, Leaf, Mod, Scope
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
 from planarc.flatten.values import evaluate
@@ -25,7 +23,7 @@ Written = Sequence[tuple[syntax.Expression, Scope]]
 def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     if isinstance(expression, syntax.Integer):
         return expression.value
-    enumerated = _size_of_type(expression, scope)
+    enumerated = references.size_of_type(expression, scope)
     if enumerated is not None:
         return enumerated
     typed = Env(scope).typed(expression)
@@ -39,24 +37,6 @@ def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     if value < 0:
         raise error("F255", f"{what} is negative: {value}", expression.span)
     return value
-
-
-def _size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
-    """An enumeration or `Boolean` as a dimension has one entry a value (10.1)."""
-    if not isinstance(expression, syntax.Ref):
-        return None
-    found = lookup.find(scope, expression.parts[0].name)
-    if found is None or not found[0].is_class:
-        return None
-    view = references.resolve(expression, Env(scope))
-    if not isinstance(view, Class):
-        return None
-    builtin = layout_of(view).builtin
-    if builtin is not None and builtin.base is flat.Base.BOOLEAN:
-        return 2
-    if builtin is not None and builtin.literals:
-        return len(builtin.literals)
-    return None
 
 
 def leaf_dims(leaf: Leaf, written: Written) -> tuple[int, ...]:

@@ -24,8 +24,18 @@ from planarc.flatten.refusal import NotThere, unsupported
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup, naming
-from planarc.flatten.tree.demand import class_of, leaf_binding, node_of, static_instance
-from planarc.flatten.tree.nodes import Absent, Class, Element, Env, Family, Instance, Leaf, Node
+from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
+from planarc.flatten.tree.nodes import (
+    Absent,
+    Class,
+    Element,
+    Env,
+    Family,
+    Instance,
+    Leaf,
+    Node,
+    Scope,
+)
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -337,3 +347,21 @@ def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
 def node_value(node: Node, span: Span, env: Env) -> flat.Expression:
     ref = syntax.Ref(span, (syntax.RefPart(span, node.name),))
     return value_of(node, ref, env)
+
+
+def size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
+    """An enumeration or `Boolean` as a dimension has one entry a value (10.1)."""
+    if not isinstance(expression, syntax.Ref):
+        return None
+    found = lookup.find(scope, expression.parts[0].name)
+    if found is None or not found[0].is_class:
+        return None
+    view = resolve(expression, Env(scope))
+    if not isinstance(view, Class):
+        return None
+    builtin = layout_of(view).builtin
+    if builtin is not None and builtin.base is flat.Base.BOOLEAN:
+        return 2
+    if builtin is not None and builtin.literals:
+        return len(builtin.literals)
+    return None
