@@ -79,6 +79,8 @@ def _find_binding(leaf: Leaf) -> flat.Expression | None:
 
 def record_binding(instance: Instance) -> Binding | None:
     """The modifier that binds a record, or one that it is part of, as a whole."""
+    if not instance.has_value:
+        return None
     strongest: Binding | None = None
     for record in takewhile(lambda i: i.has_value, instance.outwards()):
         own = record.mod.binding

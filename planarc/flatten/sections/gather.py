@@ -146,7 +146,6 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
     assert isinstance(definition, syntax.Component)
     if annotation.is_evaluated(definition.annotation, session) and _has_value(leaf):
         leaf.structural = True
-    around = (instance.element for instance in leaf.parent.outwards())
     return flat.Variable(
         leaf.name,
         leaf.type,
@@ -155,7 +154,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         binding,
         attributes,
         _causality_of_model(leaf),
-        leaf.element.protected or any(e.protected for e in around if e),
+        leaf.element.protected or leaf.parent.hidden,
         leaf.mod.final or definition.prefixes.final,
         leaf.structural,
         definition.comment,

@@ -235,6 +235,7 @@ class Instance(Struct, eq=False):
     flow: syntax.Flow = syntax.Flow.NONE
     depth: int = 0  # of components around
     drawn: bool = False  # belongs to a visual: it has values, but no variables
+    hidden: bool = False  # protected, or in what is protected
     elements: dict[str, Element] = field(default_factory=dict)
     scopes: dict[int, Scope] = field(default_factory=dict)
     part_mods: dict[int, Mod] = field(default_factory=dict)
@@ -242,9 +243,11 @@ class Instance(Struct, eq=False):
 
     def __post_init__(self) -> None:
         self.drawn = bool(self.layout.visual)
+        self.hidden = self.element is not None and self.element.protected
         if self.parent is not None:
             self.depth = self.parent.depth + 1
             self.drawn = self.drawn or self.parent.drawn
+            self.hidden = self.hidden or self.parent.hidden
 
     @property
     def name(self) -> str:
