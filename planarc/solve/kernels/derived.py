@@ -1,12 +1,15 @@
-"""Derivatives of a kernel of generated code, loaded when they are first asked for."""
+"""What kernels of generated code share: derivatives, loaded when they are first asked for, and the
+equation that a number which is not finite came from."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from planarc.ir.program import Program
+from planarc.ir.expr import text
+from planarc.ir.program import Let, Program
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
@@ -18,8 +21,6 @@ class Derivatives(Protocol):
 
     def select(self, selection: Sequence[int]) -> None:
         """The choice of states."""
-
-    def by_states(self, t: float) -> Any: ...
 
     def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Any: ...
 
@@ -42,6 +43,17 @@ class Derived(ABC):
     @abstractmethod
     def _load(self, code: Any, scope: Scope) -> Derivatives: ...
 
+    def _first_not_finite(self, w: Sequence[float]) -> int:
+        """The first equation, in the order of evaluation, whose unknown is not finite, or -1."""
+        program = self._program
+        for statements in (program.parameters, *program.levels, program.rest):
+            for s in statements:
+                for let in (s,) if isinstance(s, Let) else program.blocks[s.block].body:
+                    slot = program.slots.get(text(let.target))
+                    if let.equation is not None and slot is not None and not math.isfinite(w[slot]):
+                        return let.equation
+        return -1
+
     def _choose(self, selection: Sequence[int]) -> None:
         self.selection = tuple(selection)
         for derivatives in self._derivatives.values():
@@ -50,7 +62,8 @@ class Derived(ABC):
 
     def state_jacobian(self, t: float, y: Sequence[float]) -> Any:
         found = None if self._solve(t, y) else self._of("RATES")
-        return None if found is None else found.by_states(t)
+        rates = [self._program.candidates[i].derivative for i in self.selection]
+        return None if found is None else found.of_values(t, (), rates)
 
     def derivatives(
         self, t: float, y: Sequence[float], leaves: Sequence[int], rows: Sequence[int]

@@ -88,27 +88,18 @@ class NativeDerivatives:
         self._keep(Passing.SCRATCH, np.zeros(tape.largest * (tape.largest + width + 1)))
         self._ranges(self.memory.ctypes.data)
 
-    def _passed(self, t: float, nodes: Sequence[int]) -> Matrix | None:
-        """The motions of nodes, a row each, columns in the order of the seeds."""
-        address = self.memory.ctypes.data
+    def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
+        node_of, address = self._tape.node_of, self.memory.ctypes.data
+        self._seed([node_of.get(s, -1) for s in leaves])
         if self._pass(address, t):
             return None
-        listed, width = np.array(nodes, np.int64), int(self.memory[Passing.WIDTH])
-        found = np.empty((len(nodes), width))
-        if self._gather(address, listed.ctypes.data, len(nodes), found.ctypes.data):
+        nodes = np.array([node_of.get(s, -1) for s in rows], np.int64)
+        found = np.empty((len(nodes), int(self.memory[Passing.WIDTH])))
+        if self._gather(address, nodes.ctypes.data, len(nodes), found.ctypes.data):
             return None
         n = len(self._states)
         found[:, :n] = found[:, self._columns]
         return found[:, : len(self._seeds)]
-
-    def by_states(self, t: float) -> Matrix | None:
-        self._seed(())
-        return self._passed(t, self._rates)
-
-    def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
-        node_of = self._tape.node_of
-        self._seed([node_of.get(s, -1) for s in leaves])
-        return self._passed(t, [node_of.get(s, -1) for s in rows])
 
     def prepare(self, scales: Sequence[float], data: int) -> None:
         """Make ready for CVODE; `data` is SUNDIALS' function that gives a matrix's numbers."""

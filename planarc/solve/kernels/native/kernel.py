@@ -19,7 +19,6 @@ from planarc.ir.kernel import Addresses, Capabilities
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
-from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.native.engine import Engine
 from planarc.solve.kernels.native.layout import find_layout, numbers_of
 
@@ -136,7 +135,7 @@ class NativeKernel(Derived):
 
     @property
     def failed_equation(self) -> int:
-        found = first_not_finite(self._program, self.w.tolist())
+        found = self._first_not_finite(self.w.tolist())
         block = self.failed_block
         if found >= 0 or block < 0:
             return found

@@ -34,48 +34,29 @@ class NumpyDerivatives:
         self._coefficients = functions["slopes"]
         self._tape = Tape(functions["tape"])
         self._states: list[int] = []
-        self._rates: list[int] = []
         self._seeds: list[int] | None = None
         self._system: System | None = None
 
     def select(self, selection: Sequence[int]) -> None:
-        pairs = [self._tape.candidates[i] for i in selection]
-        self._states, self._rates = [p[0] for p in pairs], [p[1] for p in pairs]
-
-    def by_states(self, t: float) -> Matrix | None:
-        motions = self._motions(t, self._states)
-        return None if motions is None else _finite(_taken(motions, self._rates))
+        self._states = [self._tape.candidates[i][0] for i in selection]
 
     def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
-        node_of = self._tape.node_of
-        motions = self._motions(t, [*self._states, *(node_of.get(s, -1) for s in leaves)])
-        taken = [node_of.get(s, -1) for s in rows]
-        return None if motions is None else _finite(_taken(motions, taken))
+        import numpy as np
 
-    def _motions(self, t: float, seeds: list[int]) -> Matrix | None:
+        node_of = self._tape.node_of
+        seeds = [*self._states, *(node_of.get(s, -1) for s in leaves)]
         if seeds != self._seeds:
             self._seeds, self._system = seeds, System(self._tape, seeds)
         assert self._system is not None
         try:
-            values = self._coefficients(t, self._w, ())
+            motions = self._system.solve(self._coefficients(t, self._w, ()))
         except (ArithmeticError, ValueError):
             return None
-        return self._system.solve(values)
-
-
-def _taken(motions: Matrix, nodes: Sequence[int]) -> Matrix:
-    """Rows of nodes; those of -1 do not move."""
-    import numpy as np
-
-    at = np.array(nodes, np.intp)
-    found: Matrix = np.where(at[:, None] >= 0, motions[at], 0.0)
-    return found
-
-
-def _finite(matrix: Matrix) -> Matrix | None:
-    import numpy as np
-
-    return matrix if np.isfinite(matrix).all() else None
+        if motions is None:
+            return None
+        nodes = np.array([node_of.get(s, -1) for s in rows], np.intp)
+        found: Matrix = np.where(nodes[:, None] >= 0, motions[nodes], 0.0)  # -1 does not move
+        return found if np.isfinite(found).all() else None
 
 
 class System:

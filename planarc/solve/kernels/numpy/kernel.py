@@ -14,7 +14,6 @@ from planarc.ir.kernel import Capabilities
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
-from planarc.solve.kernels.failures import first_not_finite
 from planarc.solve.kernels.numpy.block import (
     Block,
     NotFiniteError,
@@ -265,7 +264,7 @@ class NumpyKernel(Derived):
 
     def _not_finite(self) -> int:
         self.failed_block = -1
-        self.failed_equation = first_not_finite(self._program, self.w)
+        self.failed_equation = self._first_not_finite(self.w)
         return -1
 
 
