@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def read_signal(name: str, given: Signal) -> Callable[[float], float]:
 
 def read_motion(name: str, given: Signal, span: float) -> Motion:
     """A motion over a run of `span` seconds, with two derivatives."""
-    if isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given)):
+    if _is_three(given):
         q, v, a = (_checked(name, f) for f in given)
         return lambda t: (q(t), v(t), a(t))
     if callable(given):
@@ -62,12 +62,15 @@ def read_motion(name: str, given: Signal, span: float) -> Motion:
 
 def table_span(name: str, given: Any) -> tuple[float, float] | None:
     """The first and the last time of a motion that is a table."""
-    if callable(given) or isinstance(given, int | float | str):
-        return None
-    if isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given)):
+    if callable(given) or isinstance(given, int | float | str) or _is_three(given):
         return None
     times, _ = read_table(name, given)
     return float(times[0]), float(times[-1])
+
+
+def _is_three(given: Any) -> TypeGuard[Sequence[Callable[[float], float]]]:
+    """Whether these are position, velocity and acceleration."""
+    return isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given))
 
 
 def read_table(name: str, given: Any) -> tuple[Any, Any]:

@@ -134,13 +134,8 @@ def compile_variant(
 
 def named_like(program: Program, of: Program) -> Program:
     """With the name of another one, its experiment, and the figures of its documentation."""
-    return replace(
-        program,
-        name=of.name,
-        description=of.description,
-        experiment=of.experiment,
-        figures=of.figures,
-    )
+    names = ("name", "description", "experiment", "figures")
+    return replace(program, **{name: getattr(of, name) for name in names})
 
 
 def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:
@@ -167,26 +162,26 @@ def _begins_within(text: str) -> bool:
 def _tree(values: Mapping[str, str]) -> _Tree:
     root: _Tree = {}
     for name, value in values.items():
-        node = root
-        *path, last = name.split(".")
-        for part in path:
-            inside = node.setdefault(part, {})
-            assert isinstance(inside, dict)
-            node = inside
+        node, last = _place(root, name)
         node[last] = value
     return root
+
+
+def _place(tree: _Tree, name: str) -> tuple[_Tree, str]:
+    """The branch of the component that a name stands in, and its last part."""
+    *path, last = name.split(".")
+    for part in path:
+        inside = tree.setdefault(part, {})
+        assert isinstance(inside, dict)
+        tree = inside
+    return tree, last
 
 
 def _redeclared(tree: _Tree, classes: Mapping[str, str]) -> _Tree:
     """The tree with `redeclare CLASS` in front of components."""
     # The innermost first: their own parents may be redeclared too.
     for component in sorted(classes, key=lambda n: -n.count(".")):
-        node = tree
-        *path, last = component.split(".")
-        for part in path:
-            inside = node.setdefault(part, {})
-            assert isinstance(inside, dict)
-            node = inside
+        node, last = _place(tree, component)
         node[f"redeclare .{classes[component]} {last}"] = node.pop(last, {})
     return tree
 

@@ -71,13 +71,8 @@ class Count(Data):
         return 100.0 * self.good / models if models else None
 
     def with_one(self, verdict: Verdict) -> Count:
-        match verdict:
-            case Verdict.GOOD:
-                return replace(self, good=self.good + 1)
-            case Verdict.BAD:
-                return replace(self, bad=self.bad + 1)
-            case Verdict.READ:
-                return replace(self, others=self.others + 1)
+        name = {Verdict.GOOD: "good", Verdict.BAD: "bad", Verdict.READ: "others"}[verdict]
+        return replace(self, **{name: getattr(self, name) + 1})
 
 
 class Cause(Data):

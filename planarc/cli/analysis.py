@@ -62,6 +62,14 @@ def split_pair(option: str, item: str, example: str) -> tuple[str, str]:
     return name, text
 
 
+def number_or_word(text: str) -> float | str:
+    """A time as a number, or a word such as `equilibrium`."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def say_json(value: Mapping[str, Any]) -> None:
     console.say(json.dumps({"ok": True, **value}))
 

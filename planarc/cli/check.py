@@ -61,14 +61,8 @@ def check(
     if as_json:
         seconds = {**clock.seconds, "total": sum(clock.seconds.values())}
         sizes = (found.equations_before, found.equations_after)
-        outcome = Outcome(
-            True,
-            found.name,
-            sizes,
-            seconds=seconds,
-            mechanism=_counts(found.mechanism, found.mobility),
-            diagnostics=warnings,
-        )
+        outcome = Outcome(True, found.name, sizes, seconds=seconds, diagnostics=warnings)
+        outcome.mechanism = _counts(found.mechanism, found.mobility)
         console.say(outcome.as_json())
         return 0
     console.complain(warnings)
@@ -99,13 +93,9 @@ def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
 def _counts(mechanism: Mechanism | None, mobility: Mobility | None) -> dict[str, int | None] | None:
     if mechanism is None:
         return None
-    return {
-        "bodies": mechanism.bodies,
-        "joints": mechanism.pairs,
-        "loops": mechanism.loops,
-        "mobility": mechanism.mobility,
-        "mobility_by_rank": None if mobility is None else mobility.rank,
-    }
+    m, rank = mechanism, None if mobility is None else mobility.rank
+    counted = {"bodies": m.bodies, "joints": m.pairs, "loops": m.loops, "mobility": m.mobility}
+    return {**counted, "mobility_by_rank": rank}
 
 
 def _check_all(

@@ -24,15 +24,8 @@ def equilibrium(
     model, values, starts = with_settings(model, settings)
     found = model.equilibrium(parameters=values, start=starts)
     if as_json:
-        say_json(
-            {
-                "model": model.name,
-                "stable": found.stable,
-                "neutral": found.neutral,
-                "start": dict(found.start),
-                "values": dict(found.values),
-            }
-        )
+        told = {"stable": found.stable, "neutral": found.neutral}
+        say_json({"model": model.name, **told, "start": found.start, "values": found.values})
         return 0
     article = "an" if found.kind == "unstable" else "a"
     console.say(f"{model.name} rests in {article} {found.kind} equilibrium")

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from planarc.cli import console
-from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
+from planarc.cli.analysis import (
+    number,
+    number_or_word,
+    open_model,
+    say_json,
+    say_table,
+    with_settings,
+)
 from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Target
 from planarc.core.options import Redundant
 
@@ -33,11 +40,7 @@ def linearize(
     """  # fmt: skip
     model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
-    point: Any
-    try:
-        point = float(at)
-    except ValueError:
-        point = at
+    point = number_or_word(at)
     found = model.linearize(point, parameters=values, start=starts, outputs=outputs)
     modes = [
         {

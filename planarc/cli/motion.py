@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planarc.cli import console
-from planarc.cli.analysis import with_settings
+from planarc.cli.analysis import number_or_word, with_settings
 from planarc.cli.arguments import make_request
 from planarc.core.diagnostic import usage_error
 
@@ -91,11 +91,7 @@ def motion_of_mode(
 ) -> Rows:
     """A small motion of one mode, drawn large."""
     model, values, starts = with_settings(model, settings)
-    try:
-        where: float | str = float(around)
-    except ValueError:
-        where = around
-    linear = model.linearize(where, parameters=values, start=starts)
+    linear = model.linearize(number_or_word(around), parameters=values, start=starts)
     if not 1 <= number <= len(linear.modes):
         raise usage_error(
             "C271",

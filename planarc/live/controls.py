@@ -124,10 +124,8 @@ def _starts(program: Program, known: dict[str, Column], w: object) -> Iterator[F
         label = c.display.partition(".")[2] or c.display
         held = "held exactly" if c.fixed else "a hint"
         told = f"{column.description or c.display} at the start, {held}"
-        bounds = None, None
-        yield _field(
-            c.display, label, Kind.REAL, value, column.unit, column, bounds, told, start=True
-        )
+        own = c.display, label, Kind.REAL, value, column.unit, column
+        yield _field(*own, (None, None), told, start=True)
 
 
 def _field(

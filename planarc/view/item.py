@@ -49,22 +49,16 @@ class Item(Data):
     @property
     def tracks(self) -> tuple[Track, ...]:
         """All quantities that may change."""
-        return (self.x, self.y, self.angle, self.length, self.width, self.extra, *self.color)
+        return (*(getattr(self, name) for name in _TRACKS), *self.color)
 
     def mapped(self, to: Callable[[Track], Track]) -> Item:
         """The item with another value for each quantity that may change."""
-        x, y, angle, length, width, extra, *color = map(to, self.tracks)
-        red, green, blue = color
-        return replace(
-            self,
-            x=x,
-            y=y,
-            angle=angle,
-            length=length,
-            width=width,
-            extra=extra,
-            color=(red, green, blue),
-        )
+        red, green, blue = map(to, self.color)
+        others = {name: to(getattr(self, name)) for name in _TRACKS}
+        return replace(self, color=(red, green, blue), **others)
+
+
+_TRACKS = ("x", "y", "angle", "length", "width", "extra")
 
 
 def plain(value: Any) -> Track:

@@ -21,6 +21,7 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -122,33 +123,16 @@ def _item(visual: Visual, a: dict[str, Any]) -> Item:
 
 def _shape(component: str, a: dict[str, Any]) -> Item:
     x, y = _offset(a["r"], a["phi"], a["r_shape"])
-    return Item(
-        component,
-        Kind.SHAPE,
-        x,
-        y,
-        smooth(a["phi"] + a["angle"]),
-        a["length"],
-        a["width"],
-        _color(a),
-        _number(a["heightShift"]),
-        shape=str(a["shapeType"]),
-        upright=bool(_number(a["zDirection"])),
-        extra=a["extra"],
-    )
+    more = {"shape": str(a["shapeType"]), "upright": bool(_number(a["zDirection"]))}
+    shape = _placed(component, Kind.SHAPE, a, a["length"], a["width"], extra=a["extra"], **more)
+    return replace(shape, x=x, y=y, angle=smooth(a["phi"] + a["angle"]))
 
 
-def _arrow_of(kind: Kind) -> Any:
-    def make(component: str, a: dict[str, Any]) -> Item:
-        x, y = _offset(a["r"], a["phi"], a["r_tail"])
-        hx, hy = a["r_head"]
-        angle = smooth(a["phi"] + np.arctan2(hy, hx))
-        height = _number(a["heightShift"])
-        return Item(
-            component, kind, x, y, angle, plain(np.hypot(hx, hy)), a["width"], _color(a), height
-        )
-
-    return make
+def _arrow(kind: Kind, component: str, a: dict[str, Any]) -> Item:
+    x, y = _offset(a["r"], a["phi"], a["r_tail"])
+    hx, hy = a["r_head"]
+    arrow = _placed(component, kind, a, plain(np.hypot(hx, hy)), a["width"])
+    return replace(arrow, x=x, y=y, angle=smooth(a["phi"] + np.arctan2(hy, hx)))
 
 
 def _frame(component: str, a: dict[str, Any]) -> Item:
@@ -170,13 +154,15 @@ def _placed(
 ) -> Item:
     """An item at the frame of its visual."""
     (x, y), height = a["r"], _number(a["heightShift"])
-    return Item(component, kind, x, y, a["phi"], length, width, _color(a), height, **more)
+    red, green, blue = a["color"]
+    color = (red, green, blue)
+    return Item(component, kind, x, y, a["phi"], length, width, color, height, **more)
 
 
 _MAKERS: dict[Kind, Callable[[str, dict[str, Any]], Item]] = {
     Kind.SHAPE: _shape,
-    Kind.ARROW: _arrow_of(Kind.ARROW),
-    Kind.DOUBLE_ARROW: _arrow_of(Kind.DOUBLE_ARROW),
+    Kind.ARROW: partial(_arrow, Kind.ARROW),
+    Kind.DOUBLE_ARROW: partial(_arrow, Kind.DOUBLE_ARROW),
     Kind.FRAME: _frame,
     Kind.CURVE: _curve,
     Kind.TEXT: _text,
@@ -187,11 +173,6 @@ def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
     """r + R(phi)*v."""
     c, s = np.cos(phi), np.sin(phi)
     return plain(r[0] + c * v[0] - s * v[1]), plain(r[1] + s * v[0] + c * v[1])
-
-
-def _color(a: dict[str, Any]) -> tuple[Track, Track, Track]:
-    red, green, blue = a["color"]
-    return red, green, blue
 
 
 def _number(value: Any) -> float:

@@ -86,15 +86,9 @@ def curve_data(
             left_out += 1
             continue
         scale, unit = shown_unit(column)
-        variables.append(
-            [
-                column.name,
-                columns.add(_values(result, column)),
-                number(column.sign * scale),
-                unit,
-                column.description,
-            ]
-        )
+        values = columns.add(_values(result, column))
+        factor = number(column.sign * scale)
+        variables.append([column.name, values, factor, unit, column.description])
     order = {c.name: i for i, c in enumerate(result.program.columns)}
     variables.sort(key=lambda v: order.get(v[0], -1))
     return {
@@ -153,20 +147,13 @@ def thin_rows(count: int, columns: Sequence[Vector], limit: int = ROWS) -> Any:
 
 def _item(item: Item, put: Any, shapes: dict[tuple[Shape, bool], int]) -> dict[str, Any]:
     shape = shape_of(item), item.kind is Kind.SHAPE
-    data: dict[str, Any] = {
-        "component": item.component,
-        "shape": shapes.setdefault(shape, len(shapes)),
-        "x": put(item.x),
-        "y": put(item.y),
-        "angle": put(item.angle),
-        "length": put(item.length),
-        "width": put(item.width),
-        "color": [put(c) for c in item.color],
-    }
+    data = {name: put(getattr(item, name)) for name in ("x", "y", "angle", "length", "width")}
     extra = bounded_extra(item)
     if not isinstance(extra, float) or extra:
         data["extra"] = put(extra)
-    return data
+    number = shapes.setdefault(shape, len(shapes))
+    color = [put(c) for c in item.color]
+    return {"component": item.component, "shape": number, "color": color, **data}
 
 
 def _layer(layer: Layer, put: Any) -> dict[str, Any]:
@@ -176,11 +163,5 @@ def _layer(layer: Layer, put: Any) -> dict[str, Any]:
         if layer.kind == "vectors":
             member.update(u=put(m.u), v=put(m.v))
         members.append(member if m.on else {**member, "on": False})
-    return {
-        "id": layer.id,
-        "title": layer.title,
-        "kind": layer.kind,
-        "unit": layer.unit,
-        "on": layer.on,
-        "members": members,
-    }
+    told = {name: getattr(layer, name) for name in ("id", "title", "kind", "unit", "on")}
+    return {**told, "members": members}

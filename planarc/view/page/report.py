@@ -122,20 +122,14 @@ def _notes(result: Result, shown: int, left_out: int) -> list[tuple[str, str]]:
         notes.append((kind, f"The run ended at t = {result.time[-1]:g} s: {result.ended.message}"))
     notes += [("warning", _told(warning)) for warning in result.warnings]
     if shown < len(result.time):
-        notes.append(
-            (
-                "remark",
-                f"Shown are {shown} of {len(result.time)} rows; of each stretch of time the lowest "
-                "and highest values of the first curves are kept. The result file holds all rows.",
-            )
+        text = (
+            f"Shown are {shown} of {len(result.time)} rows; of each stretch of time the lowest "
+            "and highest values of the first curves are kept. The result file holds all rows."
         )
+        notes.append(("remark", text))
     if left_out:
-        notes.append(
-            (
-                "remark",
-                f"{left_out} variables had no room on this page; the result file holds them.",
-            )
-        )
+        text = f"{left_out} variables had no room on this page; the result file holds them."
+        notes.append(("remark", text))
     return notes
 
 

@@ -25,13 +25,8 @@ class Camera(Data):
         return self.x + self.scale * x, self.y - self.scale * y
 
     def larger(self, factor: int) -> Camera:
-        return Camera(
-            self.width * factor,
-            self.height * factor,
-            self.scale * factor,
-            self.x * factor,
-            self.y * factor,
-        )
+        sizes = (self.width * factor, self.height * factor)
+        return Camera(*sizes, self.scale * factor, self.x * factor, self.y * factor)
 
 
 def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Camera:
@@ -48,10 +43,6 @@ def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Cam
     height = 2 * round(width * min(_HIGHEST, max(_LOWEST, shape)) / 2)
     margin = share * width
     scale = min((width - 2 * margin) / wide, (height - 2 * margin) / high)
-    return Camera(
-        width,
-        height,
-        scale,
-        width / 2 - scale * (left + right) / 2,
-        height / 2 + scale * (bottom + top) / 2,
-    )
+    x = width / 2 - scale * (left + right) / 2
+    y = height / 2 + scale * (bottom + top) / 2
+    return Camera(width, height, scale, x, y)

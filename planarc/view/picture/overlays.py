@@ -16,7 +16,7 @@ import numpy as np
 from planarc.core.unknown import unknown_name
 from planarc.ir.insight import Layer, Track
 from planarc.ir.result import Result
-from planarc.view.item import Item, Kind
+from planarc.view.item import Item, Kind, plain
 from planarc.view.scene import Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
@@ -67,18 +67,9 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
     for mark, size in zip(marks, sizes, strict=True):
         angle = np.arctan2(mark.v, mark.u)
         turned = np.unwrap(np.nan_to_num(angle)) if angle.ndim else float(angle)
-        length = size * (_LONGEST * span / largest)
-        yield Item(
-            mark.name,
-            Kind.ARROW,
-            mark.x,
-            mark.y,
-            turned,
-            length if length.ndim else float(length),
-            _THICK * span,
-            _COLORS[layer.id],
-            _TOP,
-        )
+        length, width = plain(size * (_LONGEST * span / largest)), _THICK * span
+        place = mark.name, Kind.ARROW, mark.x, mark.y, turned
+        yield Item(*place, length, width, _COLORS[layer.id], _TOP)
 
 
 def _path(name: str, x: Track, y: Track, color: tuple[float, float, float]) -> Item:
