@@ -220,21 +220,29 @@ class Model:
             raise usage_error(
                 "C202", f"`progress` takes a function of time, not `{progress!r:.40}`"
             )
-        model, settable = self.with_parameters(parameters)
-        options = run_options(
-            self.backend if backend is None else _backend(backend),
-            start_time,
-            stop_time,
-            tolerance,
-            intervals,
+        times = start_time, stop_time, tolerance, intervals
+        model, options = self.asked(parameters, start, *times)
+        options = replace(
+            options,
+            backend=self.backend if backend is None else _backend(backend),
             interval=None if interval is None else finite("interval", interval),
             solver=_choice(Solver, "solver", solver),
             fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step),
             redundant=None if redundant is None else _treatment(redundant),
-            values=settable,
-            starts=start_values(model.program, start),
         )
         return model.run(options, inputs, progress)
+
+    def asked(
+        self,
+        parameters: Mapping[str, Value] | None,
+        start: Mapping[str, Value] | None,
+        *times: float | None,
+    ) -> tuple[Model, RunOptions]:
+        """The model to run, and its options; `times` are start, stop, tolerance, intervals."""
+        model, settable = self.with_parameters(parameters)
+        starts = start_values(model.program, start)
+        given = times or (None, None, None, None)
+        return model, run_options(self.backend, *given, values=settable, starts=starts)
 
     def run(
         self,
@@ -310,7 +318,7 @@ class Model:
         key = tuple(sorted(changed.items()))
         if key not in self._variants:
             texts = texts_of(self.request, self.program, changed, self.backend)
-            warnings.warn(recompiled(changed), Recompiled, stacklevel=3)
+            warnings.warn(recompiled(changed), Recompiled, stacklevel=4)
             self._variants[key] = self.variant(texts)
         return self._variants[key], rest
 
@@ -346,7 +354,7 @@ class Model:
         """
         from planarc.api.analysis.linearize import linearize
 
-        return linearize(self, at, parameters, start, inputs, outputs)
+        return linearize(*self.asked(parameters, start), at, inputs, outputs)
 
     def equilibrium(
         self,
@@ -358,7 +366,7 @@ class Model:
         """A state of rest near the start: stable, where there is a way down to one."""
         from planarc.api.analysis.equilibrium import find_equilibrium
 
-        return find_equilibrium(self, parameters, start, inputs)
+        return find_equilibrium(*self.asked(parameters, start), inputs)
 
     def assemble(
         self,
@@ -370,7 +378,7 @@ class Model:
         """All ways to put the mechanism together that many guesses find."""
         from planarc.api.analysis.assemble import assemble
 
-        return assemble(self, parameters, start, tries)
+        return assemble(*self.asked(parameters, start), tries)
 
     def drive(
         self,
@@ -423,10 +431,8 @@ class Model:
         """Derivatives of all variables with respect to some parameters, over time."""
         from planarc.api.analysis.sensitivity import sensitivities
 
-        model, settable = self.with_parameters(values)
-        times = (start_time, stop_time, tolerance, intervals)
-        starts = start_values(model.program, start)
-        options = run_options(self.backend, *times, values=settable, starts=starts)
+        times = start_time, stop_time, tolerance, intervals
+        model, options = self.asked(values, start, *times)
         return sensitivities(model, parameters, options)
 
 

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from msgspec.structs import replace
 
 from planarc.api.model import Model
-from planarc.api.values import Value, finite, parameter_values, run_options, start_values
+from planarc.api.values import Value, finite, parameter_values, start_values
 from planarc.core import progress as drawn
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
@@ -79,11 +79,8 @@ def sweep(
     """
     limit = _asked(model, client, limit)
     table = _points(points)
-    model, settable = model.with_parameters(parameters)
-    starts = start_values(model.program, start)
-    options = run_options(
-        model.backend, start_time, stop_time, tolerance, intervals, values=settable, starts=starts
-    )
+    times = start_time, stop_time, tolerance, intervals
+    model, options = model.asked(parameters, start, *times)
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)

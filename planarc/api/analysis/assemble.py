@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planarc.api.analysis.point import starts_at
-from planarc.api.values import Value, start_values
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import error, usage_error
@@ -49,20 +48,12 @@ class Assembly(Data):
         return self.start[name]
 
 
-def assemble(
-    model: Model,
-    parameters: Mapping[str, Value] | None,
-    start: Mapping[str, Value] | None,
-    tries: int,
-) -> tuple[Assembly, ...]:
+def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, ...]:
     """Raises PlanarcError R472 where there is none."""
     if not isinstance(tries, int) or tries < 1:
         raise usage_error("C241", f"the number of tries is above 0, not {tries!r:.20}")
-    model, settable = model.with_parameters(parameters)
-    program = model.program
-    starts = start_values(program, start)
-    kernel = model.compiled().load()
-    request = open_program(program, kernel, RunOptions(values=settable, starts=starts))
+    program, kernel = model.program, model.compiled().load()
+    request = open_program(program, kernel, options)
     system = System(program, kernel, request.start, frozenset(request.starts))
     guess = np.array([float(kernel.w[c.start]) for c in program.candidates])
     rows, columns = _positions(system)

@@ -28,7 +28,6 @@ import numpy as np
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.htmltable import html_table
 from planarc.api.signals import Signal
-from planarc.api.values import Value, start_values
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
@@ -80,16 +79,9 @@ class Equilibrium(Data):
 
 
 def find_equilibrium(
-    model: Model,
-    parameters: Mapping[str, Value] | None,
-    start: Mapping[str, Value] | None,
-    inputs: Mapping[str, Signal] | None,
+    model: Model, options: RunOptions, inputs: Mapping[str, Signal] | None
 ) -> Equilibrium:
     """Raises PlanarcError R471 where there is none to be found."""
-    model, settable = model.with_parameters(parameters)
-    options = RunOptions(
-        backend=model.backend, values=settable, starts=start_values(model.program, start)
-    )
     return settle_down(open_point(model, options, inputs))
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
+from msgspec.structs import replace
 
 from planarc.api.analysis.equilibrium import find_equilibrium
 from planarc.api.analysis.point import Point, derivative, open_point
@@ -167,29 +168,25 @@ class Linearization(Data, eq=False):
 
 def linearize(
     model: Model,
+    options: RunOptions,
     at: float | str | Mapping[str, Value] | None,
-    parameters: Mapping[str, Value] | None,
-    start: Mapping[str, Value] | None,
     inputs: Mapping[str, Signal] | None,
     outputs: Sequence[str] | None,
 ) -> Linearization:
     """See `Model.linearize`."""
-    model, settable = model.with_parameters(parameters)
-    names = _outputs(model, outputs)
-    starts = dict(start or {})
-    if isinstance(at, str):
-        if at not in ("start", "equilibrium"):
-            raise unknown_name("point to linearize at called", at, ("start", "equilibrium"))
-        if at == "equilibrium":
-            starts |= find_equilibrium(model, settable, start, inputs).start
-    elif isinstance(at, Mapping):
-        starts |= at
-    options = RunOptions(
-        backend=model.backend, values=settable, starts=start_values(model.program, starts)
-    )
-    time = None if at is None or isinstance(at, str | Mapping) else finite("at", at)
+    names, time = _outputs(model, outputs), None
+    given: Mapping[str, float] = {}
+    if isinstance(at, Mapping):
+        given = start_values(model.program, at)
+    elif at == "equilibrium":
+        given = find_equilibrium(model, options, inputs).start
+    elif isinstance(at, str) and at != "start":
+        raise unknown_name("point to linearize at called", at, ("start", "equilibrium"))
+    elif at is not None and at != "start":
+        time = finite("at", at)
     if time is not None and time < model.program.experiment.start:
         raise usage_error("C240", f"t = {time:g} s lies before the start of the run")
+    options = replace(options, starts={**options.starts, **given})
     return at_point(open_point(model, options, inputs, time), names)
 
 
