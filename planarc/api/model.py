@@ -23,10 +23,11 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from planarc.api.result import Result, RunStopped
-from planarc.api.values import Value, finite, parameter_values, run_options, start_values
-from planarc.api.variables import Names, Parameter, Variable
+from planarc.api.values import Value, by_name, finite, parameter_values, run_options, start_values
+from planarc.api.variables import Names, Parameter, Variable, parameters_of, variables_of
+from planarc.api.variant import named_like, texts_of, variant_of
 from planarc.compiled import Compiled
-from planarc.compiler import compile_model
+from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
@@ -34,6 +35,7 @@ from planarc.core.unknown import unknown_name
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request, names_class
+from planarc.stages import to_code
 
 if TYPE_CHECKING:
     from planarc.api.analysis.assemble import Assembly
@@ -151,8 +153,6 @@ class Model:
 
     @property
     def parameters(self) -> Names[Parameter]:
-        from planarc.api.variables import parameters_of
-
         kernel = self.compiled().load()
         kernel.parameters()
         return Names("parameter", parameters_of(self.program, kernel))
@@ -181,7 +181,6 @@ class Model:
 
     def _find_variables(self) -> dict[str, Variable]:
         from planarc.api.analysis.point import open_point
-        from planarc.api.variables import variables_of
 
         try:
             kernel, started = open_point(self, RunOptions(backend=self.backend)).kernel, True
@@ -251,8 +250,6 @@ class Model:
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """As `simulate`, with options that were checked already."""
-        from planarc.compiler import run
-
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
@@ -277,7 +274,6 @@ class Model:
         if not inputs:
             return kernel
         from planarc.api.signals import ForcedKernel, read_signal
-        from planarc.api.values import by_name
 
         program, inputs = self.program, by_name(inputs)
         for name in inputs:
@@ -291,8 +287,6 @@ class Model:
         """The code for a back end, made when it is first asked for."""
         backend = backend or self.backend
         if backend not in self._compiled:
-            from planarc.stages import to_code
-
             known = next(iter(self._compiled.values()))
             code = to_code(known.program, backend)
             self._compiled[backend] = replace(known, backend=backend, code=code)
@@ -313,8 +307,6 @@ class Model:
         rest = {n: v for n, v in values.items() if n not in structural}
         if not changed:
             return self, rest
-        from planarc.api.variant import texts_of
-
         key = tuple(sorted(changed.items()))
         if key not in self._variants:
             texts = texts_of(self.request, self.program, changed, self.backend)
@@ -324,16 +316,12 @@ class Model:
 
     def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
         """This model with some values as Modelica text, compiled anew."""
-        from planarc.api.variant import variant_of
-
         model = Model(variant_of(self.request, values, declarations), self.backend)
         model.take_name(self.program)
         return model
 
     def take_name(self, of: Program) -> None:
         """Be called as another model, of which this is a variant."""
-        from planarc.api.variant import named_like
-
         for backend, compiled in self._compiled.items():
             self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
 

@@ -9,12 +9,16 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from planarc.api.values import elements_of
 from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
 from planarc.core.unknown import unknown_name
+from planarc.stages import study
+from planarc.view.storage import CannotWrite, with_ending, write_text
 
 if TYPE_CHECKING:
     import pandas
@@ -71,10 +75,6 @@ class Result:
 
     def _elements(self, name: Any) -> tuple[list[str], tuple[int, ...]]:
         """The scalars of an array, the last subscript fastest, and its sizes."""
-        from math import prod
-
-        from planarc.api.values import elements_of
-
         found = elements_of(name, self.rows.columns) if isinstance(name, str) else {}
         shape = tuple(max(at) for at in zip(*found, strict=True))
         if not found or prod(shape) != len(found):
@@ -215,7 +215,6 @@ class Result:
     def _write(
         self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
     ) -> Path:
-        from planarc.view.storage import CannotWrite, with_ending
         from planarc.view.table.files import write_table
 
         only = None
@@ -313,14 +312,11 @@ class Result:
         options = PictureOptions(when, at, width, dark, _several(traces), _several(layers))
         found: Sequence[Layer] = ()
         if layers:
-            from planarc.stages import study
-
             found = study(self.rows).layers
         write_picture(Path(path), self.rows, options, found)
         return Path(path)
 
     def _page(self, curves: Sequence[str] | None) -> str:
-        from planarc.stages import study
         from planarc.view.page.report import render_page
         from planarc.view.scene import make_scene
 
@@ -330,8 +326,6 @@ class Result:
 
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
-        from planarc.view.storage import with_ending
-
         return Page(self._page(curves)).save(with_ending(Path(path), ".html", ".htm"))
 
     def _summary(self) -> tuple[tuple[str, str], ...]:
@@ -360,8 +354,6 @@ class Page:
         self.text = text
 
     def save(self, path: str | Path) -> Path:
-        from planarc.view.storage import write_text
-
         write_text(Path(path), self.text)
         return Path(path)
 

@@ -12,7 +12,6 @@ from planarc.cli import console
 from planarc.cli.analysis import open_model, say_json
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
-from planarc.cli.motion import motion_of_mode, named_output, read_result, refuse_run, run_of
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -98,6 +97,7 @@ def animate(
     .mp4 also imageio-ffmpeg: pip install "planarc[pictures]". A .png, and any picture with --at,
     shows one instant.
     """
+    from planarc.cli.motion import motion_of_mode, named_output, read_result, refuse_run, run_of
     from planarc.stages import study
     from planarc.view.picture.make import (
         PictureOptions,

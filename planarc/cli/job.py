@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
 
+from planarc import compiler, stages
 from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
 from planarc.cli.files import Destinations, destinations, save
@@ -15,18 +15,18 @@ from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, apply_settings
 from planarc.cli.summary import details, state_reasons, summary
+from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
+from planarc.ir.kernel import Kernel
+from planarc.ir.result import Interrupted, Result
+from planarc.request.request import Request
+from planarc.view.storage import refuse_no_match
 
 #: Ctrl-C while files are written: they are written to their ends.
 LATE = Diagnostic("C130", "interrupted after the run, whose results are saved")
-
-if TYPE_CHECKING:
-    from planarc.ir.kernel import Kernel
-    from planarc.ir.result import Result
-    from planarc.request.request import Request
 
 
 class Job(Data):
@@ -47,8 +47,6 @@ class Run:
     """One run of the command; keeps what is known so far, so that a failure can say it."""
 
     def __init__(self, job: Job, as_json: bool) -> None:
-        from planarc.core.clock import Clock
-
         self.job = job
         self.as_json = as_json
         self.clock = Clock()
@@ -72,15 +70,11 @@ class Run:
         return Exit.INTERRUPTED if self._late else _exit_of(result)
 
     def _simulate(self) -> tuple[Result, bool]:
-        from planarc import compiler
-
         job, clock, outcome = self.job, self.clock, self.outcome
         compiled = compiler.compile_model(job.request, job.options.backend, clock)
         program = compiled.program
         outcome.model, outcome.diagnostics = program.name, compiled.warnings
         outcome.equations = program.equations_before, program.equations_after
-        from planarc.view.storage import refuse_no_match
-
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
         if places.output is not None:
             refuse_no_match(program, job.variables)
@@ -163,7 +157,6 @@ class Run:
 
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
-    from planarc import stages
     from planarc.view.page.report import write_report
     from planarc.view.scene import make_scene
 
@@ -183,6 +176,4 @@ def _exit_of(result: Result) -> Exit:
         return Exit.DONE
     if not len(result.time):
         return Exit.MODEL  # it has no start
-    from planarc.ir.result import Interrupted
-
     return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from planarc.api.model import Model
+from planarc.api.restore import compile_guess, compile_request, find_request, restore
+from planarc.api.result import Result, RunStopped
 from planarc.cli import console
 from planarc.cli.analysis import number_or_word, with_settings
 from planarc.cli.arguments import make_request
+from planarc.compiled import Compiled
 from planarc.core.diagnostic import usage_error
-
-if TYPE_CHECKING:
-    from planarc.api.model import Model
-    from planarc.api.result import Result
-    from planarc.compiled import Compiled
-    from planarc.ir.result import Result as Rows
-    from planarc.request.request import Request
-    from planarc.view.table.table import Table
+from planarc.ir.result import Result as Rows
+from planarc.request.request import Request
+from planarc.view.table.files import read_table
+from planarc.view.table.table import Table
 
 
 def named_output(output: Path | None, example: str) -> Path:
@@ -40,9 +39,6 @@ def read_result(
     path: Path, model: str | None, class_name: str | None, library: list[Path] | None
 ) -> Rows:
     """A result that was written before, with the model that says what is drawn."""
-    from planarc.api.restore import restore
-    from planarc.view.table.files import read_table
-
     table = read_table(path)
     _, compiled = find_model(path, table, model, class_name, library)
     if compiled is None:
@@ -62,8 +58,6 @@ def find_model(
     library: list[Path] | None = None,
 ) -> tuple[Request | None, Compiled | None]:
     """The model of a result: the one that is named, or one that is called as the result says."""
-    from planarc.api.restore import compile_guess, compile_request, find_request
-
     if model is not None:
         request = make_request(model, class_name, library)
         return request, compile_request(request)
@@ -74,8 +68,6 @@ def find_model(
 
 def run_of(model: Model, settings: list[str] | None, stop: float | None) -> Result:
     """A run of the model; one that ends before its time is told, and taken as far as it went."""
-    from planarc.api.result import RunStopped
-
     model, values, starts = with_settings(model, settings)
     try:
         return model.simulate(stop, parameters=values, start=starts)

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import replace
 
 from planarc.cli import console
 from planarc.cli.analysis import open_model
 from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
-from planarc.cli.motion import find_model, named_output, run_of
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def plot(
     Variables of one unit share a panel. Needs matplotlib: pip install "planarc[plot]".
     Units are those of the file, or of its model: <Class>.csv beside the file that declares Class.
     """
+    from planarc.cli.motion import named_output
     from planarc.core.extras import need
     from planarc.view.picture import chart
 
@@ -65,6 +66,7 @@ def _table(
         from planarc.view.table.files import read_table
 
         return _with_units(read_table(Path(target)), Path(target), library), ""
+    from planarc.cli.motion import run_of
     from planarc.view.picture.chart import table_of
 
     result = run_of(open_model(target, None, library, redundant=redundant), settings, stop)
@@ -73,7 +75,7 @@ def _table(
 
 def _with_units(table: Table, path: Path, library: list[Path] | None) -> Table:
     """The table with units: its own, or those of the model where that is found."""
-    from msgspec.structs import replace
+    from planarc.cli.motion import find_model
 
     if table.units:
         return table

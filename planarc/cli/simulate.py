@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from planarc.cli import arguments as arg
-from planarc.cli.job import Job, Run
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import FIXED_STEP, Backend, Redundant, RunOptions, Solver
@@ -77,6 +76,8 @@ def simulate(
 
         model = open_model(target, class_name, library, backend, redundant)
         return tell_assemblies(model, settings, as_json)
+    from planarc.cli.job import Job, Run
+
     options = RunOptions(
         start=start,
         stop=stop,

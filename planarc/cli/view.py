@@ -11,7 +11,6 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
-from planarc.cli.motion import find_model
 from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
@@ -47,6 +46,7 @@ def view(
     """
     from planarc import stages
     from planarc.api.restore import restore
+    from planarc.cli.motion import find_model
     from planarc.view.page.report import write_report
     from planarc.view.scene import make_scene
     from planarc.view.table.files import read_table
