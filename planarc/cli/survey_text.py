@@ -56,31 +56,20 @@ def _rounded_down(percent: float) -> float:
 
 def to_json(survey: Survey) -> str:
     """One JSON object, on one line."""
-    return json.dumps(
+    packages = [{"package": count.package, **_numbers(count)} for count in survey.packages()]
+    classes = [
         {
-            "ok": survey.total.bad == 0,
-            "target": survey.target,
-            **_numbers(survey.total),
-            "packages": [
-                {"package": count.package, **_numbers(count)} for count in survey.packages()
-            ],
-            "classes": [
-                {
-                    "name": finding.name,
-                    "kind": finding.kind,
-                    "verdict": finding.verdict.value,
-                    "diagnostics": [diagnostic_to_json(d) for d in in_order(finding.diagnostics)],
-                }
-                for finding in survey.findings
-            ],
+            "name": finding.name,
+            "kind": finding.kind,
+            "verdict": finding.verdict.value,
+            "diagnostics": [diagnostic_to_json(d) for d in in_order(finding.diagnostics)],
         }
-    )
+        for finding in survey.findings
+    ]
+    head = {"ok": survey.total.bad == 0, "target": survey.target, **_numbers(survey.total)}
+    return json.dumps({**head, "packages": packages, "classes": classes})
 
 
 def _numbers(count: Count) -> dict[str, int | float | None]:
-    return {
-        "good": count.good,
-        "bad": count.bad,
-        "percent": None if count.percent is None else _rounded_down(count.percent),
-        "others": count.others,
-    }
+    percent = None if count.percent is None else _rounded_down(count.percent)
+    return {"good": count.good, "bad": count.bad, "percent": percent, "others": count.others}

@@ -3,62 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
 
 from planarc.core.prose import either
 
 MOST = 3  # names in a hint
-#: Words of the field, in small letters, and names that libraries give to the same thing.
-SYNONYMS = {
-    "acceleration": ("a", "z"),
-    "alpha": ("z", "a"),
-    "arccos": ("acos",),
-    "arcsin": ("asin",),
-    "arctan": ("atan",),
-    "arctan2": ("atan2",),
-    "bar": ("BodyShape", "FixedTranslation"),
-    "beam": ("BodyShape", "FixedTranslation"),
-    "bearing": ("Revolute", "Fixed", "BearingFriction"),
-    "angle": ("phi",),
-    "damper": ("Damper",),
-    "damping": ("d",),
-    "distance": ("s",),
-    "fabs": ("abs",),
-    "flange": ("axis", "flange_a", "flange_b"),
-    "force": ("f",),
-    "frequency": ("f",),
-    "gravity": ("g",),
-    "ground": ("Fixed",),
-    "hinge": ("Revolute",),
-    "i": ("J",),
-    "inertia": ("I", "J", "Inertia"),
-    "j": ("I",),
-    "input": ("u", "u1"),
-    "k": ("c",),
-    "kd": ("Td",),
-    "ki": ("Ti",),
-    "kp": ("k",),
-    "l0": ("s_unstretched", "s_rel0"),
-    "length": ("L", "s_unstretched", "s", "r"),
-    "link": ("BodyShape", "FixedTranslation"),
-    "ln": ("log",),
-    "mass": ("m", "Mass", "Body", "PointMass"),
-    "moment": ("tau", "t"),
-    "omega": ("w",),
-    "output": ("y",),
-    "pin": ("Revolute",),
-    "position": ("s", "r"),
-    "radius": ("R", "r"),
-    "rod": ("BodyShape", "FixedTranslation"),
-    "shaft": ("axis", "flange_b"),
-    "slider": ("Prismatic",),
-    "speed": ("w", "v"),
-    "squareroot": ("sqrt",),
-    "stiffness": ("c",),
-    "tau": ("t",),
-    "theta": ("phi",),
-    "torque": ("tau", "t"),
-    "velocity": ("v", "w"),
-}
 CUTOFF = 0.6  # share of letters that two names have in common, in their order
 
 
@@ -72,11 +22,18 @@ def nearest(name: str, known: Iterable[str], most: int = MOST, cutoff: float = C
     return near or [n for n in names if n.lower() == lower][:most]
 
 
+@cache
+def _words() -> dict[str, list[str]]:
+    """Words of the field, in small letters, and names that libraries give to the same thing."""
+    lines = Path(__file__).with_name("synonyms.txt").read_text("utf-8").splitlines()
+    return {word: names.split() for word, _, names in (line.partition(": ") for line in lines)}
+
+
 def synonyms(name: str, known: Iterable[str]) -> list[str]:
     """Known names that say the same in the field's words: `hinge.w` for `hinge.omega`."""
     names = set(known)
     head, dot, last = name.rpartition(".")
-    return [m for w in SYNONYMS.get(last.lower(), ()) if (m := head + dot + w) in names]
+    return [m for w in _words().get(last.lower(), ()) if (m := head + dot + w) in names]
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> str | None:

@@ -59,62 +59,57 @@ _SYMBOLS: dict[str, Dimension] = {
     for name in names.split()
 }
 _PREFIXES = ("da", *"yzafpnumcdhkMGTPEZY")
+_TOKEN = re.compile(r"(?:[A-Za-z]+|1|%)(?:[+-]?\d+)?|.", re.DOTALL)
 _FACTOR = re.compile(r"([A-Za-z]+|1|%)([+-]?\d+)?")
 
 
 @lru_cache(maxsize=4096)
 def parse(text: str) -> Dimension | None:
     """The dimension of a unit, None when it is empty or not known."""
-    found = _expression(text.strip(), 0)
-    if found is None or found[1] != len(text.strip()):
+    tokens = _TOKEN.findall(text.strip())[::-1]  # the next one stands last
+    try:
+        found = _quotient(tokens)
+    except LookupError:
         return None
-    return found[0]
+    return None if tokens else found
 
 
-def _expression(text: str, at: int) -> tuple[Dimension, int] | None:
+def _quotient(tokens: list[str]) -> Dimension:
     """`numerator / denominator`, each a product with dots."""
-    left = _product(text, at)
-    if left is None or left[1] >= len(text) or text[left[1]] != "/":
-        return left
-    right = _product(text, left[1] + 1)
-    return None if right is None else (divide(left[0], right[0]), right[1])
+    above = _product(tokens)
+    return divide(above, _product(tokens)) if _take(tokens, "/") else above
 
 
-def _product(text: str, at: int) -> tuple[Dimension, int] | None:
-    total = NUMBER
-    while True:
-        factor = _factor(text, at)
-        if factor is None:
-            return None
-        total, at = multiply(total, factor[0]), factor[1]
-        if at >= len(text) or text[at] != ".":
-            return total, at
-        at += 1
+def _product(tokens: list[str]) -> Dimension:
+    total = _factor(tokens)
+    while _take(tokens, "."):
+        total = multiply(total, _factor(tokens))
+    return total
 
 
-def _factor(text: str, at: int) -> tuple[Dimension, int] | None:
-    if text[at : at + 1] == "(":
-        inner = _expression(text, at + 1)
-        if inner is None or text[inner[1] : inner[1] + 1] != ")":
-            return None
-        return inner[0], inner[1] + 1
-    match = _FACTOR.match(text, at)
-    if match is None:
-        return None
-    symbol = _symbol(match[1])
-    return None if symbol is None else (power(symbol, int(match[2] or 1)), match.end())
+def _factor(tokens: list[str]) -> Dimension:
+    if _take(tokens, "("):
+        inner = _quotient(tokens)
+        if not _take(tokens, ")"):
+            raise LookupError
+        return inner
+    factor = _FACTOR.fullmatch(tokens.pop())
+    if factor is None:
+        raise LookupError
+    return power(_symbol(factor[1]), int(factor[2] or 1))
 
 
-def _symbol(name: str) -> Dimension | None:
-    if name == "%":
-        return NUMBER
-    if name in _SYMBOLS:
-        return _SYMBOLS[name]
-    for prefix in _PREFIXES:
-        rest = name[len(prefix) :]
-        if name.startswith(prefix) and rest in _SYMBOLS and rest != "1":
-            return _SYMBOLS[rest]
-    return None
+def _take(tokens: list[str], token: str) -> bool:
+    """Whether a token comes next, which then is taken."""
+    return tokens[-1:] == [token] and bool(tokens.pop())
+
+
+def _symbol(name: str) -> Dimension:
+    if name == "%" or name in _SYMBOLS:
+        return _SYMBOLS.get(name, NUMBER)
+    rests = (name[len(p) :] for p in _PREFIXES if name.startswith(p))
+    found = next((rest for rest in rests if rest in _SYMBOLS and rest != "1"), name)
+    return _SYMBOLS[found]
 
 
 def multiply(a: Dimension, b: Dimension) -> Dimension:
