@@ -31,7 +31,7 @@ from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request, names_class
@@ -276,9 +276,7 @@ class Model:
         from planarc.api.signals import ForcedKernel, read_signal
 
         program, inputs = self.program, by_name(inputs)
-        for name in inputs:
-            if name not in program.inputs:
-                raise unknown_name("input", name, program.inputs)
+        refuse_unknown("input", inputs, program.inputs)
         signals = {program.slots[n]: read_signal(n, s) for n, s in inputs.items()}
         begin = program.experiment.start if options.start is None else options.start
         return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in signals.items()}, begin)

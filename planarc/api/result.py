@@ -251,7 +251,7 @@ class Result:
             asked = shown_names(self.rows)
         table = chart.table_of(self.rows)
         asked = tuple(self._scalars(asked))
-        chart.check_names(table, (*asked, x))
+        table.refuse_unknown((*asked, x))
         panels = chart.panels_of(table, asked) if axes is None else [asked]
         if axes is None:
             pyplot = need("matplotlib.pyplot", chart.EXTRA)

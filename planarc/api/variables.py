@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 from planarc.core.data import Data
 from planarc.core.prose import shortened
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 
@@ -48,8 +48,7 @@ class Names(Mapping[str, Item], Generic[Item]):
         self._kind, self._items = kind, items
 
     def __getitem__(self, name: str) -> Item:
-        if name not in self._items:
-            raise unknown_name(self._kind, name, self._items)
+        refuse_unknown(self._kind, (name,), self._items)
         return self._items[name]
 
     def __iter__(self) -> Iterator[str]:

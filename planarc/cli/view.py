@@ -14,7 +14,7 @@ from planarc.cli.files import page_destination
 from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
-    from planarc.view.table.table import Table
+    pass
 
 
 def view(
@@ -59,7 +59,7 @@ def view(
         raise usage_error(
             "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
         )
-    _refuse_unknown(curves, table)
+    table.refuse_unknown(curves or ())
     request, compiled = find_model(result, table, model, class_name, library)
     restored = restore(table, result.name, compiled)
     rows = restored.result
@@ -88,14 +88,6 @@ _WITHOUT = (
     "This file holds numbers only. With its model the mechanism is drawn, too: "
     "planarc view RESULT --model FILE"
 )
-
-
-def _refuse_unknown(curves: list[str] | None, table: Table) -> None:
-    from planarc.core.unknown import unknown_name
-
-    for name in curves or ():
-        if name not in table:
-            raise unknown_name("variable", name, tuple(table.columns))
 
 
 def _open(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.nearest import did_you_mean
@@ -23,3 +23,10 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
     return UnknownName(Diagnostic("C201", f"there is no {kind} `{name}`", hint=hint))
+
+
+def refuse_unknown(kind: str, names: Iterable[object], known: Collection[str]) -> None:
+    """Raise UnknownName for the first of some names that is not there."""
+    for name in names:
+        if name not in known:
+            raise unknown_name(kind, name, known)

@@ -16,7 +16,7 @@ import numpy as np
 from planarc.api.result import Result
 from planarc.core.data import Data
 from planarc.core.diagnostic import UsageError, usage_error
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.program import Program
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
@@ -115,8 +115,7 @@ def _read(text: Any, program: Program) -> Reduction:
     call = _CALL.fullmatch(name)
     if call is None or call[1] == "der":
         raise unknown_name("variable", name, columns)
-    if call[1] not in REDUCTIONS:
-        raise unknown_name("metric", call[1], REDUCTIONS)
-    if call[2].strip() not in columns:
-        raise unknown_name("variable", call[2].strip(), columns)
-    return Reduction(call[1], call[2].strip())
+    kind, variable = call[1], call[2].strip()
+    refuse_unknown("metric", (kind,), REDUCTIONS)
+    refuse_unknown("variable", (variable,), columns)
+    return Reduction(kind, variable)

@@ -12,7 +12,7 @@ from planarc.api.htmltable import html_table
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.extras import need
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown
 from planarc.view.storage import write_rows
 
 if TYPE_CHECKING:
@@ -52,8 +52,7 @@ class Study(Data):
 
     def __getitem__(self, name: str) -> Vector:
         """The column of a name, NaN where a point failed."""
-        if name not in self.columns:
-            raise unknown_name("column", name, self.columns)
+        refuse_unknown("column", (name,), self.columns)
         return np.array([row[name] for row in self])
 
     def __repr__(self) -> str:

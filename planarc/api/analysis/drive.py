@@ -34,7 +34,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.prose import both, ticked
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import Expr, symbols
@@ -132,8 +132,7 @@ def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, sto
 
 def _effort(program: Program, coordinate: Any) -> str:
     known = {c.name for c in program.columns}
-    if coordinate not in known:
-        raise unknown_name("variable", coordinate, known)
+    refuse_unknown("variable", (coordinate,), known)
     joint, _, last = coordinate.rpartition(".")
     effort = f"{joint}.{EFFORTS.get(last, '')}"
     if effort in known:

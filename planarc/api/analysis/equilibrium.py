@@ -32,7 +32,7 @@ from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.options import RunOptions
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
@@ -73,8 +73,7 @@ class Equilibrium(Data):
         return html_table(("start value", ""), self.start.items(), note)
 
     def __getitem__(self, name: str) -> float:
-        if name not in self.values:
-            raise unknown_name("variable", name, self.values)
+        refuse_unknown("variable", (name,), self.values)
         return self.values[name]
 
 

@@ -28,7 +28,7 @@ from planarc.core.arrays import Array, Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import RunOptions
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.result import Result as Rows
 from planarc.ir.result import StateChoice, Statistics
 
@@ -255,10 +255,7 @@ def _outputs(model: Model, outputs: Sequence[str] | None) -> tuple[str, ...]:
     if outputs is None:
         return model.program.outputs
     names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    known = {c.name for c in model.program.columns}
-    for name in names:
-        if name not in known:
-            raise unknown_name("variable", name, known)
+    refuse_unknown("variable", names, {c.name for c in model.program.columns})
     return names
 
 

@@ -33,7 +33,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error, usage_error
 from planarc.core.extras import need
 from planarc.core.options import RunOptions
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown
 from planarc.solve.settings import resolve
 from planarc.solve.states.selector import lost_diagnostic
 
@@ -68,17 +68,14 @@ class Sensitivities(Data):
 
     def __getitem__(self, key: tuple[str, str]) -> Vector:
         variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
-        if variable not in self.names:
-            raise unknown_name("variable", variable, self.names)
-        if parameter not in self.parameters:
-            raise unknown_name("parameter that was asked for", parameter, self.parameters)
+        refuse_unknown("variable", (variable,), self.names)
+        refuse_unknown("parameter that was asked for", (parameter,), self.parameters)
         at = self.names.index(variable), self.parameters.index(str(parameter))
         found: Vector = self.data[:, at[0], at[1]]
         return found
 
     def values(self, variable: str) -> Vector:
-        if variable not in self.names:
-            raise unknown_name("variable", variable, self.names)
+        refuse_unknown("variable", (variable,), self.names)
         found: Vector = self.motion[:, self.names.index(variable)]
         return found
 

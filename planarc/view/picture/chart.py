@@ -13,7 +13,6 @@ from typing import Any
 from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
 from planarc.core.prose import ticked
-from planarc.core.unknown import unknown_name
 from planarc.ir.result import Result
 from planarc.view.page.data import thin_rows
 from planarc.view.storage import replacing
@@ -47,7 +46,7 @@ def write_chart(
         raise usage_error(
             "V706", f"`{path.name}` has no ending of a plot", hint=f"use one of {ticked(SUFFIXES)}"
         )
-    check_names(table, (*names, x))
+    table.refuse_unknown((*names, x))
     figure = need("matplotlib.figure", EXTRA).Figure(layout="constrained")
     panels = panels_of(table, names)
     figure.set_size_inches(_INCHES[0], 0.6 + _INCHES[1] * len(panels))
@@ -57,12 +56,6 @@ def write_chart(
     rc = need("matplotlib", EXTRA).rc_context
     with replacing(path) as file, rc({"svg.hashsalt": "planarc", "svg.fonttype": "none"}):
         figure.savefig(file, format=suffix[1:], dpi=150, metadata=_METADATA.get(suffix))
-
-
-def check_names(table: Table, names: Sequence[str]) -> None:
-    for name in names:
-        if name not in table:
-            raise unknown_name("variable", name, table.columns)
 
 
 def panels_of(table: Table, names: Sequence[str]) -> list[tuple[str, ...]]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.insight import Layer, Track
 from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain
@@ -41,9 +41,7 @@ _POINTS = 600
 def with_layers(scene: Scene, layers: Sequence[Layer], names: Sequence[str]) -> Scene:
     """The scene with some layers, by their ids. Raises UnknownName for others."""
     known = {layer.id: layer for layer in layers if layer.id in _COLORS}
-    for name in names:
-        if name not in known:
-            raise unknown_name("layer of this mechanism", name, known)
+    refuse_unknown("layer of this mechanism", names, known)
     chosen = [known[name] for name in dict.fromkeys(names)]
     items = [item for layer in chosen for item in _items(layer, _span(scene))]
     under = [i for i in items if i.kind is Kind.CURVE]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Generic, TypeVar
 
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
+from planarc.core.unknown import refuse_unknown
 
 Place = TypeVar("Place")
 
@@ -44,3 +45,7 @@ class Table(Data):
 
     def __contains__(self, name: str) -> bool:
         return name == "time" or name in self.columns
+
+    def refuse_unknown(self, names: Iterable[str]) -> None:
+        """Raise UnknownName for the first name that is not there."""
+        refuse_unknown("variable", (n for n in names if n != "time"), self.columns)
