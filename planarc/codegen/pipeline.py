@@ -17,6 +17,7 @@ Promises:  `ir.check.program.check` finds nothing to complain of; the same input
 
 from __future__ import annotations
 
+from planarc.codegen.certain import mark_certain
 from planarc.codegen.sections import write_sections
 from planarc.codegen.tables import Tables
 from planarc.ir.actions import rewrite_action
@@ -32,46 +33,50 @@ def generate(sorted: SortedDae) -> Program:
     dae = sorted.dae
     relations = tuple(r.text for r in dae.relations)
     equations = tuple(equation_info(e.equation, relations) for e in sorted.equations)
-    return Program(
-        name=dae.name,
-        table=dae.table,
-        size=sections.layout.size,
-        slots=sections.layout.slots,
-        columns=tables.columns(),
-        parameter_slots=tables.parameters(),
-        candidates=tables.candidates(),
-        fixed=tables.fixed(),
-        discretes=tables.discretes(),
-        relations=tables.relations(),
-        samplers=tables.samplers(),
-        whens=tables.whens(),
-        delays=tables.delays(),
-        assertions=tuple(rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions),
-        blocks=sections.blocks,
-        parameters=sections.parameters,
-        levels=sections.levels,
-        rest=sections.rest,
-        initial=sections.initial,
-        initial_residuals=sections.initial_residuals,
-        roots=sections.roots,
-        discrete=sections.discrete,
-        equations=equations,
-        initial_equations=tuple(equations[r.equation] for r in sorted.initial_residuals),
-        guesses=tables.guesses(),
-        visuals=dae.visuals,
-        declared=dae.declared,
-        parts=dae.parts,
-        experiment=dae.experiment,
-        equations_before=sorted.equations_before,
-        equations_after=sorted.equations_after,
-        description=dae.description,
-        span=dae.span,
-        inputs=tuple(v.name for v in dae.inputs),
-        outputs=tuple(
-            v.name
-            for v in (*dae.variables, *dae.discretes)
-            if v.causality == "output" and "." not in v.name
-        ),
+    return mark_certain(
+        Program(
+            name=dae.name,
+            table=dae.table,
+            size=sections.layout.size,
+            slots=sections.layout.slots,
+            columns=tables.columns(),
+            parameter_slots=tables.parameters(),
+            candidates=tables.candidates(),
+            fixed=tables.fixed(),
+            discretes=tables.discretes(),
+            relations=tables.relations(),
+            samplers=tables.samplers(),
+            whens=tables.whens(),
+            delays=tables.delays(),
+            assertions=tuple(
+                rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions
+            ),
+            blocks=sections.blocks,
+            parameters=sections.parameters,
+            levels=sections.levels,
+            rest=sections.rest,
+            initial=sections.initial,
+            initial_residuals=sections.initial_residuals,
+            roots=sections.roots,
+            discrete=sections.discrete,
+            equations=equations,
+            initial_equations=tuple(equations[r.equation] for r in sorted.initial_residuals),
+            guesses=tables.guesses(),
+            visuals=dae.visuals,
+            declared=dae.declared,
+            parts=dae.parts,
+            experiment=dae.experiment,
+            equations_before=sorted.equations_before,
+            equations_after=sorted.equations_after,
+            description=dae.description,
+            span=dae.span,
+            inputs=tuple(v.name for v in dae.inputs),
+            outputs=tuple(
+                v.name
+                for v in (*dae.variables, *dae.discretes)
+                if v.causality == "output" and "." not in v.name
+            ),
+        )
     )
 
 

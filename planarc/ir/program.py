@@ -176,7 +176,10 @@ class DiscreteSlot(Data):
 
 
 class RelationSlot(Data):
-    """Truth of a relation in `slot`; its zero function in the statement list `roots`."""
+    """Truth of a relation in `slot`; its zero function in the statement list `roots`.
+
+    A `certain` one is looked at whatever others say, so that its zero function must be a number.
+    """
 
     slot: int
     zero: Expr  # temporary or slot set by the `roots` statements
@@ -185,6 +188,7 @@ class RelationSlot(Data):
     text: str
     span: Span
     component: str = ""
+    certain: bool = True
 
 
 class WhenCode(Data):

@@ -64,6 +64,12 @@ def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
     return power(t, a, int(exponent.data))
 
 
+def _written(span: Span, plain: Expr) -> str:
+    """A relation as the user wrote it; the span of `(a + b) > c` begins behind the parenthesis."""
+    text = span.text
+    return text if text and text.count("(") == text.count(")") else repr(plain)
+
+
 def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
     """`a op b`: a stored truth where a switch makes an event, else evaluated in place."""
     t = scope.table
@@ -76,7 +82,7 @@ def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
     plain = t.less(a, b) if op == "<" else t.less_equal(a, b)
     if plain.is_const or not scope.events or scope.at_event or scope.model.is_steady(plain):
         return plain
-    return scope.model.relation(t.sub(a, b), op == "<", span.text or repr(plain), span)
+    return scope.model.relation(t.sub(a, b), op == "<", _written(span, plain), span)
 
 
 def _texts(t: Exprs, op: str, a: Text, b: Text, span: Span) -> Value:

@@ -93,6 +93,11 @@ def _maximum(f: Any, x: Any, y: Any) -> Any:
     return f.where(y <= x, 1.0, 0.0), f.where(y <= x, 0.0, 1.0)
 
 
+def _chosen(f: Any, second: Any, first: Any, x: Any, y: Any) -> Any:
+    """x or y; not a number where one of them is none."""
+    return f.where(second, y, f.where(first, x, x + y))
+
+
 def _angle(f: Any, y: Any, x: Any) -> Any:
     square = x * x + y * y
     return x / square, -(y / square)
@@ -124,11 +129,13 @@ _ROWS = (
     Elementary("abs", 1, abs, lambda f, x: f.where(x < 0.0, -1.0, 1.0), native="llvm.fabs.f64",
                result=Result.SAME, units=Units.KEPT, sign=_NOT_NEGATIVE, total=True),
     Elementary("sign", 1, lambda x: float((x > 0.0) - (x < 0.0)), None, "sign",
-               built=lambda f, x: f.where(x > 0.0, 1.0, 0.0) - f.where(x < 0.0, 1.0, 0.0),
+               built=lambda f, x: f.where(x > 0.0, 1.0, f.where(x < 0.0, -1.0, x)),
                result=Result.INTEGER, units=Units.UNKNOWN, odd=True, size=1.0, total=True),
-    Elementary("min", 2, min, _minimum, "minimum", built=lambda f, x, y: f.where(y < x, y, x),
+    Elementary("min", 2, min, _minimum, "minimum",
+               built=lambda f, x, y: _chosen(f, y < x, x <= y, x, y),
                result=Result.EXTREME, units=Units.SAME, rises=True, total=True),
-    Elementary("max", 2, max, _maximum, "maximum", built=lambda f, x, y: f.where(y > x, y, x),
+    Elementary("max", 2, max, _maximum, "maximum",
+               built=lambda f, x, y: _chosen(f, y > x, y <= x, x, y),
                result=Result.EXTREME, units=Units.SAME, rises=True, total=True),
     Elementary("floor", 1, lambda x: float(math.floor(x)), None, native="llvm.floor.f64",
                units=Units.UNKNOWN, rises=True),

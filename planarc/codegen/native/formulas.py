@@ -7,9 +7,11 @@ may be not a number.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
+from planarc.codegen.certain import is_hidden, unconditional
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
 from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op, postorder
@@ -56,8 +58,13 @@ def bit(c: Code, value: Value) -> Value:
 
 
 def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
-    """Emit the expression; `leaf` gives symbols, time, events and left limits."""
+    """Emit the expression; `leaf` gives symbols, time, events and left limits.
+
+    What is not a number may not become one by a comparison: where the value hangs on such a
+    comparison whatever other conditions say, it is not a number either.
+    """
     done: dict[Expr, Value] = {}
+    doubtful: list[Expr] = []
     for e in postorder((root,)):
         op = e.op
         if not e.args:
@@ -70,7 +77,27 @@ def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
             done[e] = Negative(real(c, done[e.args[0]]))
         else:
             done[e] = _node(c, e, [done[a].kept() for a in e.args])
-    return done[root].kept()
+            if op in _TRUTHS:
+                doubtful.append(e)
+    found = done[root].kept()
+    if doubtful:
+        certain = unconditional(root)
+        for doubt in [d for e in doubtful if e in certain for d in _doubts(c, e, done)]:
+            found = c.select(doubt, math.nan, real(c, found))
+    return found
+
+
+_COMPARED = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL)
+_TRUTHS = (*_COMPARED, Op.AND, Op.OR, Op.NOT, Op.IF)
+
+
+def _doubts(c: Code, e: Expr, done: Mapping[Expr, Value]) -> Iterator[Value]:
+    """Bits that say that a truth is not known, since what makes it is not a number."""
+    if e.op in _COMPARED:
+        a, b = (real(c, done[x].kept()) for x in e.args)
+        yield c.emit(BIT, f"fcmp uno {a.type} {a.text}, {b.text}")
+    elif e.args[0].op is Op.SYMBOL and is_hidden(e.args[0]) and done[e.args[0]].type == REAL:
+        yield done[e.args[0]].is_nan()
 
 
 def _constant(c: Code, value: float | bool) -> Value:

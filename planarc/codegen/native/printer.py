@@ -29,6 +29,7 @@ Promises:  no address is in the text: the object code made of it can be kept on 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import compress
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
@@ -68,7 +69,9 @@ def ir(program: Program) -> str:
         _Section(program, placement, "pc_initial", results=True).text(
             program.initial, program.initial_residuals
         ),
-        _Section(program, placement, "pc_zeros", results=True).text(program.roots, zeros),
+        _Section(program, placement, "pc_zeros", results=True).text(
+            program.roots, zeros, [r.certain for r in program.relations]
+        ),
         _Section(program, placement, "pc_discrete").text(program.discrete),
     )
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
@@ -128,11 +131,20 @@ class _Section:
             c.give(0)
         return self.text(top)
 
-    def text(self, statements: Iterable[Statement], results: Sequence[Expr] = ()) -> str:
+    def text(
+        self,
+        statements: Iterable[Statement],
+        results: Sequence[Expr] = (),
+        certain: Sequence[bool] = (),
+    ) -> str:
+        """The function; it fails where a result that is `certain` is not a number."""
         c = self._code
         self._write(statements)
         for i, e in enumerate(results):
             c.arguments[2].store(real(c, self._leaf(e)), i)
+        for e in compress(results, certain):
+            with c.when(real(c, self._leaf(e)).is_nan(), leaves=True):
+                c.give(-1)
         c.give(0)
         return c.text()
 

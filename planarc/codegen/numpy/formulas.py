@@ -9,11 +9,10 @@ of an error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.program import Let
 from planarc.runtime import elementary
 
 _TRUTHS = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND, Op.OR, Op.NOT)
@@ -125,37 +124,3 @@ def _power(e: Expr, args: list[Text], careful: bool) -> Text:
             return f"safe_div(1.0, {power[0]})", _ATOM
         return f"1.0/{_bound(power, 13)}", 11
     return _call("pow", [args[0][0], args[1][0]], careful), _ATOM
-
-
-def evaluated_always(
-    lets: Iterable[Let], wanted: Iterable[Expr], is_part: Callable[[Expr], bool]
-) -> set[Expr]:
-    """The nodes that are used outside the branches of every condition.
-
-    `wanted` are values that are used as they are; `is_part` tells targets that are
-    parts of formulas, and count only when a formula needs them.
-    """
-    always: set[Expr] = set()
-    for value in wanted:
-        always.update(_unconditional(value))
-    for let in reversed(list(lets)):
-        if let.target in always or not is_part(let.target):
-            always.update(_unconditional(let.value))
-    return always
-
-
-def is_hidden(symbol: Expr) -> bool:
-    """Whether planarc named it (`$t4`, `$p2`), and not the user."""
-    return symbol.data[0].startswith("$")  # type: ignore[no-any-return]
-
-
-def _unconditional(root: Expr) -> set[Expr]:
-    """The nodes that evaluating the root must evaluate."""
-    seen: set[Expr] = set()
-    stack = [root]
-    while stack:
-        e = stack.pop()
-        if e not in seen:
-            seen.add(e)
-            stack.extend(e.args[:1] if e.op in (Op.IF, Op.AND, Op.OR) else e.args)
-    return seen

@@ -10,11 +10,12 @@ A block stands where it is solved:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct, field
 
-from planarc.codegen.numpy.formulas import formula, is_hidden, is_truth
+from planarc.codegen.certain import all_lets, is_hidden, is_part, taken_values
+from planarc.codegen.numpy.formulas import formula, is_truth
 from planarc.codegen.numpy.names import Names, comment
 from planarc.core.prose import counted
 from planarc.ir.expr import Expr, Op, postorder, text
@@ -23,33 +24,6 @@ from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 _INSIDE = " " * 8
 
 Parts = Sequence[tuple[str, tuple[Statement, ...]]]  # with titles
-
-
-def all_lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]:
-    """The assignments, those of blocks included."""
-    for s in statements:
-        if isinstance(s, Let):
-            yield s
-        else:
-            code = program.blocks[s.block]
-            yield from (*code.body, *code.jacobian_body)
-            if code.direct is not None:
-                yield from code.direct.check
-            if code.tangent is not None:
-                yield from code.tangent.body
-
-
-def is_part(program: Program, symbol: Expr) -> bool:
-    """Whether it holds a part of a formula: a temporary, or `$p3`."""
-    name = text(symbol)
-    return name not in program.slots or (name[:2] == "$p" and name[2:].isdigit())
-
-
-def taken_values(code: BlockCode) -> list[Expr]:
-    """The values that solving a block takes."""
-    entries = [value for _, _, value in code.jacobian]
-    columns = code.tangent.entries if code.tangent is not None else ()
-    return [*code.residuals, *entries, *columns]
 
 
 class Line(str):

@@ -31,15 +31,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.codegen.numpy.formulas import evaluated_always
-from planarc.codegen.numpy.function import (
-    FunctionText,
-    Line,
-    Parts,
-    all_lets,
-    is_part,
-    taken_values,
-)
+from planarc.codegen.certain import evaluated_always, is_part, used_always
+from planarc.codegen.numpy.function import FunctionText, Line, Parts
 from planarc.codegen.numpy.names import Names, comment
 from planarc.codegen.slopes import derive_slopes
 from planarc.ir.derivatives import Scope
@@ -66,7 +59,7 @@ def _text(lines: Sequence[str]) -> str:
 
 def _lines(program: Program) -> list[str]:
     names = Names()
-    always = _evaluated_always(program)
+    always = evaluated_always(program)
     lines = [
         f"# {comment(program.name)}: {program.state_count} states, {program.size} values in w.",
         "# Made by planarc. Angles in rad, all other quantities in SI units.",
@@ -103,7 +96,7 @@ def slopes_source(program: Program, scope: Scope) -> str | None:
     if slopes is None:
         return None
     values = slopes.coefficients
-    always = evaluated_always(slopes.body, values, lambda e: is_part(program, e))
+    always = used_always(slopes.body, values, lambda e: is_part(program, e))
     text = FunctionText(program, Names(), always, [("", slopes.body)])
     lines = [
         "def slopes(t, w, blocks):",
@@ -114,14 +107,3 @@ def slopes_source(program: Program, scope: Scope) -> str | None:
         f"tape = {tuple(slopes.tape())}",
     ]
     return _text(lines)
-
-
-def _evaluated_always(program: Program) -> set[Expr]:
-    lists = (program.parameters, *program.levels, program.rest, program.initial)
-    lets = [let for s in (*lists, program.roots, program.discrete) for let in all_lets(program, s)]
-    wanted = [*program.initial_residuals, *(r.zero for r in program.relations)]
-    for code in program.blocks:
-        wanted += taken_values(code)
-        if code.direct is not None:
-            wanted += [*code.direct.residuals, *code.direct.sizes]
-    return evaluated_always(lets, wanted, lambda e: is_part(program, e))

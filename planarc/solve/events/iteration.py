@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
+from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, TERMINAL
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -37,6 +38,7 @@ from planarc.solve.events.settling import (
     snapshot,
 )
 from planarc.solve.events.whens import Processed, Whens
+from planarc.solve.messages.event import unsolved
 from planarc.solve.rescue.rescue import Rescue
 
 
@@ -80,7 +82,10 @@ class Events:
         """One pass at the start; true when it changed something, so that the start values
         must be solved for once more."""
         before = self._snapshot()
-        if self.crossings.evaluate(t, y) == 0:
+        flag = self.crossings.evaluate(t, y)
+        if flag < 0:
+            raise PlanarcError(unsolved(self.program, self.kernel, t, ()))
+        if flag == 0:
             truths = self.crossings.truths_at_start(t, y)
             for relation, truth in zip(self.program.relations, truths, strict=True):
                 self.kernel.w[relation.slot] = float(truth)

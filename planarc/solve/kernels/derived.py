@@ -46,7 +46,7 @@ class Derived(ABC):
     def _first_not_finite(self, w: Sequence[float]) -> int:
         """The first equation, in the order of evaluation, whose unknown is not finite, or -1."""
         program = self._program
-        for statements in (program.parameters, *program.levels, program.rest):
+        for statements in (program.parameters, *program.levels, program.rest, program.discrete):
             for s in statements:
                 for let in (s,) if isinstance(s, Let) else program.blocks[s.block].body:
                     slot = program.slots.get(text(let.target))

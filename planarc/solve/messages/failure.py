@@ -53,7 +53,7 @@ def stopped(
     if block < 0:
         block = kernel.failed_block
     ydot = [math.nan] * len(y)
-    flag = kernel.rhs(t, y, ydot) or kernel.outputs(t, y) or (0 if _finite(ydot) else -1)
+    flag = kernel.rhs(t, y, ydot) or _flag(scene, t, y) or (0 if _finite(ydot) else -1)
     place = Place(t, "at", _fastest(scene, y, ydot if flag == 0 else ()))
     if flag == 0:
         stretched = _stretched(program, kernel, scene.selection) if cause in _STRETCHING else -1
@@ -73,6 +73,12 @@ def stopped(
     stretched = _stretched(program, kernel, scene.selection)
     on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
     return _block(program, kernel, place, stretched if stretched >= 0 and on_top else block, t)
+
+
+def _flag(scene: Scene, t: float, y: Sequence[float]) -> int:
+    """The kernel's flag of all that rows and events need."""
+    zeros = [0.0] * len(scene.program.relations)
+    return scene.kernel.outputs(t, y) or scene.kernel.roots(t, y, zeros)
 
 
 class Place(Data):
@@ -141,7 +147,7 @@ def _beyond(
     h = 1e-15 * scene.span
     while h <= furthest * scene.span and h * room <= _WAY:
         moved = [a + h * d for a, d in zip(y, ydot, strict=True)]
-        flag = kernel.rhs(t + h, moved, scratch) or kernel.outputs(t + h, moved)
+        flag = kernel.rhs(t + h, moved, scratch) or _flag(scene, t + h, moved)
         if flag != 0 or not _finite(scratch):
             return flag or -1, t + h
         h *= 4

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import BlockCode, Let, Program, Solve, Statement, Tangent
+from planarc.ir.program import BlockCode, Let, Program, RelationSlot, Solve, Statement, Tangent
 
 
 class Replay:
@@ -29,6 +29,13 @@ class Replay:
             if let.equation is not None and not math.isfinite(self._values[let.target]):
                 return let.equation
         return -1
+
+    def first_relation(self) -> RelationSlot | None:
+        """The first relation whose sides cannot be compared, after `first_not_finite`."""
+        for _ in self._run((self._program.roots,)):
+            pass
+        relations = (r for r in self._program.relations if r.certain)
+        return next((r for r in relations if math.isnan(self._value(r.zero))), None)
 
     def residuals(self, block: int) -> list[float]:
         """How far a block's equations are from being fulfilled; nan where that is not known."""

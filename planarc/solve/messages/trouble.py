@@ -57,11 +57,18 @@ def values(items: Sequence[tuple[str, float]]) -> str:
 
 def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:
     """The equation that the kernel says failed, or the first one, in the order of
-    evaluation, that gives no finite number."""
+    evaluation, that gives no finite number; or a relation with such a side."""
     found = kernel.failed_equation
-    if found < 0:
-        found = Replay(program, kernel, t).first_not_finite()
-    return program.equations[found] if found >= 0 else None
+    if found >= 0:
+        return program.equations[found]
+    replay = Replay(program, kernel, t)
+    found = replay.first_not_finite()
+    if found >= 0:
+        return program.equations[found]
+    relation = replay.first_relation()
+    if relation is None:
+        return None
+    return EquationInfo(relation.text, relation.span, relation.component)
 
 
 def without_value(program: Program, kernel: Kernel) -> str:

@@ -56,6 +56,7 @@ class NativeKernel(Derived):
         self._area = np.zeros(self._place.area)
         self._y, self._ydot = np.zeros(n), np.zeros(n)
         self._zeros = np.zeros(len(program.relations))
+        self._discrete_slots = np.array([d.slot for d in program.discretes], np.intp)
         self._initial = np.zeros(len(program.initial_residuals))
         self._frame = np.zeros(len(Frame), np.uint64)
         for where, array in (
@@ -246,7 +247,8 @@ class NativeKernel(Derived):
         return flag
 
     def discrete(self) -> int:
-        return self._call_discrete(float(self.w[0]))
+        flag = self._call_discrete(float(self.w[0]))
+        return flag or (-1 if np.isnan(self.w[self._discrete_slots]).any() else 0)
 
     # Derivatives
 
