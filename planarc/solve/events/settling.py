@@ -84,6 +84,8 @@ class Settling:
         now, largest = crossings.now, crossings.largest
         self.held = {i: now[i] for i in crossing}
         self.bound = {i: 2 * abs(now[i]) + NOISE * largest[i] for i in crossing}
+        # Seen after it had crossed: it turns back only where an action makes it.
+        self._late = {i for i in crossing if abs(now[i]) > 1e3 * NOISE * largest[i]}
         self._before, self._known_noise = before, [0.0][:0]
         self._turned: Counter[int] = Counter()
         self._searching = False
@@ -248,7 +250,10 @@ class Settling:
     def look_ahead(self) -> bool:
         """Relations at zero take their truth right after this instant; true if one changed."""
         w, relations, crossings = self.kernel.w, self.program.relations, self.crossings
-        rest = [self.bound.get(i, NOISE * size) for i, size in enumerate(crossings.largest)]
+        rest = [NOISE * size for size in crossings.largest]
+        for i, bound in self.bound.items():
+            if i not in self._late or self.done.reset:
+                rest[i] = bound
         near = [
             i
             for i, now in enumerate(crossings.now)

@@ -40,6 +40,8 @@ DIRECTIONS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 CONVERGED = 1e-9
 #: Distance, relative likewise, below which two roots are one.
 SAME = 1e-6
+#: Distance of a root beyond which others are looked for first.
+FAR = 3.0
 #: Steps of Newton's method, halvings of one, steps along a curve.
 STEPS, HALVINGS, ALONG = 60, 40, 300
 #: Number of unknowns above which curves are not followed.
@@ -63,14 +65,20 @@ class Found(Data):
 
 
 def climb(f: Function, guess: Vector) -> Iterator[Found]:
-    """Roots, those of the gentlest way first."""
+    """Roots, those of the gentlest way first; the ones that lie far away come last."""
     known: list[Vector] = []
+    far: list[tuple[float, Found]] = []
     for way, roots in WAYS.items():
         for group in roots(f, guess):
             for root in sorted(group, key=lambda x: distance(x, guess)):
                 if all(distance(root, x) > SAME for x in known):
                     known.append(root)
-                    yield Found(root, way)
+                    found, way_off = Found(root, way), distance(root, guess)
+                    if way_off > FAR:
+                        far.append((way_off, found))
+                    else:
+                        yield found
+    yield from (found for _, found in sorted(far, key=lambda pair: pair[0]))
 
 
 def distance(x: Vector, y: Vector) -> float:

@@ -19,7 +19,7 @@ from planarc.ir.expr import text
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program
 from planarc.solve.messages.replay import Replay
-from planarc.solve.rescue.ladder import WAYS, climb, distance, moved
+from planarc.solve.rescue.ladder import FAR, WAYS, climb, distance, moved
 
 if TYPE_CHECKING:
     from planarc.solve.rescue.ladder import Vector
@@ -85,17 +85,19 @@ class Rescue:
     def _beside(self, t: float, block: int, guess: Vector, call: Callable[[], int]) -> bool:
         """Whether the kernel itself finds a root from beside the guess, or apart from it: that is
         a hundred times as quick. Of several the nearest is taken."""
+        found: list[tuple[float, str, list[float]]] = []
         for way, points in moved(guess):
-            found = []
-            for point in points:
-                self.kernel.settle(block, point.tolist())
+            for point in map(list, points):
+                self.kernel.settle(block, point)
                 if call() == 0:
-                    found.append((distance(self._tears(block), guess), point.tolist()))
-            if found:
-                self.kernel.settle(block, min(found)[1])
-                if call() == 0:
-                    self._solved(t, block, way, guess)
-                    return True
+                    found.append((distance(self._tears(block), guess), way, point))
+            if any(way_off <= FAR for way_off, _, _ in found):
+                break
+        for _, way, point in sorted(found)[:1]:
+            self.kernel.settle(block, point)
+            if call() == 0:
+                self._solved(t, block, way, guess)
+                return True
         return False
 
     def _tears(self, block: int) -> Vector:
