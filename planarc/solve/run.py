@@ -403,8 +403,8 @@ class Run:
             return
         self.events.finish()
         t, y = self.integrator.t, self.integrator.y
-        if self.events.present:
-            done = self.events.process(t, y, {}, (), self.states.slots())
+        if self.events.present:  # nothing comes after it
+            done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)
             self._note(done.ended, done.warnings)
             y = done.y
         self._row_where_new(t, y)

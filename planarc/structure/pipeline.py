@@ -34,6 +34,9 @@ from planarc.structure.states import (
 from planarc.structure.system import Systems
 from planarc.structure.top import sort_top
 
+#: What is to be a candidate for states, though equations must be differentiated for it.
+CANDIDATES = (StateSelect.ALWAYS, StateSelect.PREFER)
+
 
 class Reduced(Data):
     """A model after alias elimination, by numbers."""
@@ -78,7 +81,7 @@ def structure(dae: Dae) -> SortedDae:
     attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
     attributes = hold_states(dae, attributes, reset)
 
-    held = [table.der(s) for s, a in attributes.items() if a.select is StateSelect.ALWAYS]
+    held = [table.der(s) for s, a in attributes.items() if a.select in CANDIDATES]
     offsets = reduced.offsets(dae, held)
     expansion = expand_equations(dae, elimination.live, offsets)
     systems = Systems(
