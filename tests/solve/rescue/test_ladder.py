@@ -70,7 +70,25 @@ def test_a_curve_is_followed_through_its_folds() -> None:
     assert root[0] == pytest.approx(2.6128878647, rel=1e-9)
 
 
-def test_the_nearest_root_comes_before_one_far_away() -> None:
+def test_the_nearest_root_comes_first_and_each_but_once() -> None:
+    found = [f.point[0] for f in climb(Formula(lambda x: [np.sin(x[0])]), np.array([3.0]))]
+    assert found[0] == pytest.approx(np.pi, rel=1e-12)
+    assert len({round(x / np.pi) for x in found}) == len(found)
+
+
+def test_where_nothing_vanishes_there_is_no_root() -> None:
+    assert not list(climb(Formula(lambda x: [x[0] ** 2 + 1]), np.array([0.5])))
+
+
+def test_points_without_value_are_stepped_back_from() -> None:
+    def formula(x: Vector) -> list[complex]:
+        return [np.log(x[0]) + 3 if x[0].real > 0 else np.nan]
+
+    point, _ = first(formula, 50.0)
+    assert point.tolist() == pytest.approx([np.exp(-3)], rel=1e-12)
+
+
+def test_a_root_far_away_comes_after_those_nearer() -> None:
     """At x = 0 the slope of cos(x) vanishes: a step from beside it leads a thousand away."""
     point, _ = first(lambda x: [np.cos(x[0])], 0.0)
     assert abs(point.tolist()[0]) == pytest.approx(np.pi / 2)
