@@ -219,6 +219,8 @@ Expression: TypeAlias = (
 
 #: Expressions side by side: subscripts, arguments.
 Expressions: TypeAlias = tuple[Expression, ...]
+#: Expressions by the names of what they are the values of.
+Named: TypeAlias = dict[str, Expression]
 
 
 # Variables ----------------------------------------------------------------------------------

@@ -181,6 +181,10 @@ Expression: TypeAlias = (
 )
 
 
+#: Expressions side by side: subscripts, sizes, arguments.
+Expressions: TypeAlias = tuple[Expression, ...]
+
+
 # Modifications (7.2) ------------------------------------------------------------------
 
 

@@ -92,7 +92,7 @@ def _bound(source: flat.FlatModel) -> flat.FlatModel:
     """Free parameters bound to what initial equations `p = expression of parameters` give."""
     free = {v.name for v in source.variables if _is_free(v)}
     known = {v.name for v in source.variables if is_parameter(v)} - free
-    values: dict[str, flat.Expression] = {}
+    values: flat.Named = {}
     used: set[int] = set()
     while True:
         before = len(values)
@@ -111,7 +111,7 @@ def _bound(source: flat.FlatModel) -> flat.FlatModel:
     return replace(source, variables=tuple(variables), initial_equations=tuple(rest))
 
 
-def _given(equation: flat.Equation, free: set[str], known: set[str]) -> dict[str, flat.Expression]:
+def _given(equation: flat.Equation, free: set[str], known: set[str]) -> flat.Named:
     """Free parameters and the expressions of known ones that an equation says they are."""
     if not isinstance(equation, flat.Equality):
         return {}

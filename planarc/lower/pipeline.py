@@ -94,10 +94,7 @@ def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]
 
 
 def _start_discretes(
-    model: Model,
-    initial: Sequence[dae.Equation],
-    discretes: Sequence[dae.Variable],
-    into: Lowered,
+    model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable], into: Lowered
 ) -> tuple[list[dae.Equation], list[dae.Variable]]:
     """`initial equation d = value` of a discrete variable is its start value.
 

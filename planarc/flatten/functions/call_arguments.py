@@ -26,7 +26,7 @@ def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[
     signature = info.signature
     given = _given(info, node, env)
     arguments: list[flat.Expression] = []
-    so_far: dict[str, flat.Expression] = {}
+    so_far: flat.Named = {}
     for variable in signature.inputs:
         value = given.get(variable.name)
         if value is None:
@@ -36,7 +36,7 @@ def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[
     return arguments
 
 
-def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> dict[str, flat.Expression]:
+def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
     by_name = {v.name: v for v in info.signature.inputs}
     open_inputs = [v for v in by_name.values() if v.name not in info.bound]
     if len(node.arguments) > len(open_inputs):
@@ -58,11 +58,7 @@ def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> dict[str, flat.Ex
 
 
 def _open_input(
-    info: FunctionInfo,
-    variable: flat.Variable,
-    so_far: dict[str, flat.Expression],
-    node: syntax.Call,
-    env: Env,
+    info: FunctionInfo, variable: flat.Variable, so_far: flat.Named, node: syntax.Call, env: Env
 ) -> flat.Expression:
     """The value of an input that the call does not give: bound before, or by default."""
     bound = info.bound.get(variable.name)

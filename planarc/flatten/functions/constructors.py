@@ -20,7 +20,7 @@ from planarc.ir import flat, syntax
 def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
     """`R(1, y=2)`: fields in order or by name, defaults for the rest."""
     instance = static_instance(cls)
-    values: dict[str, flat.Expression] = {}
+    values: flat.Named = {}
     names = [
         n
         for n, (_, d) in instance.layout.members.items()
@@ -60,7 +60,7 @@ def _fixed(definition: syntax.Component) -> bool:
 
 
 def _default(
-    cls: Class, name: str, values: dict[str, flat.Expression], node: syntax.Call, env: Env
+    cls: Class, name: str, values: flat.Named, node: syntax.Call, env: Env
 ) -> flat.Expression:
     element = lookup.declared(static_instance(cls), name)
     _, _, mod = redeclare.effective_component(element)

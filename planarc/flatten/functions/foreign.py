@@ -56,9 +56,7 @@ def external_clause(instance: Instance) -> Clause | None:
     return None
 
 
-def external_call(
-    clause: Clause, names: dict[str, flat.Expression], signature: Signature
-) -> ExternalCall:
+def external_call(clause: Clause, names: flat.Named, signature: Signature) -> ExternalCall:
     """The call that stands for an external function. Raises PlanarcError when there is none."""
     node, name = clause.node, clause.name
     if compute.scalar(name):
@@ -81,9 +79,7 @@ def _tell_missed(what: str, node: syntax.External, session: Session) -> None:
         session.warn("F289", message, node.span)
 
 
-def _matched(
-    clause: Clause, names: dict[str, flat.Expression], signature: Signature
-) -> ExternalCall:
+def _matched(clause: Clause, names: flat.Named, signature: Signature) -> ExternalCall:
     """The arguments told apart: expressions of inputs, outputs, scratch variables."""
     node = clause.node
     outputs = {v.name for v in signature.outputs}

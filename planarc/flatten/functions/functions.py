@@ -138,9 +138,7 @@ def _fill(cls: Class, instance: Instance, signature: Signature, session: Session
         [v.name for v, _ in variables],
     )
     signature.outputs = tuple(outputs)
-    names: dict[str, flat.Expression] = {
-        v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables
-    }
+    names: flat.Named = {v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables}
     external = foreign.external_clause(instance)
     called = foreign.NOTHING
     body: tuple[flat.Statement, ...] = ()
@@ -207,7 +205,7 @@ def _make_derivative(cls: Class, session: Session, span: Span) -> FunctionInfo:
 
 
 def function_body(
-    instance: Instance, names: dict[str, flat.Expression], signature: Signature
+    instance: Instance, names: flat.Named, signature: Signature
 ) -> tuple[flat.Statement, ...]:
     """The statements of a function's one algorithm section (12.2)."""
     found: list[tuple[int, syntax.AlgorithmSection]] = []

@@ -47,7 +47,7 @@ def type_argument(
 
 
 def default_of(
-    signature: Signature, variable: flat.Variable, known: dict[str, flat.Expression], env: Env
+    signature: Signature, variable: flat.Variable, known: flat.Named, env: Env
 ) -> flat.Expression | None:
     """The default of an input, with the values of the inputs that are known so far."""
     default = signature.defaults.get(variable.name)
@@ -95,7 +95,7 @@ def _partial_call(
     """The function with all its inputs bound but for those of the formal input."""
     info = function_of(function_class(ref, env), span)
     by_name = {v.name: v for v in info.signature.inputs}
-    bound: dict[str, flat.Expression] = {}
+    bound: flat.Named = {}
     for name, binding in info.bound.items():
         bound[name] = Env(binding.scope, {}, env.function).typed(binding.expression)
     for argument in named:
@@ -109,7 +109,7 @@ def _partial_call(
 
 
 def _bind_defaults(
-    info: FunctionInfo, formal: flat.Type, bound: dict[str, flat.Expression], span: Span, env: Env
+    info: FunctionInfo, formal: flat.Type, bound: flat.Named, span: Span, env: Env
 ) -> None:
     """Inputs that the formal input does not have get their defaults (12.4.2)."""
     wanted = env.session.formals[formal.name]

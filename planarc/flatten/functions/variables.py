@@ -41,7 +41,7 @@ def declare_variables(
 ) -> list[tuple[flat.Variable, syntax.Causality]]:
     """The variables of a function, in the order in which they get their first values."""
     found: list[tuple[flat.Variable, syntax.Causality]] = []
-    names: dict[str, flat.Expression] = {}
+    names: flat.Named = {}
     for name in names_in_order(instance):
         variable, causality = _declare(instance, name, names, signature)
         names[name] = flat.Reference(variable.type, variable.span, name)
@@ -60,7 +60,7 @@ def interface(
 
 
 def _declare(
-    instance: Instance, name: str, names: dict[str, flat.Expression], signature: Signature
+    instance: Instance, name: str, names: flat.Named, signature: Signature
 ) -> tuple[flat.Variable, syntax.Causality]:
     element = lookup.declared(instance, name)
     definition, scope, mod = redeclare.effective_component(element)
@@ -132,7 +132,7 @@ def _unit(mod: Mod, layout: Layout) -> str:
 
 def _dims(
     written: list[tuple[syntax.Expression, Scope]],
-    names: dict[str, flat.Expression],
+    names: flat.Named,
     signature: Signature,
     value: flat.Expression | None,
 ) -> tuple[flat.Dims, tuple[flat.Expression | None, ...]]:
@@ -241,7 +241,7 @@ def result_type(
 
 
 def _known_size(
-    variable: flat.Variable, k: int, arguments: dict[str, flat.Expression], session: Session
+    variable: flat.Variable, k: int, arguments: flat.Named, session: Session
 ) -> int | None:
     """The size of an output as far as the types and values of the arguments tell it."""
     if k >= len(variable.sizes) or variable.sizes[k] is None:
@@ -257,7 +257,7 @@ def _known_size(
     return value if isinstance(value, int) else None
 
 
-def _insert(e: flat.Expression, arguments: dict[str, flat.Expression]) -> flat.Expression:
+def _insert(e: flat.Expression, arguments: flat.Named) -> flat.Expression:
     """Inputs replaced by arguments, in an expression of a size."""
     match e:
         case flat.Reference(name=name) if name in arguments and not e.subscripts:

@@ -350,7 +350,7 @@ class Env(Data):
 
     scope: Scope
     #: iterators and, inside functions, the function's own variables
-    locals: dict[str, flat.Expression] = field(default_factory=dict)
+    locals: flat.Named = field(default_factory=dict)
     function: Signature | None = None
     #: the array and the dimension (from 0) that `end` in a subscript refers to
     end: tuple[flat.Expression, int] | None = None
@@ -397,7 +397,7 @@ class Signature(Struct, eq=False):
     inputs: tuple[flat.Variable, ...] = ()
     outputs: tuple[flat.Variable, ...] = ()
     defaults: dict[str, tuple[syntax.Expression, Scope]] = field(default_factory=dict)
-    constants: dict[str, flat.Expression] = field(default_factory=dict)
+    constants: flat.Named = field(default_factory=dict)
     captures: dict[str, Leaf] = field(default_factory=dict)
     builtin: str | None = None  # the function only stands for this built-in
     done: bool = False

@@ -28,16 +28,7 @@ from planarc.flatten.tree import lookup, subtype
 from planarc.flatten.tree.demand import class_of
 from planarc.flatten.tree.modify import compile_modification, final_error, merge, subscript
 from planarc.flatten.tree.naming import name_span
-from planarc.flatten.tree.nodes import (
-    NO_MOD,
-    Class,
-    Element,
-    Instance,
-    Layout,
-    Mod,
-    Scope,
-    State,
-)
+from planarc.flatten.tree.nodes import NO_MOD, Class, Element, Instance, Layout, Mod, Scope, State
 from planarc.ir import syntax
 
 

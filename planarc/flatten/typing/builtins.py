@@ -178,9 +178,7 @@ def _homotopy(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Exp
     return flat.Builtin(common, span, name, tuple(arguments))
 
 
-def to_string(
-    value: flat.Expression, options: dict[str, flat.Expression], span: Span
-) -> flat.Expression:
+def to_string(value: flat.Expression, options: flat.Named, span: Span) -> flat.Expression:
     """`String(value)`, `String(value, format)`, or with significant digits, minimum
     length and left justification, all three in this order (3.7.1)."""
     if value.type.dims or value.type.base is flat.Base.RECORD:

@@ -45,7 +45,7 @@ def type_comprehension(node: syntax.Comprehension, reduce: str, env: Env) -> fla
 
 
 def iteration_values(
-    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...] = ()
+    iterator: syntax.Iterator, env: Env, uses: object = ()
 ) -> list[flat.Expression] | None:
     """The values that an iterator takes, None when they are known only when run."""
     typed = iteration_range(iterator, env, uses)
@@ -88,9 +88,7 @@ def _changes(typed: flat.Expression, env: Env) -> bool:
     return variability_of(typed, env.session, env.hidden) > flat.Variability.PARAMETER
 
 
-def iteration_range(
-    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...] = ()
-) -> flat.Expression:
+def iteration_range(iterator: syntax.Iterator, env: Env, uses: object = ()) -> flat.Expression:
     """The typed range of an iterator: an array, a type name, or deduced from its use."""
     if iterator.range is None:
         return _deduced_range(iterator, env, uses)
@@ -124,9 +122,7 @@ def _range_of_type(ref: syntax.Ref, env: Env) -> flat.Expression | None:
     return array([flat.Literal(builtin, ref.span, n) for n in numbers], builtin, ref.span)
 
 
-def _deduced_range(
-    iterator: syntax.Iterator, env: Env, uses: tuple[object, ...]
-) -> flat.Expression:
+def _deduced_range(iterator: syntax.Iterator, env: Env, uses: object) -> flat.Expression:
     """`for i loop x[i] ...`: 1 to the size of the array that `i` indexes (11.2.2.1)."""
     found = _find_use(iterator.name, uses)
     if found is None:
@@ -149,7 +145,7 @@ def _deduced_range(
     return flat.Range(flat.INTEGER.with_dims((size,)), span, integer(1, span), None, stop)
 
 
-def _find_use(name: str, uses: tuple[object, ...]) -> tuple[syntax.Ref, int] | None:
+def _find_use(name: str, uses: object) -> tuple[syntax.Ref, int] | None:
     for ref in references_in(uses):
         for count, part in enumerate(ref.parts, 1):
             for k, subscript in enumerate(part.subscripts):

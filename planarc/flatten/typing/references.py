@@ -184,9 +184,7 @@ def absent_error(view: Absent, span: Span) -> NotThere:
 # Subscripts --------------------------------------------------------------------------------------
 
 
-def select(
-    node: Node, subscripts: tuple[syntax.Expression, ...], env: Env, ref: syntax.Ref
-) -> View:
+def select(node: Node, subscripts: syntax.Expressions, env: Env, ref: syntax.Ref) -> View:
     """Subscripts on a component."""
     if not subscripts:
         return node
@@ -243,7 +241,7 @@ def _nested(node: Family) -> list[View]:
 
 
 def with_subscripts(
-    value: flat.Expression, subscripts: tuple[syntax.Expression, ...], env: Env, span: Span
+    value: flat.Expression, subscripts: syntax.Expressions, env: Env, span: Span
 ) -> flat.Expression:
     """Subscripts on a value."""
     if not subscripts:
