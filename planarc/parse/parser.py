@@ -124,8 +124,8 @@ def _errors_beside(
     language: Language, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
 ) -> list[Diagnostic]:
     """The errors beside those of the grammar, found by building the mended text."""
+    from planarc.parse.build.build import WrongEnd
     from planarc.parse.grammar.machine import run
-    from planarc.parse.mistakes import WrongEnd
 
     language.build.begin(span)
     run(language.table, language.reductions, start, mended)

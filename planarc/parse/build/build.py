@@ -6,18 +6,21 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Related
+from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Span
 from planarc.ir import syntax
 from planarc.parse.build.equations import Equations
 from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
-from planarc.parse.build.parts import Description, Part, cover, made, nodes
+from planarc.parse.build.parts import Description, Part, cover, made, nodes, part
 from planarc.parse.grammar.lexer import Token
-from planarc.parse.mistakes import WrongEnd
 
 _ELEMENT_ORDER = (("redeclare",), ("final",), ("inner",), ("outer",), ("replaceable",))
 _NO_PREFIXES = syntax.Prefixes()
+
+
+class WrongEnd(Diagnostic):
+    """`end B` of a class `A`."""
 
 
 class Specifier(NamedTuple):
@@ -50,8 +53,7 @@ class Build(Expressions, Modifications, Equations):
     def annotation_text(self, c: list[Any]) -> Any:
         return c[0].value
 
-    def within(self, c: list[Any]) -> Part:
-        return Part(c[1].value if c[1] else (), cover(c))
+    within = part(lambda c: c[1].value if c[1] else ())
 
     # Classes
 
@@ -92,13 +94,12 @@ class Build(Expressions, Modifications, Equations):
 
     def _check_end(self, name: Token, end: Token) -> None:
         if name.text != end.text:
-            message = f"`end {end.text}` does not match `{name.text}`"
-            opened = Related(f"`{name.text}` begins here", name.span)
-            self.errors.append(
-                WrongEnd(
-                    "P102", message, end.span, hint=f"write `end {name.text}`", related=(opened,)
-                )
+            message, hint = (
+                f"`end {end.text}` does not match `{name.text}`",
+                f"write `end {name.text}`",
             )
+            opened = Related(f"`{name.text}` begins here", name.span)
+            self.errors.append(WrongEnd("P102", message, end.span, hint=hint, related=(opened,)))
 
     def short_class(self, c: list[Any]) -> Specifier:
         name, _, prefix, base, subscripts, arguments, description = c
@@ -122,8 +123,7 @@ class Build(Expressions, Modifications, Equations):
         return syntax.EnumerationLiteral(c[0].span, c[0].text, c[1].comment)
 
     def derivative_class(self, c: list[Any]) -> Specifier:
-        variables = tuple(token.text for token in c[6:-1:2])
-        body = syntax.DerivativeClass(cover(c[2:]), c[4], variables)
+        body = syntax.DerivativeClass(cover(c[2:]), c[4], tuple(t.text for t in c[6:-1:2]))
         return Specifier(c[0], body, c[-1], cover(c))
 
     # What a class holds

@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Part, cover, made, nodes, separated
+from planarc.parse.build.parts import Builder, Part, cover, made, nodes, part, separated
 from planarc.parse.grammar.lexer import Token
 
 
 class Equations(Builder):
     # Sections: a part whose value is (section, annotations found in it)
 
-    def equation_section(self, c: list[Any]) -> Part:
-        return _section(syntax.EquationSection, c)
-
-    def algorithm_section(self, c: list[Any]) -> Part:
-        return _section(syntax.AlgorithmSection, c)
+    equation_section = part(lambda c: _section(syntax.EquationSection, c))
+    algorithm_section = part(lambda c: _section(syntax.AlgorithmSection, c))
 
     # Equations; the last child is always the description
 
@@ -46,12 +43,8 @@ class Equations(Builder):
     when_equation = made(syntax.WhenEquation, lambda c: _branches(c)[:1])
     for_equation = made(syntax.ForEquation, lambda c: _loop(c))
 
-    def equation_branch(self, c: list[Any]) -> Part:
-        return Part((c[0], nodes(c[2:])), cover(c))
-
-    def equation_else(self, c: list[Any]) -> Part:
-        return Part((None, nodes(c)), cover(c))
-
+    equation_branch = part(lambda c: (c[0], nodes(c[2:])))
+    equation_else = part(lambda c: (None, nodes(c)))
     statement_branch = equation_branch
     statement_else = equation_else
 
@@ -85,9 +78,9 @@ def _is(child: Any, kind: str) -> bool:
     return isinstance(child, Token) and child.type == kind
 
 
-def _section(kind: type[syntax.EquationSection | syntax.AlgorithmSection], c: list[Any]) -> Part:
+def _section(kind: type[syntax.EquationSection | syntax.AlgorithmSection], c: list[Any]) -> Any:
     section = kind(cover(c), nodes(c), c[0] is not None)
-    return Part((section, tuple(child for child in c if _is(child, "ANNOTATION"))), section.span)
+    return section, tuple(child for child in c if _is(child, "ANNOTATION"))
 
 
 def _branches(c: list[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:

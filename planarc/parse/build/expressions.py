@@ -11,7 +11,16 @@ import re
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Description, Part, cover, made, nodes, separated
+from planarc.parse.build.parts import (
+    Builder,
+    Description,
+    Part,
+    cover,
+    made,
+    nodes,
+    part,
+    separated,
+)
 from planarc.parse.grammar.lexer import Token
 
 #: Digits of an integer, far beyond what any machine integer holds.
@@ -65,9 +74,7 @@ class Expressions(Builder):
                 self.refuse("P109", f"`{found[0]}` is no escape sequence", span, "write `\\\\`")
         return _ESCAPE.sub(lambda found: _ESCAPES.get(found[1], found[0]), body)
 
-    def boolean(self, c: list[Token]) -> syntax.Boolean:
-        return syntax.Boolean(c[0].span, c[0].text == "true")
-
+    boolean = made(syntax.Boolean, lambda c: (c[0].text == "true",))
     end = made(syntax.End, lambda c: ())
     colon = made(syntax.Colon, lambda c: ())
 
@@ -89,13 +96,10 @@ class Expressions(Builder):
             self.refuse("P106", message, left.span, hint)
         return node
 
-    def range(self, c: list[Any]) -> syntax.Range:
-        step = c[2] if len(c) == 5 else None
-        return syntax.Range(c[0].span.to(c[-1].span), c[0], step, c[-1])
-
-    def if_expression(self, c: list[Any]) -> syntax.If:
-        branches = tuple((c[i], c[i + 2]) for i in range(1, len(c) - 2, 4))
-        return syntax.If(c[0].span.to(c[-1].span), branches, c[-1])
+    if_expression = made(
+        syntax.If, lambda c: (tuple((c[i], c[i + 2]) for i in range(1, len(c) - 2, 4)), c[-1])
+    )
+    range = made(syntax.Range, lambda c: (c[0], c[2] if len(c) == 5 else None, c[-1]))
 
     # Parentheses and brackets
 
@@ -125,9 +129,7 @@ class Expressions(Builder):
         items = inner.value if isinstance(inner, Part) else (inner,) if inner else ()
         return syntax.Array(cover(c), items)
 
-    def expressions(self, c: list[Any]) -> Part:
-        return Part(tuple(c[::2]), c[0].span.to(c[-1].span))
-
+    expressions = part(lambda c: tuple(c[::2]))
     comprehension = made(syntax.Comprehension, lambda c: (c[0], tuple(c[2::2])))
     iterator = made(syntax.Iterator, lambda c: (c[0].text, c[2] if len(c) == 3 else None))
 
@@ -155,8 +157,7 @@ class Expressions(Builder):
 
     # Names
 
-    def subscripts(self, c: list[Any]) -> Part:
-        return Part(nodes(c), cover(c))
+    subscripts = part(nodes)
 
     def name(self, c: list[Token]) -> Part:
         return Part(tuple(t.text for t in c[::2]), c[0].span.to(c[-1].span))

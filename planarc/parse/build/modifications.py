@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Description, Part, cover, nodes
+from planarc.parse.build.parts import Builder, Description, Part, cover, made, nodes, part
 from planarc.parse.grammar.lexer import Token
 
 _ARGUMENT_ORDER = (("redeclare",), ("each",), ("final",), ("replaceable",))
@@ -18,8 +18,7 @@ NO_CLAUSE: tuple[syntax.Constraint | None, Description] = (None, Description())
 class Modifications(Builder):
     # Modifications
 
-    def modification_arguments(self, c: list[Part]) -> syntax.Modification:
-        return syntax.Modification(c[0].span, c[0].value)
+    modification_arguments = made(syntax.Modification, lambda c: (c[0].value,))
 
     def modification_both(self, c: list[Any]) -> syntax.Modification:
         return self._with_binding(c, c[0].value)
@@ -38,9 +37,9 @@ class Modifications(Builder):
 
     inheritance_modification = class_modification
 
-    def deselection(self, c: list[Any]) -> syntax.Deselection:
-        target = c[1].text if isinstance(c[1], Token) else c[1]
-        return syntax.Deselection(cover(c), target)
+    deselection = made(
+        syntax.Deselection, lambda c: (c[1].text if isinstance(c[1], Token) else c[1],)
+    )
 
     # Arguments
 
@@ -113,10 +112,7 @@ class Modifications(Builder):
             message = "only what is replaceable has a constraint"
             self.refuse("P107", message, constraint.span, hint)
 
-    def redeclared_name(self, c: list[Any]) -> Part:
-        name, subscripts, modification, description = c
-        dimensions = subscripts.value if subscripts else ()
-        return Part((name, dimensions, modification, description), cover(c))
+    redeclared_name = part(lambda c: (c[0], c[1].value if c[1] else (), c[2], c[3]))
 
     def constraining_clause(self, c: list[Any]) -> tuple[syntax.Constraint, Description]:
         _, base, arguments, description = c

@@ -58,6 +58,11 @@ def made(
     return method
 
 
+def part(value: Callable[[list[Any]], Any]) -> Callable[[Builder, list[Any]], Part]:
+    """A builder's method: a piece over all children of a rule, with its value from these."""
+    return made(lambda span, given: Part(given, span), lambda c: (value(c),))
+
+
 class Builder:
     """Collects what the grammar lets pass and the language forbids."""
 

@@ -14,9 +14,8 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Once, Related
 from planarc.core.nearest import nearest
 from planarc.parse.grammar.lexer import Token
-from planarc.parse.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.expected import expected
-from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble, shown
+from planarc.parse.repair.trouble import BLOCKS, Repair, StrayEnd, Trouble, WrongSection, shown
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
 _BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}

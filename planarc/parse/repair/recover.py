@@ -24,10 +24,9 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.parse.grammar.lexer import MAX_ERRORS, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.language import Language
-from planarc.parse.mistakes import StrayEnd, WrongSection
 from planarc.parse.repair.hints import explain
 from planarc.parse.repair.repairs import Place, find_repair
-from planarc.parse.repair.trouble import Repair, Trouble
+from planarc.parse.repair.trouble import Repair, StrayEnd, Trouble, WrongSection
 
 #: After these a new statement, equation or declaration begins.
 _BOUNDARIES = frozenset(

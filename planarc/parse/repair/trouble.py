@@ -8,13 +8,21 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
-from planarc.core.diagnostic import Related
+from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Terminals, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 
 #: The words that open a block, as terminals and as written.
 BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}
+
+
+class StrayEnd(Diagnostic):
+    """An `end if` for which no `if` is open."""
+
+
+class WrongSection(Diagnostic):
+    """An equation among declarations, or the like: one missing word makes many of them."""
 
 
 class Trouble(NamedTuple):
