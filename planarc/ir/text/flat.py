@@ -32,6 +32,7 @@ from planarc.ir.flatwalk import (
     nodes_of,
 )
 from planarc.ir.text.compound import Compound
+from planarc.ir.text.expression import quote
 
 _PLAIN = re.compile(r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$")
 
@@ -71,6 +72,10 @@ def _list(expressions: tuple[flat.Expression, ...]) -> str:
     return ", ".join([print_expression(e) for e in expressions])
 
 
+def _named(arguments: Iterable[tuple[str, flat.Expression]]) -> str:
+    return ", ".join([f"{quoted(n)} = {print_expression(v)}" for n, v in arguments])
+
+
 def _text(e: flat.Expression) -> tuple[str, int]:
     """The text of an expression, and how strongly it binds."""
     match e:
@@ -94,10 +99,10 @@ def _text(e: flat.Expression) -> tuple[str, int]:
         case flat.Range(start=start, step=step, stop=stop):
             ends = (start, stop) if step is None else (start, step, stop)
             return ":".join([_within(x, 5) for x in ends]), 0
-        case flat.Index(base=flat.Field(base=flat.Reference()) as base, subscripts=subscripts):
-            return print_expression(base) + _subscripts(subscripts), _ATOM
         case flat.Index(base=base, subscripts=subscripts):
-            return f"({print_expression(base)})" + _subscripts(subscripts), _ATOM
+            field = isinstance(base, flat.Field) and isinstance(base.base, flat.Reference)
+            text = print_expression(base)
+            return (text if field else f"({text})") + _subscripts(subscripts), _ATOM
         case flat.Field(base=flat.Reference() as base, name=name):
             return f"{print_expression(base)}.{quoted(name)}", _ATOM
         case flat.Field(base=base, name=name):
@@ -109,22 +114,18 @@ def _text(e: flat.Expression) -> tuple[str, int]:
         case flat.Builtin(function="Enumeration", arguments=arguments):
             return f"{quoted(e.type.name)}({_list(arguments)})", _ATOM
         case flat.Builtin(function="String", arguments=(value, digits, length, left)):
-            shown = [print_expression(value)]
+            named = {"minimumLength": length, "leftJustified": left}
             if value.type.base is flat.Base.REAL:
-                shown.append(f"significantDigits = {print_expression(digits)}")
-            shown.append(f"minimumLength = {print_expression(length)}")
-            shown.append(f"leftJustified = {print_expression(left)}")
-            return f"String({', '.join(shown)})", _ATOM
+                named = {"significantDigits": digits, **named}
+            return f"String({print_expression(value)}, {_named(named.items())})", _ATOM
         case flat.Builtin(function="String", arguments=(value, format_)):
-            text = f"String({print_expression(value)}, format = {print_expression(format_)})"
-            return text, _ATOM
+            return f"String({_list((value,))}, {_named((('format', format_),))})", _ATOM
         case flat.Builtin(function=function, arguments=arguments):
             return f"{function}({_list(arguments)})", _ATOM
         case flat.Call(function=function, arguments=arguments):
             return f"{quoted(function)}({_list(arguments)})", _ATOM
         case flat.PartialCall(function=function, bound=bound):
-            given = ", ".join([f"{quoted(n)} = {print_expression(v)}" for n, v in bound])
-            return f"function {quoted(function)}({given})", _ATOM
+            return f"function {quoted(function)}({_named(bound)})", _ATOM
         case flat.Comprehension():
             return _comprehension(e), _ATOM
     raise TypeError(f"not an expression: {e!r}")
@@ -138,7 +139,7 @@ def _literal(e: flat.Literal) -> tuple[str, int]:
     if isinstance(value, bool):
         return ("true" if value else "false"), _ATOM
     if isinstance(value, str):
-        return string_text(value), _ATOM
+        return quote(value), _ATOM
     return number_text(value), (5 if value < 0 else _ATOM)
 
 
@@ -150,11 +151,6 @@ def number_text(value: float) -> str:
         return "1e400" if value > 0 else "-1e400"
     text = repr(float(value))
     return text if any(c in text for c in ".en") else text + ".0"
-
-
-def string_text(value: str) -> str:
-    escapes = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
-    return '"' + "".join(escapes.get(c, c) for c in value) + '"'
 
 
 def _binary(e: flat.Binary) -> tuple[str, int]:
@@ -211,60 +207,39 @@ def _dims(type_: flat.Type, sizes: tuple[flat.Expression | None, ...] = ()) -> s
     return f"[{', '.join(texts)}]"
 
 
-_STATES = {
-    flat.StateSelect.NEVER: "never",
-    flat.StateSelect.AVOID: "avoid",
-    flat.StateSelect.PREFER: "prefer",
-    flat.StateSelect.ALWAYS: "always",
-}
-
-
 def _attributes(variable: flat.Variable) -> str:
     a = variable.attributes
     dims = variable.type.dims
     found: list[str] = []
-    for name, value in (
-        ("start", a.start),
-        ("fixed", a.fixed),
-        ("min", a.min),
-        ("max", a.max),
-        ("nominal", a.nominal),
-    ):
+    for name in ("start", "fixed", "min", "max", "nominal"):
+        value = getattr(a, name)
         if value is not None:
             each = "each " if dims and not value.type.dims else ""
             found.append(f"{each}{name} = {print_expression(value)}")
     each = "each " if dims else ""
-    if a.state_select in _STATES:
-        found.append(f"{each}stateSelect = StateSelect.{_STATES[a.state_select]}")
+    if a.state_select is not flat.StateSelect.DEFAULT:
+        found.append(f"{each}stateSelect = StateSelect.{a.state_select.name.lower()}")
     for name, text in (("unit", a.unit), ("displayUnit", a.display_unit), ("quantity", a.quantity)):
         if text:
-            found.append(f"{each}{name} = {string_text(text)}")
+            found.append(f"{each}{name} = {quote(text)}")
     return f"({', '.join(found)})" if found else ""
-
-
-_PREFIX = {
-    flat.Variability.CONSTANT: "constant ",
-    flat.Variability.PARAMETER: "parameter ",
-    flat.Variability.DISCRETE: "discrete ",
-    flat.Variability.CONTINUOUS: "",
-}
 
 
 def print_variable(variable: flat.Variable) -> str:
     """A declaration, without `;`."""
-    prefix = _PREFIX[variable.variability]
-    if variable.variability is flat.Variability.DISCRETE and variable.type.base is not (
-        flat.Base.REAL
-    ):
-        prefix = ""
+    variability, real = variable.variability, variable.type.base is flat.Base.REAL
     text = "final " if variable.final else ""
-    text += prefix + (f"{variable.causality} " if variable.causality else "")
+    if variability < flat.Variability.DISCRETE or (
+        variability is flat.Variability.DISCRETE and real
+    ):
+        text += f"{variability.name.lower()} "
+    text += f"{variable.causality} " if variable.causality else ""
     text += f"{type_name(variable.type)} {quoted(variable.name)}"
     text += _dims(variable.type, variable.sizes) + _attributes(variable)
     if variable.binding is not None:
         text += f" = {print_expression(variable.binding)}"
     if variable.description:
-        text += f" {string_text(variable.description)}"
+        text += f" {quote(variable.description)}"
     return text
 
 
@@ -402,7 +377,7 @@ def print_model(model: flat.FlatModel) -> str:
     blocks = ["\n".join(_type_lines(n, t)) for n, t in _named_types(model).items()]
     blocks += [print_function(f) for f in model.functions]
     name = quoted(model.name)
-    lines = [f"model {name}" + (f" {string_text(model.description)}" if model.description else "")]
+    lines = [f"model {name}" + (f" {quote(model.description)}" if model.description else "")]
     lines += [f"  {print_variable(v)};" for v in model.variables if not v.protected]
     hidden = [v for v in model.variables if v.protected]
     if hidden:
