@@ -48,14 +48,16 @@ def plain(text: str) -> str:
 
 def plain_lines(lines: Iterable[str]) -> str:
     """Lines as they are, without characters that would steer a terminal."""
-    return "\n".join(
-        "".join(c if c.isprintable() else "\N{MIDDLE DOT}" for c in line) for line in lines
-    )
+    return "\n".join(line if line.isprintable() else _tamed(line) for line in lines)
+
+
+def _tamed(line: str) -> str:
+    return "".join(c if c.isprintable() or c == "\t" else "\N{MIDDLE DOT}" for c in line)
 
 
 def say(text: str) -> None:
-    """Print on standard output, as it is."""
-    sys.stdout.write(text if text.endswith("\n") else text + "\n")
+    """Print on standard output, without characters of names that would steer a terminal."""
+    sys.stdout.write(plain_lines(text.removesuffix("\n").split("\n")) + "\n")
 
 
 def tell(text: str, least: Volume = Volume.NORMAL) -> None:

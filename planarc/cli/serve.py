@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from typing import Annotated
 
@@ -11,6 +12,9 @@ from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.exits import Exit
 from planarc.core.options import Redundant
+
+#: Python's own thresholds of the search for cycles, which commands that end soon raise.
+_OFTEN = (700, 10, 10)
 
 
 def serve(
@@ -47,6 +51,9 @@ def serve(
 
             if not webbrowser.open(server.address):
                 console.tell("no browser was found: open the address by hand")
+        # Unlike other commands this one goes on, and each request leaves cycles behind.
+        gc.freeze()
+        gc.set_threshold(*_OFTEN)
         server.serve()
     except KeyboardInterrupt:
         pass

@@ -251,6 +251,7 @@ class _Handler(WSGIRequestHandler):
     """Says nothing; addresses hold the token."""
 
     protocol_version = "HTTP/1.1"
+    timeout = 60  # seconds in which a connection must say or take something
 
     def log(self, type: str, message: str, *args: Any) -> None:
         pass

@@ -5,10 +5,12 @@ from __future__ import annotations
 import io
 import re
 from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
 
 import pytest
 
 from planarc.cli import console
+from planarc.cli.app import run
 from planarc.core.diagnostic import Diagnostic
 
 PROBLEM = Diagnostic("C999", "something is `wrong` \x1b[31mhere", hint="do better")
@@ -68,3 +70,19 @@ def test_rows_on_a_terminal_have_the_same_words() -> None:
 
 def test_texts_of_a_model_stay_on_their_line_and_cannot_steer_the_terminal() -> None:
     assert console.plain("a\nb\t c\x1b[2J\u202e") == "a b c·[2J·"
+
+
+def test_names_cannot_steer_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    console.say("'a\x1b[2Jb'\t= 1\nsecond \u202e line\n")
+    assert capsys.readouterr().out == "'a·[2Jb'\t= 1\nsecond · line\n"
+
+
+@pytest.mark.parametrize("command", ["flatten", "equations", "linearize", "list"])
+def test_no_command_prints_what_steers_the_terminal(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = "model M Real 'a\x1b[2J'(start=1, fixed=true); equation der('a\x1b[2J') = -1; end M;"
+    path = tmp_path / "m.pmo"
+    path.write_text(model, "utf-8")
+    assert run([command, str(path)]) == 0
+    assert "\x1b" not in capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -12,6 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from planarc.cli.app import run
+from planarc.live.server import LiveServer
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -61,3 +65,16 @@ def test_a_port_in_use_is_named(served: tuple[Any, str]) -> None:
     assert second.returncode == 2
     assert f"error[C280]: cannot listen on port {port}: " in second.stderr
     assert "choose another one with `--port`" in second.stderr
+
+
+def test_cycles_that_requests_leave_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command that ends soon looks seldom; a server would grow with each request."""
+    before, seen = gc.get_threshold(), []
+    monkeypatch.setattr(LiveServer, "serve", lambda _: seen.append(gc.get_threshold()))
+    gc.set_threshold(1_000_000, 10, 10)
+    try:
+        assert run(["serve", str(EXAMPLES / "pendulum.pmo"), "--no-open"]) == 0
+    finally:
+        gc.unfreeze()
+        gc.set_threshold(*before)
+    assert seen[0][0] < 10_000

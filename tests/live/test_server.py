@@ -15,7 +15,7 @@ import pytest
 
 import planarc
 from planarc.core.diagnostic import UsageError
-from planarc.live.server import LiveServer
+from planarc.live.server import LiveServer, _Handler
 from planarc.live.session import Session
 from planarc.request.request import Request
 
@@ -192,3 +192,15 @@ def test_a_port_in_use_is_named(server: LiveServer, session: Session, swing: Req
     assert found.code == "C280"
     assert str(server.port) in found.message
     assert "--port" in str(found.hint)
+
+
+def test_a_connection_that_says_nothing_is_closed(
+    server: LiveServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert _Handler.timeout is not None
+    monkeypatch.setattr(_Handler, "timeout", 0.05)
+    for said in (b"", b"GET /x HTTP/1.1\r\n"):
+        with socket.create_connection(("127.0.0.1", server.port), timeout=300) as idle:
+            idle.sendall(said)
+            while idle.recv(1000):
+                pass

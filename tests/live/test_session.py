@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from typing import Any
 
@@ -215,3 +216,17 @@ def test_elements_of_structural_arrays_have_fields() -> None:
     names = session.result(order).names
     assert {"x[1]", "y[3]"} <= set(names)
     assert "x[2]" not in names
+
+
+@pytest.mark.skipif(os.name != "posix", reason="named pipes of POSIX")
+def test_a_pipe_in_the_place_of_the_file_is_told(session: Session, swing: Request) -> None:
+    """Reading it would wait for ever."""
+    assert swing.file is not None
+    swing.file.unlink()
+    os.mkfifo(swing.file)
+    try:
+        session.reload()
+        (problem,) = session.answer(Order())["problems"]
+        assert problem["code"] == "C108"
+    finally:
+        swing.file.unlink()
