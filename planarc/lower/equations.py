@@ -272,20 +272,19 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
     t = scope.table
     earlier = t.false
     branches = [*e.branches, (None, e.otherwise)]
-    chosen: dict[tuple[str, Expr], tuple[Expr, Span]] = {}
+    chosen: dict[tuple[type, Expr], dae.SetDiscrete | dae.Reinit] = {}
     for condition, body in branches:
         own = t.true if condition is None else expr(lower_expression(scope, condition))
         truth = t.and_(own, t.not_(earlier))
         for action in _actions(scope.where(truth), body):
             match action:
-                case dae.SetDiscrete(name, value, span):
-                    key = ("set", t.symbol(name))
-                    old = chosen.get(key, (t.pre(name), span))[0]
-                    chosen[key] = (t.if_(truth, value, old), span)
-                case dae.Reinit(symbol, value, span):
-                    key = ("reinit", symbol)
-                    old = chosen.get(key, (symbol, span))[0]
-                    chosen[key] = (t.if_(truth, value, old), span)
+                case dae.SetDiscrete() | dae.Reinit():
+                    old = (
+                        t.pre(action.name) if isinstance(action, dae.SetDiscrete) else action.symbol
+                    )
+                    key = type(action), old
+                    kept = chosen[key].value if key in chosen else old
+                    chosen[key] = replace(action, value=t.if_(truth, action.value, kept))
                 case dae.Assertion():
                     yield action
                 case dae.Terminate():
@@ -293,8 +292,4 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
                     hint = "put the condition into the `when`"
                     raise error("L349", message, action.span, hint=hint)
         earlier = t.or_(earlier, own)
-    for (what, symbol), (value, span) in chosen.items():
-        if what == "set":
-            yield dae.SetDiscrete(symbol.name, value, span)
-        else:
-            yield dae.Reinit(symbol, value, span)
+    yield from chosen.values()

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
+from planarc.core.prose import counted
+from planarc.core.source import Span
 from planarc.flatten.functions import call_arguments, constructors
 from planarc.flatten.functions.values import call_of_argument, function_class
 from planarc.flatten.refusal import for_each, unsupported
@@ -141,6 +143,20 @@ def _call_function(node: syntax.Call, cls: Class, env: Env, results: bool) -> fl
             path = evaluate.structural_value(call, env, f"the file of `{node.function}`")
             return to_expression(path, call.type, node.span)
     return call
+
+
+def several_results(
+    node: syntax.Call, targets: int, span: Span, env: Env
+) -> tuple[flat.Call, list[flat.Type]]:
+    """A call that gives values to several targets, and the types of all its results."""
+    call = type_call(node, env, results=True)
+    if not isinstance(call, flat.Call):
+        raise error("F302", f"`{node.function}` has one result only", span)
+    types = call_arguments.result_types(call, env)
+    if targets > len(types):
+        message = f"`{node.function}` has {counted(len(types), 'result')}, not {targets}"
+        raise error("F302", message, span)
+    return call, types
 
 
 # Calls that are equations -------------------------------------------------------------

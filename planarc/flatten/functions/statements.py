@@ -17,9 +17,8 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.functions import call_arguments, calls
+from planarc.flatten.functions import calls
 from planarc.flatten.refusal import UnknownValue, joined, unsupported
 from planarc.flatten.terms.conform import conforms, mismatch, type_text
 from planarc.flatten.terms.select import element_at, opened
@@ -153,11 +152,7 @@ def _field_target(target: flat.Expression, ref: syntax.Ref) -> flat.Expression:
 
 
 def _tuple(node: syntax.TupleAssignment, env: Env) -> Statements:
-    call = calls.type_call(node.value, env, results=True)
-    if not isinstance(call, flat.Call):
-        raise error("F302", f"`{node.value.function}` has one result only", node.span)
-    types = call_arguments.result_types(call, env)
-    check_result_count(len(node.targets), len(types), node.value, node.span)
+    call, types = calls.several_results(node.value, len(node.targets), node.span, env)
     targets: list[flat.Target | None] = []
     first: list[flat.Statement] = []
     arguments = names_in(call.arguments)
@@ -178,13 +173,6 @@ def _tuple(node: syntax.TupleAssignment, env: Env) -> Statements:
     if not any(targets):
         return tuple(first)
     return (*first, flat.TupleAssignment(node.span, env.component, tuple(targets), call))
-
-
-def check_result_count(targets: int, results: int, call: syntax.Call, span: Span) -> None:
-    if targets > results:
-        raise error(
-            "F302", f"`{call.function}` has {counted(results, 'result')}, not {targets}", span
-        )
 
 
 def _call(node: syntax.CallStatement, env: Env) -> Statements:

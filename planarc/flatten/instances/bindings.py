@@ -20,6 +20,7 @@ from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import expect, type_text
+from planarc.flatten.terms.constant import Value
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import Binding, Env, Instance, Leaf, Mod, State, silent
@@ -179,9 +180,7 @@ def _text(mod: Mod, name: str, leaf: Leaf) -> str:
     binding = mod.sub(name).binding
     if binding is None:
         return ""
-    value = evaluate.structural_value(
-        _first_scalar(type_binding(binding)), Env(leaf.parent.scope()), f"the attribute `{name}`"
-    )
+    value = _known(_first_scalar(type_binding(binding)), name, leaf)
     if not isinstance(value, str):
         raise error("F270", f"the attribute `{name}` must be a String", binding.span)
     return value
@@ -193,16 +192,13 @@ def _state_select(mod: Mod, leaf: Leaf) -> flat.StateSelect:
         return flat.StateSelect.DEFAULT
     typed = _first_scalar(type_binding(binding))
     if typed.type.name != "StateSelect":
-        raise error(
-            "F270",
-            f"the attribute `stateSelect` must be a StateSelect, but is {type_text(typed.type)}",
-            binding.span,
-        )
-    value = evaluate.structural_value(
-        typed, Env(leaf.parent.scope()), "the attribute `stateSelect`"
-    )
-    assert isinstance(value, int)
-    return flat.StateSelect(value)
+        message = f"must be a StateSelect, but is {type_text(typed.type)}"
+        raise error("F270", f"the attribute `stateSelect` {message}", binding.span)
+    return flat.StateSelect(_known(typed, "stateSelect", leaf))  # type: ignore[arg-type]
+
+
+def _known(value: flat.Expression, name: str, leaf: Leaf) -> Value:
+    return evaluate.structural_value(value, Env(leaf.parent.scope()), f"the attribute `{name}`")
 
 
 def _first_scalar(value: flat.Expression) -> flat.Expression:

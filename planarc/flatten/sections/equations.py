@@ -22,9 +22,14 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
-from planarc.flatten.functions.call_arguments import result_types
-from planarc.flatten.functions.calls import type_assert, type_call, type_reinit, type_terminate
-from planarc.flatten.functions.statements import check_result_count, when_condition
+from planarc.flatten.functions.calls import (
+    several_results,
+    type_assert,
+    type_call,
+    type_reinit,
+    type_terminate,
+)
+from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
 from planarc.flatten.terms.conform import scalar_count, type_text, unify
 from planarc.flatten.tree.nodes import Env
@@ -68,21 +73,13 @@ def _several_results(
     node: syntax.Equality, left: syntax.Tuple, right: syntax.Call, env: Env
 ) -> Equations:
     """`(a, , b) = f(x)`."""
-    call = type_call(right, env, results=True)
-    if not isinstance(call, flat.Call):
-        raise error("F302", f"`{right.function}` has one result only", node.span)
-    types = result_types(call, env)
-    check_result_count(len(left.items), len(types), right, node.span)
+    call, types = several_results(right, len(left.items), node.span, env)
     items: list[flat.Expression | None] = []
     for item, type_ in zip(left.items, types, strict=False):
         typed = None if item is None else env.typed(item)
         if typed is not None and unify(typed.type, type_) is None:
-            raise error(
-                "F300",
-                f"a result of `{right.function}` is {type_text(type_)}, but is equated "
-                f"to {type_text(typed.type)}",
-                typed.span,
-            )
+            what = f"a result of `{right.function}` is {type_text(type_)}"
+            raise error("F300", f"{what}, but is equated to {type_text(typed.type)}", typed.span)
         items.append(typed)
     return (flat.Equality(node.span, env.component, flat.Targets(tuple(items)), call),)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from math import prod
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
@@ -127,9 +128,7 @@ def common_type(
 
 def scalar_count(type_: flat.Type) -> int:
     """The number of scalars that a value of a type holds."""
-    count = 1
-    for size in type_.dims:
-        count *= size or 0
+    count = prod(size or 0 for size in type_.dims)
     if type_.base is flat.Base.RECORD:
         count *= sum(scalar_count(t) for _, t in type_.fields)
     return count

@@ -37,7 +37,7 @@ def shape(value: Value) -> tuple[int, ...]:
     return tuple(dims)
 
 
-def _map(function: Callable[..., Any], *values: Value) -> Value:
+def each(function: Callable[..., Any], *values: Value) -> Value:
     """Elementwise over arrays; scalars go with every element."""
     sizes = {len(v) for v in values if isinstance(v, list)}
     if not sizes:
@@ -45,41 +45,19 @@ def _map(function: Callable[..., Any], *values: Value) -> Value:
     if len(sizes) > 1:
         raise NotConstant("the sizes of the arrays differ")
     return [
-        _map(function, *(v[i] if isinstance(v, list) else v for v in values))
+        each(function, *(v[i] if isinstance(v, list) else v for v in values))
         for i in range(sizes.pop())
     ]
 
 
 def unary(op: str, value: Value) -> Value:
-    return _map(operator.not_ if op == "not" else operator.neg, value)
-
-
-_RELATIONS: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "<>": operator.ne,
-    "and": lambda a, b: a and b,
-    "or": lambda a, b: a or b,
-}
+    return each(operator.not_ if op == "not" else operator.neg, value)
 
 
 def binary(op: str, left: Value, right: Value, span: Span) -> Value:
     try:
-        if op in _RELATIONS:
-            return _map(_RELATIONS[op], left, right)
-        if op in ("+", ".+"):
-            return _map(_plus, left, right)
-        if op in ("-", ".-"):
-            return _map(operator.sub, left, right)
-        if op == ".*":
-            return _map(_times, left, right)
-        if op in ("/", "./"):
-            return _map(operator.truediv, left, right)
-        if op == ".^":
-            return _map(_power, left, right)
+        if op in _ELEMENTWISE:
+            return each(_ELEMENTWISE[op], left, right)
         if op == "^":
             return _matrix_power(left, right) if isinstance(left, list) else _power(left, right)
         return multiply(left, right)
@@ -111,10 +89,27 @@ def _power(base: Any, exponent: Any) -> Value:
     return float(result)
 
 
+_ELEMENTWISE: dict[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "<>": operator.ne,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    **dict.fromkeys(("+", ".+"), _plus),
+    **dict.fromkeys(("-", ".-"), operator.sub),
+    **dict.fromkeys(("/", "./"), operator.truediv),
+    ".*": _times,
+    ".^": _power,
+}
+
+
 def multiply(a: Value, b: Value) -> Value:
     """`*` by the operands' dimensions (10.6.4)."""
     if not isinstance(a, list) or not isinstance(b, list):
-        return _map(_times, a, b)
+        return each(_times, a, b)
     if math.prod(shape(a)) * math.prod(shape(b)[1:]) > MAX_PRODUCTS:
         raise NotConstant("the matrices are too large")
     return nested(product(Numbers, tensor_of(a), tensor_of(b)))
@@ -238,13 +233,13 @@ def apply(values: list[Value], e: flat.Builtin) -> Value:
     except TypeError:
         raise NotConstant(f"`{e.function}` has no value here", e.span) from None
     number = _NUMBERS.get(e.type.base)
-    return result if number is None else _map(number, result)
+    return result if number is None else each(number, result)
 
 
 def _result(e: flat.Builtin, values: list[Value]) -> Value:
     function = scalar(e.function)
     if function is not None:
-        return _map(function, *values)
+        return each(function, *values)
     if e.function in _FUNCTIONS:
         return _FUNCTIONS[e.function](*values)  # type: ignore[no-any-return]
     dims = [a.type.dims for a in e.arguments] or [()] * len(values)

@@ -6,6 +6,7 @@ every parameter that is used becomes structural.
 
 from __future__ import annotations
 
+import operator
 import sys
 from typing import TypeAlias
 
@@ -66,8 +67,7 @@ class Evaluator(Struct):
             case flat.Index():
                 return compute.index(self.value(e.base), self._subscripts(e.subscripts), e.span)
             case flat.Field():
-                record = self.value(e.base)
-                return _field(record, e.name)
+                return compute.each(operator.itemgetter(e.name), self.value(e.base))
             case flat.Record():
                 names = [n for n, _ in e.type.fields]
                 return dict(zip(names, [self.value(i) for i in e.items], strict=True))
@@ -130,7 +130,9 @@ class Evaluator(Struct):
             value = Evaluator(self.session, self.mark).value(binding)
         finally:
             leaf.evaluating = False
-        leaf.evaluated = _cast(value, leaf.type, binding.type)
+        if leaf.type.base is flat.Base.REAL and binding.type.base is flat.Base.INTEGER:
+            value = compute.each(float, value)
+        leaf.evaluated = value
         return leaf.evaluated
 
     def _from_start(self, leaf: Leaf) -> flat.Expression:
@@ -209,23 +211,3 @@ class Evaluator(Struct):
             nested = e.reduce == "array" and k + 1 < len(e.iterators)
             found += [inner] if nested else inner
         return found
-
-
-def _field(record: Value, name: str) -> Value:
-    if isinstance(record, list):
-        return [_field(r, name) for r in record]
-    assert isinstance(record, dict)
-    return record[name]
-
-
-def _cast(value: Value, type_: flat.Type, actual: flat.Type) -> Value:
-    """An Integer value of a Real variable is a Real."""
-    if type_.base is flat.Base.REAL and actual.base is flat.Base.INTEGER:
-        return _to_float(value)
-    return value
-
-
-def _to_float(value: Value) -> Value:
-    if isinstance(value, list):
-        return [_to_float(v) for v in value]
-    return float(value) if isinstance(value, int) else value

@@ -152,18 +152,19 @@ class _Run:
 
 
 def _default(type_: flat.Type) -> Value:
-    match type_.base:
-        case flat.Base.REAL:
-            return 0.0
-        case flat.Base.BOOLEAN:
-            return False
-        case flat.Base.STRING:
-            return ""
-        case flat.Base.RECORD:
-            return {
-                n: compute.fill(_default(t), *[d or 0 for d in t.dims]) for n, t in type_.fields
-            }
-    return 0 if type_.base is flat.Base.INTEGER else 1
+    if type_.base is flat.Base.RECORD:
+        return {n: compute.fill(_default(t), *[d or 0 for d in t.dims]) for n, t in type_.fields}
+    return _DEFAULTS[type_.base]
+
+
+_DEFAULTS: dict[flat.Base, Value] = {
+    flat.Base.REAL: 0.0,
+    flat.Base.INTEGER: 0,
+    flat.Base.BOOLEAN: False,
+    flat.Base.STRING: "",
+    flat.Base.ENUMERATION: 1,
+    flat.Base.FUNCTION: 1,
+}
 
 
 def _stored_field(
