@@ -26,6 +26,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
+from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
@@ -232,11 +233,13 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     imbalance = None
     if not session.errors:
         check_ranges(pairs, session)
-        check_unheeded(root, connections, session)
+        check_unheeded(root, found.instances, connections, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session.leaves, redundant)
-    return _model(root, found, connected, variables, equations, experiment), imbalance
+    model = _model(root, found, connected, variables, equations, experiment)
+    check_assertions(model, session)
+    return model, imbalance
 
 
 def _model(

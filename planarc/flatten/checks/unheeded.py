@@ -1,24 +1,26 @@
-"""What a model says that nobody heeds: misspelt annotations, imports of nothing, self-connections.
+"""What a model says that nobody heeds: misspelt annotations, imports of nothing, self-connections,
+connectors that were asked for and not connected.
 
-In:   the root instance, its connections
-Out:  warnings F226 to F228
+In:   the root instance, all instances, the connections
+Out:  warnings F226 to F228, F319
 
 The specification lets a tool ignore annotations that it does not know, so that one misspelt letter
 silently takes an experiment away. Only names that were meant for planarc are told: those near to a
 known one, and settings of an experiment outside of it. Of other tools' annotations nothing is said.
 
-Reference: Modelica Language Specification 3.6, chapter 18 and section 13.2.1.
+Reference: Modelica Language Specification 3.6, chapter 18 (`mustBeConnected` in 18.8) and section
+13.2.1.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.nearest import meant, nearest
 from planarc.flatten.connect.connect import Connection
-from planarc.flatten.tree.annotation import find_argument, inside
+from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.lookup import import_target
 from planarc.flatten.tree.nodes import Instance, Session
 from planarc.ir import syntax
@@ -30,16 +32,45 @@ _TEXT = re.compile(r"exper|start_?time|stop_?time", re.IGNORECASE)
 _NEAR = 0.75
 
 
-def check_unheeded(root: Instance, connections: Iterable[Connection], session: Session) -> None:
+def check_unheeded(
+    root: Instance,
+    instances: Iterable[Instance],
+    connections: Sequence[Connection],
+    session: Session,
+) -> None:
     """Warn of what has no effect in the model itself."""
     _check_experiment(root, session)
     _check_imports(root, session)
+    _check_unconnected(instances, connections, session)
     for connection in connections:
         if connection.left == connection.right:
             name = connection.left.name
             message = f"`{name}` is connected to itself, which says nothing"
             hint = "connect it to the other part"
             session.warn("F228", message, connection.span, hint)
+
+
+def _check_unconnected(
+    instances: Iterable[Instance], connections: Sequence[Connection], session: Session
+) -> None:
+    """Connectors whose declaration says what is wrong if nothing is connected from outside."""
+    connected = {(s.name, c.component) for c in connections for s in (c.left, c.right)}
+    for instance in instances:
+        owner, element = instance.parent, instance.element
+        if not instance.is_connector or element is None or owner is None or owner.prefix is None:
+            continue
+        arguments = arguments_of(element.definition.annotation, _MUST, session)
+        reason = binding_of(find_argument(arguments, _MUST))
+        if reason is None:
+            continue
+        within = {c for name, c in connected if name == instance.name}
+        if within <= {owner.name}:
+            why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
+            message = f"nothing is connected to `{instance.name}`{why}"
+            session.warn("F319", message, owner.span)
+
+
+_MUST = "mustBeConnected"
 
 
 def _check_experiment(root: Instance, session: Session) -> None:
