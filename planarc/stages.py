@@ -53,7 +53,7 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
 
 def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     """The user's own equations and unknowns that are too many or missing, where there are any."""
-    from planarc.structure.blame import explain_misfit, find_misfit
+    from planarc.structure.blame import explain_discretes, explain_misfit, find_misfit
 
     try:
         dae = to_dae(problem.model)
@@ -61,7 +61,8 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
         return problem
     inputs, head = problem.imbalance.inputs, f"; {problem.imbalance.sizes}"
     over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs, head)
-    found = [replace(d, code=problem.diagnostics[0].code) for d in (*over, *under)]
+    told = (*over, *under) or explain_discretes(dae, head)
+    found = [replace(d, code=problem.diagnostics[0].code) for d in told]
     return PlanarcError(found) if found else problem
 
 

@@ -24,8 +24,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import counted, listed, shortened
+from planarc.core.source import Span
 from planarc.ir import places
-from planarc.ir.dae import Dae, Equation, Variable
+from planarc.ir.dae import Dae, Equation, SetDiscrete, Variable
 from planarc.ir.expr import Op, postorder, text
 from planarc.structure.graph import Rows, columns_of
 from planarc.structure.matching import Matching, find_singular_parts, match_equations
@@ -134,6 +135,35 @@ def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
         owner_span(dae, name),
         hint=f"connect a signal to it, or write `{name} = ...`",
     )
+
+
+def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
+    """Of discrete variables: those with two values, and those with none; where all equations say
+    by their left side what they give."""
+    if not all(e.left.is_symbol for e in dae.discrete_equations):
+        return ()
+    given: dict[str, list[Span]] = {}
+    for equation in dae.discrete_equations:
+        given.setdefault(equation.left.name, []).append(equation.span)
+    for when in dae.whens:
+        actions = (a for branch in when.branches for a in branch[-1] if isinstance(a, SetDiscrete))
+        for name, span in {a.name: a.span for a in actions}.items():  # once for all its branches
+            given.setdefault(name, []).append(span)
+    own = [v for v in dae.discretes if places.is_own(dae, v.span)]
+    twice = [
+        _given_twice(v.name, given[v.name], head) for v in own if len(given.get(v.name, ())) > 1
+    ]
+    missing = [v for v in own if v.name not in given]
+    undecided = [_undecided([v.name for v in missing], missing[0], (), head)] if missing else []
+    return (*twice, *undecided)
+
+
+def _given_twice(name: str, spans: Sequence[Span], head: str) -> Diagnostic:
+    *others, last = spans
+    related = tuple(Related(f"`{name}` gets a value here, too", span) for span in others[:_SHOWN])
+    hint = "give it all its values in one clause: `when ... elsewhen ... end when`"
+    message = f"`{name}` gets its value in {counted(len(spans), 'place')}{head}"
+    return Diagnostic("S302", message, last, hint=hint, related=related)
 
 
 def is_own(dae: Dae, equation: Equation) -> bool:
