@@ -3,6 +3,8 @@
 In:   FlatModel, and the errors found so far
 Out:  an error F288 for each, at the user's part, in place of what libraries say that came of it
 
+Only of the user's own parts: a library's class that is checked by itself has not its values yet.
+
 Example: `CombiTimeTable way(table=[0; 1])` has no column to interpolate, and says so by an
 assertion; otherwise the first news were a `transpose` in the library that cannot be applied.
 """
@@ -20,10 +22,16 @@ from planarc.ir.places import point_home
 
 def check_assertions(model: flat.FlatModel, session: Session) -> None:
     """Report assertions whose conditions are false whatever parameters are."""
-    failed = [e for e in model.equations if isinstance(e, flat.Assert) and _fails(e, session)]
+    users = session.library.user_files()
+    parts = {p.name for p in model.parts if p.span.source.name in users}
+    failed = [
+        e
+        for e in model.equations
+        if isinstance(e, flat.Assert) and e.component.partition(".")[0] in parts
+        if _fails(e, session)
+    ]
     if not failed:
         return
-    users = session.library.user_files()
     own = [d for d in session.errors if d.span is None or d.span.source.name in users]
     session.errors[:] = [*own, *(_impossible(model, e) for e in failed)]
 
