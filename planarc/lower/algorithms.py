@@ -43,7 +43,7 @@ def lower_algorithm(
     for name in plain:
         before = elements(model.values[name])
         for symbol, value in zip(before, elements(runner.values[name]), strict=True):
-            equations.add_equation(model, into, expr(symbol), expr(value), algorithm)
+            equations.add_equation(into, expr(symbol), expr(value), algorithm)
 
 
 def lower_initial_algorithm(

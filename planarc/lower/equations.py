@@ -55,7 +55,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
         match e:
             case flat.Equality() | flat.IfEquation():
                 for left, right in _pairs(scope, e):
-                    add_equation(model, into, left, right, e)
+                    add_equation(into, left, right, e)
             case flat.WhenEquation():
                 into.whens.append(_when(scope, e))
             case flat.Assert():
@@ -66,9 +66,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
                 raise error("L340", message, e.span, hint=hint)
 
 
-def add_equation(
-    model: Model, into: Lowered, left: Expr, right: Expr, origin: flat.EquationNode
-) -> None:
+def add_equation(into: Lowered, left: Expr, right: Expr, origin: flat.EquationNode) -> None:
     generated = isinstance(origin, flat.Equality) and origin.generated
     assigned = isinstance(origin, flat.Algorithm)
     into.equations.append(

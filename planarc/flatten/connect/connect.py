@@ -265,10 +265,7 @@ def _match_members(
 
 def member_nodes(instance: Instance) -> list[tuple[str, Node]]:
     """The components of a connector by name."""
-    found = []
-    for name in component_names(instance):
-        found.append((name, node_of(declared(instance, name))))
-    return found
+    return [(name, node_of(declared(instance, name))) for name in component_names(instance)]
 
 
 def component_names(instance: Instance) -> list[str]:

@@ -14,14 +14,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TypeGuard
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
-from planarc.flatten.connect.connect import Member, component_names
+from planarc.flatten.connect.connect import Member, member_nodes
 from planarc.flatten.connect.inputs import connectors_around, is_public_input
 from planarc.flatten.refusal import unsupported
-from planarc.flatten.tree.demand import node_of
 from planarc.flatten.tree.lookup import member
 from planarc.flatten.tree.nodes import (
     NO_MOD,
@@ -67,9 +68,9 @@ def expand_connectors(statements: Sequence[Statement], instances: Sequence[Insta
         groups = _groups(statements, buses)
         before = len(made)
         made += _share(groups, buses)
-        open_ = [s for s in open_ if not _fulfil(s, groups, buses, made)]
+        open_ = [s for s in open_ if not _fulfil(s, made)]
         for node in made[before:]:
-            if isinstance(node, Instance) and is_expandable(node):
+            if _is_bus(node):
                 buses[node.name] = node
         if len(made) == before:
             break
@@ -85,11 +86,10 @@ def _side(ref: syntax.Ref, env: Env) -> View | Wish | None:
     if len(ref.parts) > 1:
         bus = _resolved(syntax.Ref(ref.span, ref.parts[:-1], ref.absolute), env)
         last = ref.parts[-1]
-        if isinstance(bus, Instance) and is_expandable(bus) and member(bus, last.name) is None:
+        if _is_bus(bus) and member(bus, last.name) is None:
             if last.subscripts:
-                raise unsupported(
-                    "entries of arrays as new members of expandable connectors", "9.1.3", ref.span
-                )
+                what = "entries of arrays as new members of expandable connectors"
+                raise unsupported(what, "9.1.3", ref.span)
             return Wish(bus, last.name, ref.span)
     return _resolved(ref, env)
 
@@ -124,11 +124,8 @@ def _share(groups: DisjointSets[str], buses: dict[str, Instance]) -> list[Node]:
     for group in groups.sets():
         members: dict[str, Node] = {}
         for name in group:
-            bus = buses[name]
-            for inner in component_names(bus):
-                element = member(bus, inner)
-                if element is not None:
-                    members.setdefault(inner, node_of(element))
+            for inner, node in member_nodes(buses[name]):
+                members.setdefault(inner, node)
         for name in group:
             bus = buses[name]
             for inner, template in members.items():
@@ -138,9 +135,7 @@ def _share(groups: DisjointSets[str], buses: dict[str, Instance]) -> list[Node]:
     return made
 
 
-def _fulfil(
-    statement: Statement, groups: DisjointSets[str], buses: dict[str, Instance], made: list[Node]
-) -> bool:
+def _fulfil(statement: Statement, made: list[Node]) -> bool:
     """Add the member that a connection asks for; True when nothing is left to do."""
     left = _side(statement.node.left, statement.env)
     right = _side(statement.node.right, statement.env)
@@ -160,16 +155,7 @@ def _entry_template(reference: flat.Reference, env: Env) -> Leaf | None:
     whole = env.session.leaves.get(reference.name)
     if whole is None:
         return None
-    return Leaf(
-        whole.name,
-        reference.type,
-        whole.variability,
-        whole.element,
-        whole.parent,
-        whole.mod,
-        whole.layout,
-        is_connector=whole.is_connector,
-    )
+    return replace(whole, type=reference.type, flow=syntax.Flow.NONE)
 
 
 def add_member(wish: Wish, template: Node) -> Node:

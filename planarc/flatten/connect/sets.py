@@ -71,7 +71,7 @@ def connect_all(
     for leaf in leaves:
         if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or _in_connector(leaf)):
             continue
-        for lone in _lone_members(leaf, members):
+        for lone in _lone_members(leaf):
             sets.add(lone.key)
             members[lone.key] = lone
     grouped = [[members[key] for key in keys] for keys in sets.sets()]
@@ -116,7 +116,7 @@ def _order(span: Span) -> tuple[str, int]:
     return span.source.name, span.start
 
 
-def _lone_members(leaf: Leaf, members: dict[tuple[str, bool], Member]) -> list[Member]:
+def _lone_members(leaf: Leaf) -> list[Member]:
     """A flow variable seen from its outside, whole, or the entries not connected."""
     if not leaf.is_connector or not leaf.type.dims:
         return [Member(leaf, False)]

@@ -14,7 +14,7 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Related, error
+from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -59,9 +59,8 @@ def _warn_twins(element: Element, owner: Instance) -> None:
                 f"`{element.name}` only"
             )
             if all(w.message != message for w in session.warnings):
-                session.warn(
-                    "F264", message, other.span, f"remove one of them: keep `{element.name}`"
-                )
+                hint = f"remove one of them: keep `{element.name}`"
+                session.warn("F264", message, other.span, hint)
 
 
 def _default_node(element: Element, definition: syntax.Component) -> Node:
@@ -70,12 +69,12 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     if known is not None:
         return known
     root = session.root
+    assert root is not None  # what stands in a component has a model around it
     cls = find_class(element.scope, definition.type)
     layout = layout_of(cls)
-    if root is None or _is_taken(root, element.name) or layout.builtin is not None:
-        raise _missing(element, definition)
-    if cls.definition.partial:
-        raise _missing(element, definition)
+    taken = _is_taken(root, element.name)
+    if taken or layout.builtin is not None or cls.definition.partial:
+        raise _missing(element, definition, root)
     made = Instance(cls, layout, element.name, cls.mod, root, session, element=element)
     session.defaults[element.name] = made
     message = f"no `inner {definition.type} {element.name}` is declared: a default one is used"
@@ -90,28 +89,18 @@ def _is_taken(root: Instance, name: str) -> bool:
     return slot is not None and not slot[1].prefixes.outer
 
 
-def _missing(element: Element, definition: syntax.Component) -> Exception:
-    root = element.scope.session.root
+def _missing(element: Element, definition: syntax.Component, root: Instance) -> PlanarcError:
     inner = f"`inner {definition.type} {element.name};`"
-    if root is not None and _is_taken(root, element.name):
-        return error(
-            "F261",
-            f"`{element.name}` is declared without `inner`: the parts of the model do not find it",
-            root.layout.members[element.name][1].span,
-            hint=f"write {inner}",
-            related=(Related("it is asked for here", definition.span),),
+    asked = (Related("it is asked for here", definition.span),)
+    if _is_taken(root, element.name):
+        message = (
+            f"`{element.name}` is declared without `inner`: the parts of the model do not find it"
         )
-    if root is None:
-        message = f"no enclosing `inner` component `{element.name}` for this `outer` one"
-        hint = f"declare {inner} in an enclosing model"
-        return error("F261", message, definition.span, hint=hint)
-    return error(
-        "F261",
-        f"no {inner[:-2]}` is declared, which a part of the model asks for",
-        root.cls.definition.name_span,
-        hint=f"declare {inner} in `{root.cls.name}`",
-        related=(Related("it is asked for here", definition.span),),
-    )
+        place = root.layout.members[element.name][1].span
+        return error("F261", message, place, hint=f"write {inner}", related=asked)
+    message = f"no {inner[:-2]}` is declared, which a part of the model asks for"
+    hint = f"declare {inner} in `{root.cls.name}`"
+    return error("F261", message, root.cls.definition.name_span, hint=hint, related=asked)
 
 
 def _check_compatible(
