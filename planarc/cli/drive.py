@@ -12,7 +12,7 @@ from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
 from planarc.cli.files import save, table_destination
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import read_plain
 from planarc.core.options import Redundant
 
@@ -92,8 +92,7 @@ def read_motion(path: Path) -> tuple[list[float], list[float]]:
     try:
         lines = read_plain(path).decode("utf-8-sig", "replace").splitlines()
     except OSError as problem:
-        reason = (problem.strerror or str(problem)).lower()
-        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
+        raise refused("C108", f"cannot read `{path}`", problem) from None
     rows: list[tuple[float, ...]] = []
     for at, line in enumerate(lines, 1):
         if not line.strip():

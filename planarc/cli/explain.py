@@ -13,7 +13,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.arguments import AsJson
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
     from planarc.catalog.explanations import Code, Explanation
@@ -68,7 +68,7 @@ def _meant(asked: str) -> Sequence[Code]:
     from planarc.core.nearest import did_you_mean
 
     hint = did_you_mean(asked, Code.__members__) or "`planarc explain` lists all codes"
-    raise UsageError(Diagnostic("C294", f"there is no code `{asked}`", hint=hint))
+    raise usage_error("C294", f"there is no code `{asked}`", hint=hint)
 
 
 def _list(codes: Iterable[Code]) -> Iterator[str]:

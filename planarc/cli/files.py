@@ -17,7 +17,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.diagnostic import UsageError, refused, usage_error
 from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
@@ -106,10 +106,7 @@ def check_writable(path: Path, option: str) -> None:
     except (FileNotFoundError, NotADirectoryError):
         pass
     except (OSError, ValueError) as problem:
-        reason = (getattr(problem, "strerror", None) or str(problem)).lower()
-        raise usage_error(
-            "C123", f"cannot write `{path}`: {reason}", hint=f"change `{option}`"
-        ) from None
+        raise refused("C123", f"cannot write `{path}`", problem, f"change `{option}`") from None
     if path.is_dir():
         raise usage_error(
             "C123", f"cannot write `{path}`: it is a folder", hint=f"give `{option}` a file"

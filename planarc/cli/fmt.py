@@ -11,7 +11,14 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.exits import Exit
-from planarc.core.diagnostic import Diagnostic, PlanarcError, UsageError, usage_error
+from planarc.core.diagnostic import (
+    Diagnostic,
+    PlanarcError,
+    UsageError,
+    error,
+    refused,
+    usage_error,
+)
 from planarc.core.files import read_plain
 from planarc.core.source import SUFFIXES, Source, model_files
 
@@ -88,14 +95,10 @@ def _format_file(path: Path, check: bool) -> bool:
         data = read_plain(path)
         text = data.decode("utf-8")
     except UnicodeDecodeError:
-        raise PlanarcError(
-            Diagnostic(
-                "C142", f"`{path}` is not UTF-8 text", hint="convert it, then format it again"
-            )
-        ) from None
+        hint = "convert it, then format it again"
+        raise error("C142", f"`{path}` is not UTF-8 text", hint=hint) from None
     except OSError as problem:
-        reason = (problem.strerror or str(problem)).lower()
-        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
+        raise refused("C108", f"cannot read `{path}`", problem) from None
     formatted = formatted_text(Source(str(path), text))
     if formatted == text:
         return False

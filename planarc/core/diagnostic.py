@@ -102,6 +102,12 @@ def usage_error(code: str, message: str, *, hint: str | None = None) -> UsageErr
     return UsageError(Diagnostic(code, message, hint=hint))
 
 
+def refused(code: str, what: str, problem: Exception, hint: str | None = None) -> UsageError:
+    """A `UsageError` for what the system refuses, with its reason: a file that cannot be read."""
+    reason = getattr(problem, "strerror", None) or str(problem)
+    return usage_error(code, f"{what}: {reason.lower()}", hint=hint)
+
+
 def mistake(error: Exception) -> Diagnostic:
     """A mistake of planarc's own: where it broke, in one line that a user can pass on."""
     from pathlib import Path

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from planarc.core.cache import key
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import read_plain
 from planarc.core.nearest import did_you_mean
 from planarc.core.resources import stdlib
@@ -69,8 +69,7 @@ def content_of(path: Path) -> bytes:
     except ValueError as problem:  # a NUL in the name
         raise usage_error("C108", f"cannot read {str(path)!r}: {problem}") from None
     except OSError as problem:
-        reason = (problem.strerror or str(problem)).lower()
-        raise usage_error("C108", f"cannot read `{path}`: {reason}") from None
+        raise refused("C108", f"cannot read `{path}`", problem) from None
 
 
 def _siblings(path: Path) -> list[str]:

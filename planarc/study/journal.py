@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from msgspec import Struct, ValidationError, convert
 
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import refused, usage_error
 from planarc.study.bundle import Outcome
 
 
@@ -33,8 +33,7 @@ class Journal:
         try:
             self._file: BinaryIO = path.open("a+b")
         except (OSError, ValueError) as problem:
-            reason = (getattr(problem, "strerror", None) or str(problem)).lower()
-            raise usage_error("C233", f"cannot write the journal `{path}`: {reason}") from None
+            raise refused("C233", f"cannot write the journal `{path}`", problem) from None
         try:
             self._lock()
             self._read(key)
@@ -94,10 +93,7 @@ class Journal:
             self._file.writelines(json.dumps(item).encode() + b"\n" for item in items)
             self._file.flush()
         except OSError as problem:
-            reason = (problem.strerror or str(problem)).lower()
-            raise usage_error(
-                "C233", f"cannot write the journal `{self._path}`: {reason}"
-            ) from None
+            raise refused("C233", f"cannot write the journal `{self._path}`", problem) from None
 
     def close(self) -> None:
         try:

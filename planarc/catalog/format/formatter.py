@@ -25,7 +25,7 @@ from __future__ import annotations
 from planarc.catalog.format.indent import indent_lines
 from planarc.catalog.format.pieces import cut
 from planarc.catalog.format.spacing import blank_before
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import error
 
 
 def format_text(text: str) -> str:
@@ -37,7 +37,7 @@ def format_text(text: str) -> str:
         body = body.replace("\r\n", "\n")
     formatted = _format(body)
     if _words(formatted) != _words(body):
-        raise PlanarcError(Diagnostic("X002", "sorry, planarc cannot format this text"))
+        raise error("X002", "sorry, planarc cannot format this text")
     return mark + (formatted.replace("\n", "\r\n") if windows else formatted)
 
 

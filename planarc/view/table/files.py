@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import open_plain
 from planarc.ir.result import Result
 from planarc.view.table.table import Table
@@ -61,8 +61,7 @@ def read_table(path: Path) -> Table:
                 return table_csv.read(file)
             return table_mat.read(_mapped(file))
     except OSError as problem:
-        reason = (problem.strerror or str(problem)).lower()
-        raise usage_error("V503", f"cannot read `{path}`: {reason}") from None
+        raise refused("V503", f"cannot read `{path}`", problem) from None
     except ValueError as problem:
         hint = _UNFINISHED if _is_cut(path, suffix, str(problem)) else None
         raise usage_error("V504", f"`{path}` is no result table: {problem}", hint=hint) from None
