@@ -1,1 +1,1 @@
-"""What a user holds in Python: `Model`, `Result`, and the analyses of a model, one a file."""
+"""The objects of a user in Python: `Model`, `Result`, and the analyses of a model, one a file."""

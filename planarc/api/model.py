@@ -159,7 +159,7 @@ class Model:
 
     @property
     def variables(self) -> Names[Variable]:
-        """All that is no parameter, with start values and values at the start."""
+        """All variables that are no parameters, with start values and values at the start."""
         if self._variables is None:
             self._variables = self._find_variables()
         return Names("variable", self._variables)
@@ -249,7 +249,7 @@ class Model:
         inputs: Mapping[str, Signal] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
-        """As `simulate`, with options that were checked already."""
+        """Run the model, as `simulate` does, with options that were checked already."""
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)

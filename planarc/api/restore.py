@@ -76,14 +76,14 @@ def _text(path: Path) -> str:
 
 
 def restore(table: Table, name: str, compiled: Compiled | None) -> Restored:
-    """Raises UsageError C290 where the numbers are not of that model."""
+    """The result of a table. Raises UsageError C290 where the numbers are not of that model."""
     if compiled is None:
         return Restored(_bare(table, name), None)
     return _of_model(table, name, compiled)
 
 
 def compile_request(request: Request) -> Compiled:
-    """With native code where it can be had."""
+    """The compiled model, with native code where it can be had."""
     return compile_model(request, fastest_backend())
 
 
@@ -142,7 +142,7 @@ def _refuse_stranger(table: Table, name: str, program: Program) -> None:
 
 
 def _bare(table: Table, name: str) -> Result:
-    """Only curves: units as far as the file tells them."""
+    """A result of curves only, with units as far as the file tells them."""
     names = [n for n in table.columns if n != "time"]
     slots = {n: i for i, n in enumerate(names)}
     columns = tuple(

@@ -39,7 +39,7 @@ class RunStopped(RunError):
 
 
 class Result:
-    """What a run gave. `result["crank.phi"]` is an array over `result.time`.
+    """The result of a run. `result["crank.phi"]` is an array over `result.time`.
 
     Values are in SI units, as `unit(name)` says. A variable that does not change has an
     array too. The name of an array, `result["body.r_0"]`, gives an array with one more axis
@@ -59,7 +59,7 @@ class Result:
         self.ended = rows.ended  # the reason why the run ended before its time, if it did
 
     def __getitem__(self, name: str) -> Vector:
-        """Raises UnknownName (a UsageError and a KeyError)."""
+        """The values of a name. Raises UnknownName (a UsageError and a KeyError)."""
         if isinstance(name, str) and name in self.rows:
             return self.rows[name]
         import numpy as np
@@ -100,7 +100,7 @@ class Result:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all variables and parameters."""
+        """The names of all variables and parameters."""
         return tuple(self.rows.columns)
 
     @property

@@ -28,7 +28,7 @@ _SECOND = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
 
 
 def read_signal(name: str, given: Signal) -> Callable[[float], float]:
-    """As a function of time that gives finite numbers. Raises UsageError C210, C211."""
+    """The signal as a function of time, of finite numbers. Raises UsageError C210, C211."""
     if callable(given):
         return _checked(name, given)
     if isinstance(given, int | float):
@@ -69,7 +69,7 @@ def table_span(name: str, given: Any) -> tuple[float, float] | None:
 
 
 def _is_three(given: Any) -> TypeGuard[Sequence[Callable[[float], float]]]:
-    """Whether these are position, velocity and acceleration."""
+    """True for three functions: position, velocity and acceleration."""
     return isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given))
 
 
@@ -159,11 +159,11 @@ class ForcedKernel:
 
     @property
     def capabilities(self) -> Capabilities:
-        """None: every evaluation comes by here, to see the values of its time."""
+        """No capability: every evaluation comes by here, to see the values of its time."""
         return Capabilities()
 
     def __getattr__(self, name: str) -> Any:
-        """Whatever takes no time is the kernel's own."""
+        """The kernel's own attribute, for whatever takes no time."""
         return getattr(self.inner, name)
 
     def origin(self, block: int) -> list[float]:

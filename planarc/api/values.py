@@ -25,7 +25,7 @@ _START = ".start"
 
 
 def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
-    """By name of a scalar parameter. Raises UsageError (C201 to C203)."""
+    """Values by the names of scalar parameters. Raises UsageError (C201 to C203)."""
     known = {p.name: p for p in program.parameter_slots}
     result: dict[str, float] = {}
     for name, value in _scalars(given, known, "parameter", program):
@@ -46,7 +46,7 @@ def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
 
 
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
-    """By name of a variable; `x.start` is understood as `x`."""
+    """Start values by the names of variables; `x.start` is understood as `x`."""
     known = {c.name: c for c in program.columns}
     known |= {c.name: c for c in program.candidates if c.name not in known}  # type: ignore[misc]
     plain = {
@@ -93,7 +93,7 @@ def run_options(
     intervals: Any,
     **checked: Any,
 ) -> RunOptions:
-    """What a user asks of a run, with more options that were checked already."""
+    """The options that a user gives a run, with more options that were checked already."""
     asked = {"start_time": start_time, "stop_time": stop_time, "tolerance": tolerance}
     start, stop, exact = (v if v is None else finite(n, v) for n, v in asked.items())
     return RunOptions(
@@ -107,7 +107,7 @@ def run_options(
 
 
 def by_name(given: Any) -> Mapping[str, Any]:
-    """What is given as a mapping, or UsageError."""
+    """The given values as a mapping, or UsageError."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):

@@ -1,4 +1,4 @@
-"""What a model has: its parameters and variables, as a user looks them up."""
+"""The parameters and variables of a model, as a user looks them up."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def parameters_of(program: Program, kernel: Kernel) -> dict[str, Parameter]:
 
 
 def variables_of(program: Program, kernel: Kernel, started: bool) -> dict[str, Variable]:
-    """All that is no parameter; `started`: the kernel holds the values at the start."""
+    """All variables that are no parameters; `started`: the kernel holds the values at the start."""
     starts = {c.slot: c.start for c in program.candidates}
     starts |= {d.slot: d.start for d in program.discretes}
     starts |= {f.slot: f.start for f in program.fixed}

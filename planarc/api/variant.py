@@ -133,7 +133,7 @@ def compile_variant(
 
 
 def named_like(program: Program, of: Program) -> Program:
-    """With the name of another one, its experiment, and the figures of its documentation."""
+    """The program with name, experiment and figures of another one."""
     names = ("name", "description", "experiment", "figures")
     return replace(program, **{name: getattr(of, name) for name in names})
 

@@ -43,7 +43,7 @@ class Verdict(Enum):
 
 
 class Finding(Data):
-    """What was found out about one class. `kind` is `model`, `partial model`, `type` ..."""
+    """The finding about one class. `kind` is `model`, `partial model`, `type` ..."""
 
     name: str
     kind: str
@@ -147,7 +147,7 @@ def survey(
 
 
 def _first_jobs(request: Request) -> tuple[str, list[_Job], list[Finding]]:
-    """What is surveyed, the outermost classes of it, and files that cannot be read."""
+    """The target, its outermost classes, and files that cannot be read."""
     if request.file is None:
         library, _, _ = open_library(request)
         name = request.class_name or ""

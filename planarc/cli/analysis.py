@@ -1,4 +1,4 @@
-"""What the commands of the analyses share: the model, settings, numbers as text and JSON."""
+"""The common parts of the commands of analyses: the model, settings, numbers as text and JSON."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def make_request(
     libraries: Sequence[Path] | None = None,
     redundant: Redundant = Redundant.REFUSE,
 ) -> Request:
-    """What the arguments ask for."""
+    """The request that the arguments make."""
     from planarc.request.request import Request
 
     folders = tuple(libraries or ())
@@ -119,7 +119,7 @@ def open_classes(
 
 
 def names_file(target: str) -> bool:
-    """Whether an argument means a file; otherwise it is the name of a class."""
+    """True for an argument that means a file; any other is the name of a class."""
     from planarc.request.request import names_class
 
     return not names_class(target) or Path(target).exists()

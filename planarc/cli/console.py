@@ -1,4 +1,4 @@
-"""What the commands print: results on standard output, diagnostics on standard error.
+"""The printing of the commands: results on standard output, diagnostics on standard error.
 
 Colour is for terminals only, and only when the user did not refuse it
 (https://no-color.org).

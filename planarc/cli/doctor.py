@@ -95,7 +95,7 @@ def _self_tests() -> Iterator[dict[str, Any]]:
 
 
 def _swing(backend: Backend) -> tuple[float, str]:
-    """How far the swing is from its closed form, as a share, and the solver that ran."""
+    """The distance of the swing from its closed form, as a share, and the solver that ran."""
     from math import cos, pi, sqrt
 
     from planarc import compiler

@@ -1,4 +1,4 @@
-"""Where the results of a run go, decided before it starts.
+"""The files of a run's results, decided before it starts.
 
 Named files are replaced. The default ones, `<Class>.csv` and `<Class>.html` in the
 working directory, are replaced only when planarc wrote what is there now: a file of

@@ -1,4 +1,4 @@
-"""What a command found out, with the keys of `--json`."""
+"""The findings of a command, with the keys of `--json`."""
 
 from __future__ import annotations
 

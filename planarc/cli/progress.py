@@ -1,4 +1,4 @@
-"""How far a command is: on a terminal, unless it is to be quiet."""
+"""The progress of a command: shown on a terminal, unless it is to be quiet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from planarc.core.progress import Progress
 
 @contextmanager
 def progress_line() -> Iterator[Callable[[float], None] | None]:
-    """Called with the simulated time, where somebody sees it; else None."""
+    """A function to call with the simulated time, where somebody sees it; else None."""
     if not is_seen():
         yield None
         return
@@ -22,7 +22,7 @@ def progress_line() -> Iterator[Callable[[float], None] | None]:
 
 @contextmanager
 def counting_line() -> Iterator[Callable[[int, int, str], None] | None]:
-    """Called with the number of classes done, of those known, and a name; else None."""
+    """A function to call with the number of classes done, of those known, and a name; or None."""
     if not is_seen():
         yield None
         return

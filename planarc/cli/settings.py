@@ -127,7 +127,7 @@ def _value(name: str, text: str) -> Given:
 
 
 def _parts(text: str) -> list[str]:
-    """What stands between commas outside of inner braces."""
+    """The texts between commas outside of inner braces."""
     parts, depth = [""], 0
     for sign in text:
         depth += (sign == "{") - (sign == "}")

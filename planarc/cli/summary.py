@@ -34,7 +34,7 @@ def summary(
 
 
 def details(result: Result) -> tuple[tuple[str, str], ...]:
-    """What `--verbose` adds: the integrator's work, and the events with their causes."""
+    """The rows that `--verbose` adds: the integrator's work, and the events with their causes."""
     statistics = result.statistics
     work = (
         f"{statistics.rhs_calls} of the right-hand side, {statistics.jacobians} of its Jacobian, "
@@ -77,7 +77,7 @@ def state_reasons(result: Result) -> str:
 
 
 def start_values(held: Sequence[Held]) -> str:
-    """What was held at the start, and how far guesses moved (farthest first)."""
+    """The values held at the start, and the ways that guesses moved (farthest first)."""
     lines = []
     exact = [f"{h.name} = {h.start:.6g}" for h in held if h.held]
     if exact:

@@ -1,4 +1,4 @@
-"""What `planarc check --all` found: the causes of failures and a table; or all of it as JSON."""
+"""The findings of `planarc check --all`: the causes of failures and a table, or all as JSON."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def store(kind: str, key: str, data: bytes) -> None:
 
 
 def entries(root: Path) -> dict[str, tuple[int, int]]:
-    """How many entries there are of each kind, and how many bytes they take."""
+    """The number of entries of each kind, and the bytes that they take."""
     found: dict[str, tuple[int, int]] = {}
     for path, state in _stored(root):
         number, total = found.get(path.parent.name, (0, 0))
@@ -289,7 +289,7 @@ _NO_WAIT = getattr(os, "O_NONBLOCK", 0)
 
 
 def _code(secret: bytes, kind: str, key: str, content: bytes) -> bytes:
-    """What only this user's planarc can put in front of an entry."""
+    """The code that only this user's planarc can put in front of an entry."""
     digest = blake2b(f"{kind}/{key}\n".encode(), digest_size=_CODE_BYTES, key=secret)
     digest.update(content)
     return digest.digest()
@@ -300,7 +300,7 @@ def _code(secret: bytes, kind: str, key: str, content: bytes) -> bytes:
 
 @cache
 def _versions() -> tuple[str, ...]:
-    """What every entry depends on: planarc, by the state of its files, and Python."""
+    """The versions on which every entry depends: planarc, by the state of its files, and Python."""
     try:
         planarc = _state_of(Path(__file__).resolve().parent.parent)
     except OSError:  # not installed as files

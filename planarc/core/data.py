@@ -1,4 +1,4 @@
-"""What the stages hand on: immutable values with named fields.
+"""The data that stages hand on: immutable values with named fields.
 
     class Point(Data):              Point(1.0, y=2.0), Point(1.0, 2.0) == Point(1.0, 2.0),
         x: float                    replace(point, x=3.0), case Point(x, y): ...

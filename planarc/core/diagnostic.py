@@ -67,7 +67,7 @@ class PlanarcError(Exception):
         return _again, (type(self), self.diagnostics), self.__dict__
 
     def _render_traceback_(self) -> list[str]:
-        """What a notebook shows in the place of a traceback: the user's lines, and the message."""
+        """The lines that a notebook shows instead of a traceback: the user's, and the message."""
         from traceback import extract_tb
 
         frames = (f for f in extract_tb(self.__traceback__) if _is_users(f.filename))

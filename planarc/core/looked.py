@@ -1,4 +1,4 @@
-"""What a compilation looked for, found or not, and whether it would find the same today.
+"""The things that a compilation looked for, found or not, to tell whether they are the same today.
 
 The files that it read are not enough: a class file added to a folder may hide a class that was
 found further out, and a model may ask for a file that is not there, or by a relative name.
@@ -30,7 +30,7 @@ class Looked(Struct):
     open_questions: bool = False
 
     def findings(self) -> Findings:
-        """What there is now, as plain data."""
+        """The things as they are now, as plain data."""
         folders = sorted(os.path.abspath(path) for path in self.folders)  # noqa: PTH100
         return [(f, _listing(f)) for f in folders], [_meaning(n) for n in sorted(self.names)]
 

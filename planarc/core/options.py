@@ -1,4 +1,4 @@
-"""What a user may ask of a run, as data."""
+"""The options of a run, as data."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ FIXED_STEP = tuple(solver for solver in Solver if solver.fixed)
 
 
 class Units(StrEnum):
-    """What becomes of units that differ in an equation, a binding or a connection."""
+    """The treatment of units that differ in an equation, a binding or a connection."""
 
     WARN = "warn"
     ERROR = "error"
@@ -56,7 +56,7 @@ class Units(StrEnum):
 
 
 class Redundant(StrEnum):
-    """What becomes of joints that hold a motion which others hold already."""
+    """The treatment of joints that hold a motion which others hold already."""
 
     REFUSE = "refuse"
     ACCEPT = "accept"  # the forces that they leave open are those of least squares

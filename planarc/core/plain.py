@@ -38,5 +38,5 @@ class PlainReader(pickle.Unpickler):
 
 
 def loads(data: bytes) -> Any:
-    """What `pickle.dumps` wrote, if it is data."""
+    """The value that `pickle.dumps` wrote, if it is data."""
     return PlainReader(io.BytesIO(data)).load()

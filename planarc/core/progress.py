@@ -1,4 +1,4 @@
-"""How far a long work is, drawn by rich on standard error: on a terminal or in a notebook.
+"""The progress of a long work, drawn by rich on standard error: on a terminal or in a notebook.
 
 Elsewhere only the last state is written, by those who ask to keep it. No thread draws: the
 processes of a study are copies of this one.

@@ -76,7 +76,7 @@ def render(diagnostic: Diagnostic, color: bool = False) -> str:
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, str | int | None]:
-    """What `--json` prints of a diagnostic; without a place, file, line and column are null."""
+    """A diagnostic as `--json` prints it; without a place, file, line and column are null."""
     place = _located(diagnostic.span)
     return {
         "code": diagnostic.code,
@@ -155,7 +155,7 @@ def _printable(text: str) -> str:
 
 
 def _columns(text: str) -> int:
-    """How wide a terminal prints a text."""
+    """The width of a text on a terminal, in columns."""
     if text.isascii():
         return len(text)
     wide = sum(unicodedata.east_asian_width(c) in "WF" for c in text)

@@ -100,7 +100,7 @@ def _factor(tokens: list[str]) -> Dimension:
 
 
 def _take(tokens: list[str], token: str) -> bool:
-    """Whether a token comes next, which then is taken."""
+    """True where a token comes next, which then is taken."""
     return tokens[-1:] == [token] and bool(tokens.pop())
 
 
@@ -154,7 +154,7 @@ def looks_like_degrees(angle: float) -> bool:
 
 
 def turns(angle: float) -> str:
-    """How far an angle turns: `7.2 turns`."""
+    """The turns of an angle: `7.2 turns`."""
     return f"{angle / (2 * pi):.3g} turns"
 
 

@@ -41,7 +41,7 @@ class Group(Data):
 
 
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
-    """What a user may not have meant, though the equations fit."""
+    """Warnings of what a user may not have meant, though the equations fit."""
     groups = find_floating(dae, mechanism)
     return tuple(_floats(dae, group) for group in groups if not _is_flown(dae, group))
 
@@ -84,7 +84,7 @@ def _part(name: str) -> str:
 
 
 def _is_flown(dae: Dae, group: Group) -> bool:
-    """Whether start values are written for what flies, or its coordinates are to be states."""
+    """True where start values are written for what flies, or its coordinates are to be states."""
     meant = (v for v in dae.variables if v.start_written or v.state_select is StateSelect.ALWAYS)
     return not {v.component for v in meant}.isdisjoint(group.components)
 
@@ -118,8 +118,8 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
 
 
 def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
-    """What to say if nothing moves, which by count is so: perhaps a joint is missing where parts
-    are connected without one. Redundant joints may hold a mechanism that moves all the same."""
+    """The warning for where nothing moves, which by count is so: perhaps a joint is missing
+    where parts are connected without one. Redundant joints may hold what moves all the same."""
     if mechanism.mobility != 0 or not mechanism.joints:
         return None
     welds = _welds(dae, mechanism)
@@ -156,5 +156,5 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
 
 
 def place(dae: Dae, name: str) -> Span | None:
-    """Where a component of the model is declared."""
+    """The place where a component of the model is declared."""
     return next((p.span for p in dae.parts if p.name == name and p.span is not NOWHERE), None)

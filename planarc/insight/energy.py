@@ -54,13 +54,13 @@ class Energies(Data):
 
     @property
     def untold(self) -> Vector:
-        """What all components put in that declare nothing."""
+        """The energy that all components put in that declare nothing."""
         total: Vector = sum(self.strangers.values(), 0 * self.supplied)
         return total
 
     @property
     def balance(self) -> Vector:
-        """What is missing: errors of the run, and whatever no component declares."""
+        """The energy that is missing: errors of the run, and whatever no component declares."""
         total = self.mechanical
         difference: Vector = total - total[0] + self.dissipated - self.supplied
         return difference

@@ -1,4 +1,4 @@
-"""All that is known of a run's mechanism, in one call."""
+"""The whole insight into a run's mechanism, in one call."""
 
 from __future__ import annotations
 

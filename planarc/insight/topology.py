@@ -246,7 +246,7 @@ def _held(
 
 
 def _is_angle(relations: Sequence[_Relation]) -> bool:
-    """Whether a component only says the angle of a point, which has none of its own."""
+    """True where a component only says the angle of a point, which has none of its own."""
     said = [r for r in relations if r.frames and not r.own]
     return (
         len(said) == 1 and said[0].only_angle and len({f for r in relations for f in r.frames}) == 1

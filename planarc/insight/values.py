@@ -33,7 +33,7 @@ class Values:
         }
 
     def declared(self, kind: str, order: int = 0) -> Mapping[str, Mapping[str, Any]]:
-        """What components declare of one kind, or its derivative: component, name, rows.
+        """The declarations of components of one kind, or its derivative: component, name, rows.
 
         A component of which something cannot be evaluated is left out.
         """

@@ -99,7 +99,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
 
 
 def _is_channel(p: ParameterSlot) -> bool:
-    """Whether it is red, green or blue of a colour."""
+    """True for the red, green or blue of a colour."""
     return p.kind is Kind.INTEGER and (p.minimum, p.maximum) == (0.0, 255.0)
 
 

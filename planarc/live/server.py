@@ -270,7 +270,7 @@ def _order(request: Request) -> Order:
 
 
 def _read(request: Request, kind: type[Asked]) -> Asked:
-    """What a request asks for; 400 where it is not of that kind."""
+    """The order in a request; 400 where it is not of that kind."""
     if request.mimetype != "application/json":
         raise UnsupportedMediaType
     try:

@@ -48,7 +48,7 @@ class Reader(Struct):
 
 
 def shown_name(path: Path) -> str:
-    """How messages call a file: planarc's own ones without where it is installed."""
+    """The name of a file in messages: planarc's own ones without where it is installed."""
     root = stdlib()
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)
 

@@ -1,4 +1,4 @@
-"""What a user asks to be compiled, and the class that this means.
+"""The request to compile something, and the class that it means.
 
 A file with one model, or with a model named like the file (`four_bar.pmo` holds
 `FourBar`), needs no class name. Libraries are looked for in the roots that the
@@ -57,12 +57,12 @@ class Target(Data):
 
 
 def names_class(text: str) -> bool:
-    """Whether a text can be the name of a class; otherwise it is that of a file."""
+    """True for a text that can be the name of a class; any other is that of a file."""
     return not text.endswith(SUFFIXES) and _DOTTED_NAME.fullmatch(text) is not None
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:
-    """Where libraries are looked for, in order."""
+    """The folders in which libraries are looked for, in order."""
     named = request.libraries
     path = [Path(p) for p in os.environ.get("MODELICAPATH", "").split(os.pathsep) if p]
     for root in named:

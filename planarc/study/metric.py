@@ -1,4 +1,4 @@
-"""What is kept of each run of a study: numbers, by name.
+"""The numbers that are kept of each run of a study, by name.
 
 A metric is a text (`crank.phi` for its value at the end, `max(crank.w)`, `rms(...)` ...),
 a function of the Result that gives a number or numbers by name, a list of texts, or a
@@ -82,7 +82,7 @@ def _number(value: Any) -> float:
 
 
 def read_metric(metric: Metric | None, program: Program) -> Metrics:
-    """Raises UsageError for unknown variables. None: the states at the end."""
+    """The metrics; of None the states at the end. Raises UsageError for unknown variables."""
     named: Any
     if metric is None:
         columns = {c.name for c in program.columns}

@@ -1,4 +1,4 @@
-"""Who does the runs of a study: this process, some processes of a crew, or a cluster.
+"""The workers that do the runs of a study: this process, some processes of a crew, or a cluster.
 
 In:   Payload (model, options, metrics), tasks
 Out:  outcomes, in bundles, as they come

@@ -84,7 +84,7 @@ def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Sce
 
 
 def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
-    """Whether it shows more than axes and gravity."""
+    """True for an item that shows more than axes and gravity."""
     return item.component.rpartition(".")[0] not in worlds
 
 

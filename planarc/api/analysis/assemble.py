@@ -49,7 +49,7 @@ class Assembly(Data):
 
 
 def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, ...]:
-    """Raises PlanarcError R472 where there is none."""
+    """All assemblies. Raises PlanarcError R472 where there is none."""
     if not isinstance(tries, int) or tries < 1:
         raise usage_error("C241", f"the number of tries is above 0, not {tries!r:.20}")
     program, kernel = model.program, model.compiled().load()
@@ -94,7 +94,7 @@ def _positions(system: System) -> tuple[list[int], list[int]]:
 
 
 def _names(system: System, columns: Sequence[int]) -> set[str]:
-    """Of the variables that are positions: candidates, and others with a start value."""
+    """The names of positions: candidates, and others with a start value."""
     program = system.program
     found = {
         n for c in columns for n in (program.candidates[c].display, program.candidates[c].name)

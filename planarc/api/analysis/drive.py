@@ -58,7 +58,7 @@ class Driven(Data):
     efforts: Mapping[str, str]
 
     def effort(self, coordinate: str | None = None) -> Vector:
-        """In N.m or N; without a name, of the only driven coordinate."""
+        """The effort in N.m or N; without a name, of the only driven coordinate."""
         if coordinate is None and len(self.efforts) == 1:
             coordinate = next(iter(self.efforts))
         if coordinate is None or coordinate not in self.efforts:
@@ -242,7 +242,7 @@ def _declaration(k: int, text: str | None) -> str:
 def _with_motions(
     dae: Dae, coordinates: Sequence[str], efforts: Mapping[str, str]
 ) -> tuple[Dae, dict[str, str]]:
-    """Each joint's law replaced by its motion; nothing is fixed at the start any more."""
+    """The equations with motions in the place of joints' laws; nothing is fixed at the start."""
     equations = list(dae.equations)
     variables = [
         replace(v, fixed=False, start_written=v.start_written or v.fixed) for v in dae.variables

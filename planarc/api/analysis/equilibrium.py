@@ -80,12 +80,12 @@ class Equilibrium(Data):
 def find_equilibrium(
     model: Model, options: RunOptions, inputs: Mapping[str, Signal] | None
 ) -> Equilibrium:
-    """Raises PlanarcError R471 where there is none to be found."""
+    """The equilibrium. Raises PlanarcError R471 where none is found."""
     return settle_down(open_point(model, options, inputs))
 
 
 def settle_down(point: Point) -> Equilibrium:
-    """From a point to the equilibrium below it."""
+    """Go from a point to the equilibrium below it."""
     way = _Way(point)
     way.rest()
     size = first = way.size()
@@ -110,7 +110,7 @@ def settle_down(point: Point) -> Equilibrium:
 
 
 class _Way:
-    """Where the search is: the states that are no velocities, and what pulls at them."""
+    """The place of the search: the states that are no velocities, and what pulls at them."""
 
     def __init__(self, point: Point) -> None:
         self.point = point

@@ -44,12 +44,12 @@ class Mode(Data):
 
     @property
     def natural_frequency(self) -> float:
-        """In rad/s, as if there were no damping."""
+        """The frequency in rad/s that the mode would have without damping."""
         return abs(self.eigenvalue)
 
     @property
     def frequency(self) -> float:
-        """In Hz, of the motion as it is."""
+        """The frequency in Hz of the motion as it is."""
         return abs(self.eigenvalue.imag) / (2 * math.pi)
 
     @property
@@ -95,18 +95,18 @@ class Linearization(Data, eq=False):
 
     @property
     def eigenvalues(self) -> Array:
-        """In the order of `modes`."""
+        """The eigenvalues, in the order of `modes`."""
         return np.array([m.eigenvalue for m in self._all()], dtype=complex)
 
     @property
     def stable(self) -> bool:
-        """No eigenvalue lies to the right of the imaginary axis (but for rounding)."""
+        """True where no eigenvalue lies to the right of the imaginary axis (but for rounding)."""
         values = self.eigenvalues
         return bool(all(v.real <= 1e-7 * max(1.0, abs(v)) for v in values))
 
     @property
     def modes(self) -> tuple[Mode, ...]:
-        """From the slowest to the fastest; of a conjugate pair the one with Im > 0."""
+        """The modes, the slowest first; of a conjugate pair the one with Im > 0."""
         return tuple(m for m in self._all() if m.eigenvalue.imag >= 0)
 
     def _all(self) -> list[Mode]:

@@ -145,7 +145,7 @@ class _Equations:
         self._slots = [c.derivative for c in self.base.states]
 
     def _rates(self, t: float, z: Vector) -> Vector:
-        """Of the states, then of their sensitivities; NaN where there are none."""
+        """The rates of the states, then of their sensitivities; NaN where there are none."""
         n = len(self.base.y)
         try:
             f, by_state, by_parameter = self.partials.at(t, z[:n], self._slots)

@@ -1,4 +1,4 @@
-"""How far each line is indented: two spaces for every block that it stands in.
+"""The indentation of each line: two spaces for every block that it stands in.
 
 In:   Sequence[Piece]  all pieces of a text
 Out:  list[Line]       for each piece where it stands, and the indentation of a line that
@@ -105,7 +105,7 @@ class _Walk:
         return self._first_indent(i) + (STEP if self._goes_deeper(i) else 0)
 
     def _goes_deeper(self, i: int) -> bool:
-        """Whether piece i is a branch of an if-expression, or continues its condition."""
+        """True where piece i is a branch of an if-expression, or continues its condition."""
         if i and (self.begun or self.brackets) and self.pieces[i - 1].text in {"then", "else"}:
             return True
         waiting = self.brackets[-1].choices if self.brackets else self.choices

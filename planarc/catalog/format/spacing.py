@@ -27,7 +27,7 @@ from planarc.core.data import Data
 
 
 class Place(Data):
-    """Where a piece stands."""
+    """The place of a piece."""
 
     brackets: int = 0  # how many are open before it
     equations: bool = False  # in an equation section
@@ -68,7 +68,7 @@ def _is_operator(piece: Piece) -> bool:
 
 
 def _is_sign(pieces: Sequence[Piece], i: int) -> bool:
-    """Whether piece i is a sign of what follows, not an operation on what stands before."""
+    """True where piece i is a sign of what follows, not an operation on what stands before."""
     if pieces[i].text not in SIGNS:
         return False
     at = i - 1
@@ -84,7 +84,7 @@ def _ends_operand(piece: Piece) -> bool:
 
 
 def _spaced(pieces: Sequence[Piece], places: Sequence[Place], i: int) -> bool:
-    """Whether the operator i has spaces around it."""
+    """True where the operator i has spaces around it."""
     operator = pieces[i].text
     if operator in SPACED:
         return True

@@ -85,7 +85,7 @@ class _Gatherer:
                 yield Link(part.full_name, part.full_name), sections
 
     def _energy(self, entry: Entry) -> Iterator[tuple[str, str]]:
-        """What a class declares of its energy, itself or by its bases."""
+        """The declarations of a class's energy, its own and those of its bases."""
         told: dict[str, str] = {}
         for part in self._names.lineage(entry):
             own = find_argument(self._annotation(part.definition.annotation), "__planarc")

@@ -1,4 +1,4 @@
-"""What the head of a class says: its law, sign convention and limits, in comments.
+"""The comments at the head of a class: its law, sign convention and limits, in comments.
 
 In:   str   the text of a class
 Out:  (keyword, text) of each, in their order

@@ -91,7 +91,7 @@ def _bent(points: tuple[Point, ...]) -> str:
 
 
 def _arrow_ends(graphic: Graphic) -> Iterator[tuple[Point, Point]]:
-    """Where heads are, and where their lines come from."""
+    """The tips of heads, and the points from which their lines come."""
     first, last = graphic.arrows
     if first:
         yield graphic.points[0], graphic.points[1]

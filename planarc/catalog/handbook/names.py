@@ -1,4 +1,4 @@
-"""What names in a library mean, as far as text can tell.
+"""The meaning of names in a library, as far as text can tell.
 
 In:   Entry, a name as it is written there
 Out:  Entry   the class, None when it is predefined or cannot be found
@@ -119,7 +119,7 @@ def elements(definition: syntax.ClassDef) -> tuple[syntax.Element, ...]:
 
 
 def base_refs(definition: syntax.ClassDef) -> Iterator[syntax.Ref]:
-    """What a class extends, as written; a short class extends what it stands for."""
+    """The base classes of a class as written; a short class extends what it stands for."""
     if isinstance(definition.body, syntax.ShortClass):
         yield definition.body.base
     for element in elements(definition):

@@ -1,4 +1,4 @@
-"""What a handbook says about each class: names, texts, numbers, no trees and no files."""
+"""The contents of a handbook about each class: names, texts, numbers, no trees and no files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Placed(Data):
 
 
 class Icon(Data):
-    """What a class looks like: inherited graphics first, then its own, then its connectors."""
+    """The look of a class: inherited graphics first, then its own, then its connectors."""
 
     graphics: tuple[Graphic, ...] = ()
     connectors: tuple[Placed, ...] = ()

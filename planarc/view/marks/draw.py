@@ -42,7 +42,7 @@ def _marks(item: Item, pixel: float, dark: bool) -> tuple[Mark, ...]:
 
 
 def visible(item: Item) -> bool:
-    """Whether an item at an instant has a place at all."""
+    """True for an item that has a place at an instant."""
     return all(math.isfinite(v) for v in (item.x, item.y, item.angle, item.length, item.width))
 
 

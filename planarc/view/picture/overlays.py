@@ -1,4 +1,4 @@
-"""What is laid over the mechanism, as items of a scene: the report's layers, paths of points.
+"""Overlays of the mechanism, as items of a scene: the report's layers, paths of points.
 
 The largest vector of a layer is a good quarter of the mechanism's size, as on the page.
 

@@ -236,7 +236,7 @@ def _reach(marks: Sequence[Mark]) -> float:
 
 
 def _round_only(marks: Sequence[Mark]) -> bool:
-    """Whether nobody sees that it turns."""
+    """True where nobody sees that it turns."""
     return all(isinstance(m, Disc | Label) and m.x == m.y == 0.0 for m in marks)
 
 
