@@ -50,6 +50,9 @@ def delay(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 def _check(model: Model, interval: Expr, maximum: Expr | None, span: Span) -> None:
     if interval.is_const and interval.data < 0:
         raise error("L362", "a delay time must not be negative", span)
+    limits = (interval, maximum) if maximum is not None else ()
+    if limits and all(e.is_const for e in limits) and limits[0].data > limits[1].data:
+        raise error("L362", "a delay time must not exceed the largest one, given third", span)
     if _is_fixed(model, interval):
         return
     if maximum is None:

@@ -84,6 +84,7 @@ def _errors(cls: Class) -> Iterator[Diagnostic]:
     definition, layout = cls.definition, cls.layout
     assert layout is not None
     yield from _names(definition)
+    yield from _imports(layout.parts[0].imports)
     yield from _bases(definition, layout.parts)
     body = definition.body
     if isinstance(body, syntax.ExtendsClass):
@@ -107,6 +108,18 @@ def _names(definition: syntax.ClassDef) -> Iterator[Diagnostic]:
         if name in _RESERVED:
             message = f"`{name}` is a predefined type, and nothing else can have its name"
             yield Diagnostic("F229", message, span, hint="choose another name")
+
+
+def _imports(clauses: tuple[syntax.Import, ...]) -> Iterator[Diagnostic]:
+    """Each name is imported once (13.2.1.1)."""
+    seen: dict[str, syntax.Import] = {}
+    for clause in clauses:
+        for name in clause.names or (() if clause.wildcard else (clause.alias or clause.path[-1],)):
+            first = seen.setdefault(name, clause)
+            if first is not clause:
+                related = (Related("first here", first.span),)
+                message = f"`{name}` is imported twice"
+                yield Diagnostic("F212", message, clause.span, related=related)
 
 
 def _content(definition: syntax.ClassDef, body: syntax.Composition) -> Iterator[Diagnostic]:

@@ -105,7 +105,7 @@ def _check_imports(root: Instance, session: Session) -> None:
     for clause in scope.part.imports:
         for path in [(*clause.path, n) for n in clause.names] or [clause.path]:
             try:
-                import_target(scope, path, clause.span)
+                import_target(scope, path, clause.span, clause.wildcard)
             except PlanarcError as problem:
                 first = problem.diagnostics[0]
                 session.warn("F227", first.message, first.span, first.hint)

@@ -17,6 +17,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Related, Severity, error
 from planarc.core.source import Span
@@ -117,9 +119,22 @@ def _sides(ref: syntax.Ref, env: Env) -> object | None:
     outside = _is_outside(ref, env)
     try:
         view = resolve(ref, env)
+        for count in range(2, len(ref.parts)):
+            _check_inner(resolve(replace(ref, parts=ref.parts[:count]), env), ref)
     except NotThere:
         return None
     return None if _is_absent(view) else _as_sides(view, ref, outside, env)
+
+
+def _check_inner(view: View, ref: syntax.Ref) -> None:
+    """Behind the first name of a connector stand connectors only (9.1)."""
+    while isinstance(view, list) and view:
+        view = view[0]
+    if isinstance(view, Instance) and not view.is_connector and not view.is_record:
+        owner = view.parent.cls.name if view.parent is not None else view.name
+        message = f"`{ref}` reaches into `{owner}`: only its own connectors can be connected"
+        hint = f"give `{owner}` a connector, and connect `{view.name}` to it there"
+        raise error("F311", message, ref.span, hint=hint)
 
 
 def _is_absent(view: View) -> bool:
@@ -282,6 +297,12 @@ def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> 
         flow = a if a.is_flow else b
         why = f"`{flow.leaf.name}` is a flow variable, its counterpart is not"
         raise _unlike(left, right, why, span)
+    for which in (flat.Variability.CONSTANT, flat.Variability.PARAMETER):
+        first, second = a.leaf.variability is which, b.leaf.variability is which
+        if first != second:
+            fixed = a if first else b
+            why = f"`{fixed.leaf.name}` is a {which.name.lower()}, its counterpart is not"
+            raise _unlike(left, right, why, span)
     if not (base_conforms(a.type, b.type) or base_conforms(b.type, a.type)) or (
         a.type.dims != b.type.dims
     ):

@@ -39,7 +39,7 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     names = node.function.names
     if len(names) == 1 and not node.function.absolute and names[0] in env.locals:
         return call_of_argument(node, env.locals[names[0]], env)
-    if names[0] == _CONNECTIONS and len(names) == 2 and lookup.find(env.scope, names[0]) is None:
+    if names[0] == _CONNECTIONS and len(names) == 2 and _is_predefined(node.function, env):
         return connections.type_operator(node, env)
     if builtins.is_name(names[-1]) and _is_builtin(node.function, env):
         return _builtin(node, env)
@@ -60,6 +60,10 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
             "F292", f"`{node.function}` is a {layout.kind.value}, not a function", node.span
         )
     return _call_function(node, cls, env, results)
+
+
+def _is_predefined(name: syntax.Ref, env: Env) -> bool:
+    return name.absolute or lookup.find(env.scope, name.parts[0].name) is None
 
 
 def _is_builtin(function: syntax.Ref, env: Env) -> bool:

@@ -163,7 +163,7 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
     value = type_binding(binding)
     what = f"the attribute `{name}` of `{leaf.name}`"
     expected = wanted.with_dims(leaf.type.dims)
-    if not value.type.dims and expected.dims and _stands_for_all(binding):
+    if not value.type.dims and expected.dims and _stands_for_all(name, binding, leaf):
         expected = wanted.with_dims(())
     expect(expected, value, what, binding.span)
     if variability_of(value, leaf.parent.session) > flat.Variability.PARAMETER:
@@ -171,9 +171,10 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
     return value
 
 
-def _stands_for_all(binding: Binding) -> bool:
+def _stands_for_all(name: str, binding: Binding, leaf: Leaf) -> bool:
     """`each` was written, or the type itself says so (`type T = Real(min=0)`)."""
-    return binding.each or binding.scope.instance.prefix is None
+    of_type = type_mod(leaf.layout).sub(name).binding is binding
+    return binding.each or of_type or binding.scope.instance.prefix is None
 
 
 def _text(mod: Mod, name: str, leaf: Leaf) -> str:

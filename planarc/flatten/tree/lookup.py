@@ -23,7 +23,7 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
-from planarc.flatten.tree.demand import class_of, node_of, static_instance
+from planarc.flatten.tree.demand import class_of, layout_of, static_instance
 from planarc.flatten.tree.modify import part_mod
 from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope
 from planarc.ir import syntax
@@ -175,15 +175,21 @@ def _imported(scope: Scope, name: str) -> Element | None:
     return found[0][0] if found else None
 
 
-def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
-    """Import paths are full names: they start at the top level."""
+def import_target(
+    scope: Scope, path: tuple[str, ...], span: Span, all_of_it: bool = False
+) -> Element:
+    """Import paths are full names: they start at the top level. What is imported is an element of
+    a package, or all of one (13.2.1)."""
     element = member(scope.session.root_scope.instance, path[0])
     done = path[0]
-    for name in path[1:]:
+    for count, name in enumerate(path[1:], 2):
         if element is None:
             break
-        done += f".{name}"
-        element = member(static_instance(class_of(element, span)), name)
+        last = count == len(path) and not all_of_it
+        owner = _package(element, done, span) if last else class_of(element, span)
+        element, done = member(static_instance(owner), name), f"{done}.{name}"
+        if element is not None and element.protected:
+            raise error("F214", f"`{name}` is protected in `{owner.name}`", span)
     if element is None:
         package, _, name = done.rpartition(".")
         hint = did_you_mean(name, scope.session.library.class_names(package))
@@ -194,9 +200,18 @@ def import_target(scope: Scope, path: tuple[str, ...], span: Span) -> Element:
     return element
 
 
+def _package(element: Element, name: str, span: Span) -> Class:
+    cls = class_of(element, span)
+    if layout_of(cls).kind is not syntax.ClassKind.PACKAGE:
+        message = f"nothing can be imported from `{name}`, which is no package"
+        raise error("F210", message, span, related=[Related("declared here", cls.span)])
+    return cls
+
+
 def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
-    package = import_target(scope, clause.path, clause.span)
-    element = member(static_instance(class_of(package, clause.span)), name)
+    target = import_target(scope, clause.path, clause.span, all_of_it=True)
+    package = _package(target, ".".join(clause.path), clause.span)
+    element = member(static_instance(package), name)
     return None if element is None or element.protected else element
 
 
@@ -209,12 +224,34 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
     if any(part.subscripts for part in name.parts):
         raise error("F211", f"`{name}` is no class name: it has subscripts", name.span)
     element = _first(scope, names[0], name)
-    if not element.is_class and len(names) > 1:
-        return _class_through_component(element, names, name)
     cls = _as_class(element, names[0], name.span)
     for step in names[1:]:
-        cls = _as_class(public_member(static_instance(cls), step, name.span), step, name.span)
+        cls = _as_class(class_member(cls, step, name.span), step, name.span)
     return cls
+
+
+def class_member(cls: Class, name: str, span: Span) -> Element:
+    """The element behind the name of a class: of packages, and of classes that are like them, any
+    public one, of others only an encapsulated class (5.3.2)."""
+    element = public_member(static_instance(cls), name, span)
+    definition = element.definition
+    closed = isinstance(definition, syntax.ClassDef) and not definition.encapsulated
+    if closed and cls.definition.kind in _CLOSED_KINDS and not _is_like_package(cls):
+        message = f"`{cls.name}` is no package: its class `{name}` belongs to it alone"
+        hint = "move it into a package, or write `encapsulated` before it"
+        raise error("F214", message, span, hint=hint)
+    return element
+
+
+_CLOSED_KINDS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
+
+
+def _is_like_package(cls: Class) -> bool:
+    """It holds classes and constants only."""
+    layout = layout_of(cls)
+    constant = syntax.Variability.CONSTANT
+    declared = (d for _, d in layout.members.values() if isinstance(d, syntax.Component))
+    return all(d.variability is constant for d in declared)
 
 
 def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
@@ -227,27 +264,6 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
     if found is None:
         raise naming.unknown(scope, name, ref.span)
     return found[0]
-
-
-def _class_through_component(element: Element, names: tuple[str, ...], ref: syntax.Ref) -> Class:
-    """`world.Types.X`: the component's own class as it is after redeclaration."""
-    node = node_of(element)
-    for index, step in enumerate(names[1:], 1):
-        if not isinstance(node, Instance):
-            break
-        found = member(node, step)
-        if found is None:
-            raise naming.missing_member(node.cls, step, ref.span)
-        if found.is_class:
-            cls = class_of(found, ref.span)
-            for rest in names[index + 1 :]:
-                inside = member(static_instance(cls), rest)
-                if inside is None:
-                    raise naming.missing_member(cls, rest, ref.span)
-                cls = _as_class(inside, rest, ref.span)
-            return cls
-        node = node_of(found)
-    raise error("F211", f"`{ref}` is a component, not a class", ref.span)
 
 
 def _as_class(element: Element, name: str, span: Span) -> Class:

@@ -28,7 +28,17 @@ from planarc.flatten.tree import lookup, subtype
 from planarc.flatten.tree.demand import class_of
 from planarc.flatten.tree.modify import compile_modification, final_error, merge, subscript
 from planarc.flatten.tree.naming import name_span
-from planarc.flatten.tree.nodes import NO_MOD, Class, Element, Instance, Layout, Mod, Scope, State
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Class,
+    Element,
+    Instance,
+    Layout,
+    Mod,
+    Redeclaration,
+    Scope,
+    State,
+)
 from planarc.ir import syntax
 
 
@@ -68,13 +78,23 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
         raise error("F240", message, new.span, related=related)
     _check_replaceable(element, definition.name_span, new.name_span)
     rest = Mod(None, mod.subs, None, mod.final, mod.span)
-    if isinstance(new.body, syntax.ExtendsClass) or _names_itself(new):
-        original = Class(definition, element.scope, name, NO_MOD, element.entry)
-        original = _bounded(original, under)
+    if _widens(new):
+        original = _original(element, redeclaration.earlier, name)
         return Class(new, redeclaration.scope, name, rest, None, original)
     cls = _bounded(Class(new, redeclaration.scope, name, rest), under)
     _check_fit(element, cls)
     return cls
+
+
+def _original(element: Element, redeclaration: Redeclaration | None, name: str) -> Class:
+    """The inherited class that a redeclaration widens: itself the work of earlier ones (7.3.1)."""
+    definition = element.definition if redeclaration is None else redeclaration.element
+    assert isinstance(definition, syntax.ClassDef)
+    if redeclaration is None:
+        cls = Class(definition, element.scope, name, NO_MOD, element.entry)
+        return _bounded(cls, _constraint_mod(element))
+    below = _original(element, redeclaration.earlier, name) if _widens(definition) else None
+    return Class(definition, redeclaration.scope, name, NO_MOD, None, below)
 
 
 def _bounded(cls: Class, under: Mod) -> Class:
@@ -131,9 +151,12 @@ def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: st
     return error("F242", message, new, related=[Related("declared here", old)])
 
 
-def _names_itself(definition: syntax.ClassDef) -> bool:
+def _widens(definition: syntax.ClassDef) -> bool:
+    """It is made of the class that it replaces: `extends M`, or `M = M(...)`."""
     body = definition.body
-    return isinstance(body, syntax.ShortClass) and body.base.names == (definition.name,)
+    if isinstance(body, syntax.ShortClass):
+        return body.base.names == (definition.name,)
+    return isinstance(body, syntax.ExtendsClass)
 
 
 def _class_name(instance: Instance, name: str) -> str:

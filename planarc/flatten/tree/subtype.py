@@ -51,6 +51,8 @@ def _same_kind(own: syntax.ClassKind, wanted: syntax.ClassKind) -> bool:
 def _builtin_obstacle(own: flat.Type | None, wanted: flat.Type | None) -> str | None:
     if own is None or wanted is None:
         return "one of both is a built-in type"
+    if own.base is wanted.base is flat.Base.ENUMERATION and not wanted.literals:
+        return None  # `enumeration(:)` stands for any (4.9.5)
     if base_conforms(wanted, own) and base_conforms(own, wanted):
         return None
     return f"it is {type_text(own)}, not {type_text(wanted)}"

@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterator
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large, unknown_value
 from planarc.flatten.terms.conform import common_type
@@ -22,7 +23,7 @@ from planarc.flatten.terms.constant import to_expression
 from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of
-from planarc.flatten.tree.nodes import Class, Env, Family
+from planarc.flatten.tree.nodes import Class, Env, Family, Leaf
 from planarc.flatten.typing import references
 from planarc.flatten.typing.arrays import size_along
 from planarc.flatten.values import evaluate
@@ -124,18 +125,33 @@ def _range_of_type(ref: syntax.Ref, env: Env) -> flat.Expression | None:
 
 def _deduced_range(iterator: syntax.Iterator, env: Env, uses: object) -> flat.Expression:
     """`for i loop x[i] ...`: 1 to the size of the array that `i` indexes (11.2.2.1)."""
-    found = _find_use(iterator.name, uses)
-    if found is None:
+    found = [_range_of(use, iterator, env) for use in _find_uses(iterator.name, uses)]
+    if not found:
         message = f"the iterator `{iterator.name}` has no range and is not used as a plain index"
         raise error("F275", message, iterator.span)
-    prefix, dimension = found
-    base = syntax.Ref(
-        prefix.span,
-        (*prefix.parts[:-1], syntax.RefPart(prefix.span, prefix.parts[-1].name)),
-        prefix.absolute,
-    )
+    sizes = sorted({r.type.dims[0] for r in found if r.type.dims[0] is not None})
+    if len(sizes) > 1:
+        named, counts = iterator.name, listed(map(str, sizes))
+        message = f"the iterator `{named}` is the index of arrays of {counts} entries"
+        raise error("F275", message, iterator.span, hint=f"write a range: `{named} in 1:n`")
+    return found[0]
+
+
+def _range_of(use: tuple[syntax.Ref, int], iterator: syntax.Iterator, env: Env) -> flat.Expression:
+    """The values that index one dimension of an array, whose type may be an enumeration."""
+    prefix, dimension = use
+    last = syntax.RefPart(prefix.span, prefix.parts[-1].name)
+    base = syntax.Ref(prefix.span, (*prefix.parts[:-1], last), prefix.absolute)
     view = references.resolve(base, env) if base.parts[0].name not in env.locals else None
     span = iterator.span
+    if isinstance(view, Leaf):
+        declared = view.element.definition
+        sizes = declared.dimensions if isinstance(declared, syntax.Component) else ()
+        written = sizes[dimension] if dimension < len(sizes) else None
+        if isinstance(written, syntax.Ref):
+            typed = _range_of_type(written, Env(view.element.scope))
+            if typed is not None:
+                return typed
     if isinstance(view, Family):
         size: int | None = view.dims[dimension]
         stop: flat.Expression = integer(view.dims[dimension], span)
@@ -145,13 +161,12 @@ def _deduced_range(iterator: syntax.Iterator, env: Env, uses: object) -> flat.Ex
     return flat.Range(flat.INTEGER.with_dims((size,)), span, integer(1, span), None, stop)
 
 
-def _find_use(name: str, uses: object) -> tuple[syntax.Ref, int] | None:
+def _find_uses(name: str, uses: object) -> Iterator[tuple[syntax.Ref, int]]:
     for ref in references_in(uses):
         for count, part in enumerate(ref.parts, 1):
             for k, subscript in enumerate(part.subscripts):
                 if isinstance(subscript, syntax.Ref) and subscript.names == (name,):
-                    return syntax.Ref(ref.span, ref.parts[:count], ref.absolute), k
-    return None
+                    yield syntax.Ref(ref.span, ref.parts[:count], ref.absolute), k
 
 
 def _open_array(

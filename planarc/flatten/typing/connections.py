@@ -45,7 +45,7 @@ def type_cardinality(call: syntax.Call, env: Env) -> flat.Expression:
     if counts is None:
         raise error("F315", "`cardinality` cannot decide what is declared or connected", call.span)
     view = references.resolve(call.arguments[0], env)
-    if not isinstance(view, Instance | Leaf):
+    if not isinstance(view, Instance | Leaf) or not view.is_connector:
         raise error("F290", "`cardinality` takes one connector", call.span)
     return integer(counts[view.name], call.span)
 

@@ -165,11 +165,14 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
     builtin = instance.layout.builtin
     if builtin is not None and part.name in builtin.literals:
         return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
-    return _enter(instance, part, ref, env)
+    return _entered(lookup.class_member(cls, part.name, ref.span), part, ref, env)
 
 
 def _enter(instance: Instance, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
-    element = lookup.public_member(instance, part.name, ref.span)
+    return _entered(lookup.public_member(instance, part.name, ref.span), part, ref, env)
+
+
+def _entered(element: Element, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if element.is_class:
         return class_of(element, ref.span)
     return select(node_of(element), part.subscripts, env, ref)
@@ -277,6 +280,9 @@ def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
     folded = evaluate.fold_index(index, env)
     if base is flat.Base.BOOLEAN and isinstance(folded, flat.Literal):
         return integer(int(folded.value) + 1, index.span)
+    if base is flat.Base.BOOLEAN and not index.type.dims:
+        one, two = integer(1, index.span), integer(2, index.span)
+        return flat.If(flat.INTEGER, index.span, ((folded, two),), one)
     if base is flat.Base.ENUMERATION and isinstance(folded, flat.Literal):
         return integer(int(folded.value), index.span)
     return folded
