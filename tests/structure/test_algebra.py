@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from random import Random
 from typing import Any
 
 import pytest
 
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Kind, Parameter
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.sorted import Assignment, SortedDae
 from planarc.structure.algebra import Algebra
 from planarc.structure.linear import Contents
@@ -89,6 +90,43 @@ def test_an_answer_solves_the_equation(read: Read, source: str, values: dict[str
     assert evaluate(left, lambda e: known[e.name]) == pytest.approx(
         evaluate(right, lambda e: known[e.name]), rel=1e-12
     )
+
+
+def _random(t: Exprs, random: Random, depth: int) -> Expr:
+    """A formula in x, y, z and T."""
+    if depth == 0 or random.random() < 0.15:
+        return random.choice([*map(t.symbol, "xxyzT"), t.const(0.1), t.const(-3.0)])
+    a, b = (_random(t, random, depth - 1) for _ in range(2))
+    divisor = t.symbol(random.choice("yT"))
+    make = [
+        *(lambda: t.add(a, b), lambda: t.sub(a, b), lambda: t.mul(a, b)),
+        *(lambda: t.div(a, divisor), lambda: t.pow(a, t.const(2.0)), lambda: t.neg(a)),
+        *(lambda f=f: t.call(f, a) for f in ("exp", "log", "sinh", "tanh", "sin")),
+    ]
+    return random.choice(make)()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_whatever_is_answered_solves_the_equation(seed: int) -> None:
+    random, answers = Random(seed), 0
+    for _ in range(60):
+        t = Exprs()
+        x, square = t.symbol("x"), t.pow(t.symbol("x"), t.const(2.0))
+        bent = t.sub(t.mul(t.add(x, t.symbol("T")), t.add(x, t.symbol("y"), t.symbol("T"))), square)
+        residual = _random(t, random, 3) if random.random() < 0.7 else t.sub(bent, t.symbol("z"))
+        answer = _solver(t).solve(residual, x) if x in symbols(residual) else None
+        if answer is None:
+            continue
+        assert x not in symbols(answer)
+        values = {"y": random.uniform(-2, 2), "z": random.uniform(-2, 2), "T": random.uniform(1, 3)}
+        try:
+            values["x"] = evaluate(answer, lambda e, v=values: v[e.name])
+            left = evaluate(residual, lambda e, v=values: v[e.name])
+        except (ArithmeticError, ValueError):
+            continue  # there is no solution here
+        answers += 1
+        assert left == pytest.approx(0.0, abs=1e-7 * max(1.0, abs(values["x"])) ** 3)
+    assert answers > 3
 
 
 def test_what_would_be_long_is_left_alone(read: Read) -> None:
