@@ -274,8 +274,8 @@ def _model(
 
 def _part(instance: Instance) -> flat.Part:
     """What stands in the model as `outer` was made up for want of an inner one."""
-    name, kind, element = instance.name, instance.cls.name, instance.element
-    if element is None:
-        return flat.Part(name, kind, instance.cls.span)
-    prefixes = element.definition.prefixes
-    return flat.Part(name, kind, element.definition.span, prefixes.inner or prefixes.outer)
+    prefixes = (
+        syntax.Prefixes() if instance.element is None else instance.element.definition.prefixes
+    )
+    shared = prefixes.inner or prefixes.outer
+    return flat.Part(instance.name, instance.cls.name, instance.span, shared)

@@ -72,12 +72,8 @@ def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
         a, b = pairs.pop(0)
         if isinstance(a, list) and isinstance(b, list):
             if len(a) != len(b):
-                raise error(
-                    "F310",
-                    f"`{node.left}` and `{node.right}` are arrays of different size: "
-                    f"{len(a)} and {len(b)}",
-                    node.span,
-                )
+                both = f"`{node.left}` and `{node.right}` are arrays of different size"
+                raise error("F310", f"{both}: {len(a)} and {len(b)}", node.span)
             pairs = list(zip(a, b, strict=True)) + pairs
         elif isinstance(a, Side) and isinstance(b, Side):
             deque(match_leaves(a, b, node.span), 0)  # raises where they do not fit

@@ -40,12 +40,8 @@ def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
     by_name = {v.name: v for v in info.signature.inputs}
     open_inputs = [v for v in by_name.values() if v.name not in info.bound]
     if len(node.arguments) > len(open_inputs):
-        raise error(
-            "F290",
-            f"`{node.function}` takes {counted(len(open_inputs), 'argument')}, "
-            f"not {len(node.arguments)}",
-            node.span,
-        )
+        takes = f"`{node.function}` takes {counted(len(open_inputs), 'argument')}"
+        raise error("F290", f"{takes}, not {len(node.arguments)}", node.span)
     pairs = list(zip(open_inputs, node.arguments, strict=False))
     values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
     given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}

@@ -56,9 +56,8 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
             raise unsupported("clocks", "16", node.span)
         if layout.kind in (syntax.ClassKind.OPERATOR_RECORD, syntax.ClassKind.OPERATOR):
             raise unsupported("operator records", "14", node.span)
-        raise error(
-            "F292", f"`{node.function}` is a {layout.kind.value}, not a function", node.span
-        )
+        message = f"`{node.function}` is a {layout.kind.value}, not a function"
+        raise error("F292", message, node.span)
     return _call_function(node, cls, env, results)
 
 

@@ -118,12 +118,8 @@ def _bind_defaults(
         if not base_conforms(variable.type, other.type):
             raise mismatch(other.type, variable.type, f"the input `{variable.name}`", span)
     if len(rest) < len(wanted.inputs):
-        raise error(
-            "F292",
-            f"`{info.name}` has {counted(len(rest), 'open input')}, "
-            f"but `{wanted.name}` has {len(wanted.inputs)}",
-            span,
-        )
+        own = f"`{info.name}` has {counted(len(rest), 'open input')}"
+        raise error("F292", f"{own}, but `{wanted.name}` has {len(wanted.inputs)}", span)
     for variable in rest[len(wanted.inputs) :]:
         value = default_of(info.signature, variable, bound, env)
         if value is None:

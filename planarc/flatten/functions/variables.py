@@ -171,9 +171,8 @@ def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, 
         return _formal_type(cls, session), layout
     if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
         raise unsupported("operator records", "14", span)
-    raise error(
-        "F297", f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`", span
-    )
+    message = f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`"
+    raise error("F297", message, span)
 
 
 def record_type(cls: Class, session: Session) -> flat.Type:

@@ -209,9 +209,8 @@ def _make_composite(
         return build(name, mod)
     dims = shape.family_dims(written, element, mod, name)
     if prod(dims) > MAX_ITEMS:
-        raise too_large(
-            f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}", definition.span
-        )
+        message = f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}"
+        raise too_large(message, definition.span)
     items = []
     for indices in product(*(range(1, d + 1) for d in dims)):
         label = ",".join(map(str, indices))

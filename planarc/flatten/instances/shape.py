@@ -29,9 +29,8 @@ def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     typed = Env(scope).typed(expression)
     what = f"the size of `{name}`"
     if typed.type.base is not flat.Base.INTEGER or typed.type.dims:
-        raise error(
-            "F255", f"{what} must be an Integer, but is {type_text(typed.type)}", expression.span
-        )
+        message = f"{what} must be an Integer, but is {type_text(typed.type)}"
+        raise error("F255", message, expression.span)
     value = evaluate.structural_value(typed, Env(scope), what)
     assert isinstance(value, int)
     if value < 0:

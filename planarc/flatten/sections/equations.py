@@ -60,12 +60,8 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
         return _several_results(node, node.left, node.right, env)
     left, right = for_each((node.left, node.right), env.typed)
     if unify(left.type, right.type) is None:
-        raise error(
-            "F300",
-            f"the sides of the equation have different types: {type_text(left.type)} "
-            f"and {type_text(right.type)}",
-            node.span,
-        )
+        types = f"{type_text(left.type)} and {type_text(right.type)}"
+        raise error("F300", f"the sides of the equation have different types: {types}", node.span)
     return (flat.Equality(node.span, env.component, left, right),)
 
 
@@ -113,13 +109,10 @@ def _if_of(
     if not env.in_when:
         counts = {count_equations(body) for _, body in branches} | {count_equations(otherwise)}
         if len(counts) > 1:
-            raise error(
-                "F305",
-                "the branches of `if` have different numbers of equations: "
-                + ", ".join(str(c) for c in sorted(counts)),
-                node.span,
-                hint="give all branches, `else` too, as many equations",
-            )
+            numbers = ", ".join(map(str, sorted(counts)))
+            message = f"the branches of `if` have different numbers of equations: {numbers}"
+            hint = "give all branches, `else` too, as many equations"
+            raise error("F305", message, node.span, hint=hint)
     return (flat.IfEquation(node.span, env.component, tuple(branches), otherwise),)
 
 

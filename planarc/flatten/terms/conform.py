@@ -87,9 +87,8 @@ def expect_scalar(
 ) -> flat.Expression:
     if value.type.base not in bases or value.type.dims:
         wanted = " or ".join(b.value for b in bases)
-        raise error(
-            "F270", f"{what} must be of type {wanted}, but is {type_text(value.type)}", value.span
-        )
+        message = f"{what} must be of type {wanted}, but is {type_text(value.type)}"
+        raise error("F270", message, value.span)
     return value
 
 

@@ -172,8 +172,7 @@ def _check_names(modification: syntax.Modification | None, known: Layout, base: 
             name = argument.element.name
         else:
             continue
-        on_disk = any(e.child(name) is not None for e in known.parts[0].entries)
-        if name not in known.members and not on_disk:
+        if name not in known.members and not known.parts[0].is_in_file(name):
             raise not_modifiable(base.name, name, argument.span, known.members)
 
 
@@ -249,7 +248,7 @@ def _check_redeclared(layout: Layout, part: Part, definition: syntax.Declaration
         message = f"`{name}` is {was} and cannot be redeclared as {now}"
         related = [Related("declared here", name_span(old))]
         raise error("F242", message, name_span(definition), related=related)
-    if name in layout.members or any(e.child(name) is not None for e in part.entries):
+    if name in layout.members or part.is_in_file(name):
         return
     message = f"no base class of `{part.cls.name}` declares `{name}` to be redeclared"
     raise error("F236", message, name_span(definition))

@@ -128,6 +128,10 @@ class Part(Struct, eq=False):
     def definition(self) -> syntax.ClassDef:
         return self.cls.definition
 
+    def is_in_file(self, name: str) -> bool:
+        """True for a class of a package that has its own file."""
+        return any(entry.child(name) is not None for entry in self.entries)
+
 
 class Layout(Struct, eq=False):
     """The parts and members of a class after inheritance, shared by all its instances."""

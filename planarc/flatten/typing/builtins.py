@@ -81,14 +81,9 @@ def mapped(name: str, result: flat.Type, arguments: Arguments, span: Span) -> fl
     size = longest.type.dims[0]
     if size is None:
         return flat.Builtin(result.with_dims(longest.type.dims), span, name, tuple(arguments))
-    columns = []
-    for argument in arguments:
-        if not argument.type.dims:
-            columns.append([argument] * size)
-        elif argument.type.dims[0] == size:
-            columns.append(opened(argument))
-        else:
-            raise error("F291", f"the arrays given to `{name}` differ in size", span)
+    if any(a.type.dims and a.type.dims[0] != size for a in arguments):
+        raise error("F291", f"the arrays given to `{name}` differ in size", span)
+    columns = [opened(a) if a.type.dims else [a] * size for a in arguments]
     items = [mapped(name, result, list(row), span) for row in zip(*columns, strict=True)]
     element = items[0].type if items else result
     return array(items, element, span)

@@ -22,9 +22,8 @@ def type_operator(call: syntax.Call, env: Env) -> flat.Expression:
     if name == "uniqueRootIndices":
         raise unsupported("`Connections.uniqueRootIndices`", "9.4", call.span)
     if rooting is None:
-        raise error(
-            "F315", f"`{call.function}` cannot decide what is declared or connected", call.span
-        )
+        message = f"`{call.function}` cannot decide what is declared or connected"
+        raise error("F315", message, call.span)
     part = overconstrained_name(call.arguments[0], env)
     if name == "isRoot":
         value = part in rooting.roots

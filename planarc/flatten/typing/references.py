@@ -139,9 +139,8 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, Instance):
         return _enter(view, part, ref, env)
     if isinstance(view, Leaf):
-        raise error(
-            "F213", f"`{view.name}` is a variable and has no element `{part.name}`", ref.span
-        )
+        message = f"`{view.name}` is a variable and has no element `{part.name}`"
+        raise error("F213", message, ref.span)
     return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
 
 
@@ -252,9 +251,8 @@ def with_subscripts(
     dims = value.type.dims
     name = f"`{value.name}`" if isinstance(value, flat.Reference) else "this value"
     if len(subscripts) > len(dims):
-        raise error(
-            "F218", f"{name} has {counted(len(dims), 'dimension')}, not {len(subscripts)}", span
-        )
+        message = f"{name} has {counted(len(dims), 'dimension')}, not {len(subscripts)}"
+        raise error("F218", message, span)
     typed: list[flat.Expression] = []
     for k, subscript in enumerate(subscripts):
         if isinstance(subscript, syntax.Colon):
@@ -274,9 +272,8 @@ def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
         flat.Base.BOOLEAN,
         flat.Base.ENUMERATION,
     ):
-        raise error(
-            "F218", f"an index must be an Integer, but is {type_text(index.type)}", subscript.span
-        )
+        message = f"an index must be an Integer, but is {type_text(index.type)}"
+        raise error("F218", message, subscript.span)
     folded = evaluate.fold_index(index, env)
     if base is flat.Base.BOOLEAN and isinstance(folded, flat.Literal):
         return integer(int(folded.value) + 1, index.span)

@@ -121,7 +121,6 @@ def package_constant(leaf: Leaf, span: Span) -> flat.Expression:
     try:
         value = evaluator.Evaluator(leaf.parent.session).leaf_value(leaf)
     except NotConstant as problem:
-        raise unknown_value(
-            f"the constant `{leaf.name}` has no value: {problem.reason}", problem.span or leaf.span
-        ) from None
+        message = f"the constant `{leaf.name}` has no value: {problem.reason}"
+        raise unknown_value(message, problem.span or leaf.span) from None
     return to_expression(value, leaf.type, span)

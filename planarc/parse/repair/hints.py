@@ -163,9 +163,8 @@ def _decimal_comma(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
     if before.type not in _NUMBERS or comma.text != "," or span.text != text:
         return None
     hint = f"write `{text.replace(',', '.')}`"
-    return Diagnostic(
-        "P101", f"`{text}` is no number: decimals stand behind a point", span, hint=hint
-    )
+    message = f"`{text}` is no number: decimals stand behind a point"
+    return Diagnostic("P101", message, span, hint=hint)
 
 
 def _unit_hint(number: str, unit: str) -> str:
