@@ -37,6 +37,9 @@ def is_given(leaf: Leaf) -> bool:
 
 def connectors_around(part: Leaf | Instance) -> tuple[list[Instance], Instance | None]:
     """The connectors that a part lies in, the innermost first, and the component around them."""
-    around = [*part.parent.outwards()] if part.parent else []
-    found = [*takewhile(lambda i: i.is_connector, around)]
-    return found, around[len(found)] if len(found) < len(around) else None
+    found: list[Instance] = []
+    around = part.parent
+    while around is not None and around.is_connector:
+        found.append(around)
+        around = around.parent
+    return found, around

@@ -140,9 +140,8 @@ def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -
     for own in (definition.causality, layout.causality):
         if own is not syntax.Causality.NONE:
             return own
-    if parent.is_record or parent.is_connector:
-        return parent.causality
-    return syntax.Causality.NONE
+    none = parent.causality is syntax.Causality.NONE  # what most parents have
+    return parent.causality if not none and _passes_on(parent) else syntax.Causality.NONE
 
 
 def _flow(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Flow:
@@ -150,9 +149,12 @@ def _flow(definition: syntax.Component, layout: Layout, parent: Instance) -> syn
     for own in (definition.flow, layout.flow):
         if own is not syntax.Flow.NONE:
             return own
-    if parent.is_record or parent.is_connector:
-        return parent.flow
-    return syntax.Flow.NONE
+    none = parent.flow is syntax.Flow.NONE
+    return parent.flow if not none and _passes_on(parent) else syntax.Flow.NONE
+
+
+def _passes_on(parent: Instance) -> bool:
+    return parent.is_record or parent.is_connector
 
 
 def _leaf_variability(

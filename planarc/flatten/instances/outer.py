@@ -45,6 +45,9 @@ def inner_node(element: Element) -> Node:
 def _warn_twins(element: Element, owner: Instance) -> None:
     """Another inner component of the same class: one of them is likely a mistake."""
     session = element.scope.session
+    if (found := (owner, element.name)) in session.met:
+        return
+    session.met.add(found)
     members = owner.layout.members
     definition = members[element.name][1]
     if not isinstance(definition, syntax.Component):
@@ -53,14 +56,13 @@ def _warn_twins(element: Element, owner: Instance) -> None:
         if name == element.name or not other.prefixes.inner:
             continue
         if isinstance(other, syntax.Component) and str(other.type) == str(definition.type):
-            message = (
-                f"`{name}` and `{element.name}` are both `inner {definition.type}`: "
-                f"what is declared `outer {definition.type} {element.name}` uses "
-                f"`{element.name}` only"
+            session.warn(
+                "F264",
+                f"`{name}` and `{element.name}` are both `inner {definition.type}`: what is "
+                f"declared `outer {definition.type} {element.name}` uses `{element.name}` only",
+                other.span,
+                f"remove one of them: keep `{element.name}`",
             )
-            if all(w.message != message for w in session.warnings):
-                hint = f"remove one of them: keep `{element.name}`"
-                session.warn("F264", message, other.span, hint)
 
 
 def _default_node(element: Element, definition: syntax.Component) -> Node:

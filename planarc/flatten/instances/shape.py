@@ -64,7 +64,7 @@ def family_dims(written: Written, element: Element, mod: Mod, name: str) -> tupl
 
 
 def _is_open(written: Written) -> bool:
-    return any(isinstance(expression, syntax.Colon) for expression, _ in written)
+    return bool(written) and any(isinstance(size, syntax.Colon) for size, _ in written)
 
 
 def _names_itself(expression: syntax.Expression, name: str) -> bool:

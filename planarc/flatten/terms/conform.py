@@ -43,8 +43,9 @@ def base_conforms(expected: flat.Type, actual: flat.Type) -> bool:
 
 def dims_conform(expected: flat.Dims, actual: flat.Dims) -> bool:
     """Equal sizes; a size known only when run fits any."""
-    return len(expected) == len(actual) and all(
-        e is None or a is None or e == a for e, a in zip(expected, actual, strict=True)
+    return expected == actual or (
+        len(expected) == len(actual)
+        and all(e is None or a is None or e == a for e, a in zip(expected, actual, strict=True))
     )
 
 

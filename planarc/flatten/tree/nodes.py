@@ -465,6 +465,7 @@ class Session:
         self.leaves: dict[str, Leaf] = {}
         self.annotations: dict[int, tuple[syntax.Annotation, tuple[syntax.Argument, ...]]] = {}
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
+        self.met: set[tuple[Instance, str]] = set()  # inner components that outer ones met
         self.opened: list[Class] = []  # classes with a layout, in the order of their use
         self.component_count = 0
         # known when all connections are, before equations are typed:
