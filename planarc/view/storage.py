@@ -10,12 +10,13 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
+from planarc.core.prose import either, ticked
 from planarc.ir.program import Column, Program
 
 
@@ -39,6 +40,15 @@ def with_ending(path: Path, *endings: str) -> Path:
             hint=f"name it `{path.with_suffix(endings[0]).name}`",
         )
     return path.with_name(path.name + endings[0])
+
+
+def known_ending(path: Path, endings: Sequence[str], code: str, lacks: str) -> str:
+    """The ending of a name in small letters. Raises UsageError where it is none of these."""
+    ending = path.suffix.lower()
+    if ending not in endings:
+        known = either(endings) if len(endings) < 3 else f"one of {ticked(endings)}"
+        raise usage_error(code, f"`{path.name}` has no ending {lacks}", hint=f"use {known}")
+    return ending
 
 
 @contextmanager

@@ -10,12 +10,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
-from planarc.core.prose import ticked
 from planarc.ir.result import Result
 from planarc.view.page.data import thin_rows
-from planarc.view.storage import replacing
+from planarc.view.storage import known_ending, replacing
 from planarc.view.table.table import Columns, Table
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -41,11 +39,7 @@ def write_chart(
 ) -> None:
     """Write curves as a picture. Raises UsageError V706 (ending), C201 (no such variable), C221
     (no matplotlib)."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise usage_error(
-            "V706", f"`{path.name}` has no ending of a plot", hint=f"use one of {ticked(SUFFIXES)}"
-        )
+    suffix = known_ending(path, SUFFIXES, "V706", "of a plot")
     table.refuse_unknown((*names, x))
     figure = need("matplotlib.figure", EXTRA).Figure(layout="constrained")
     panels = panels_of(table, names)

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.extras import need
-from planarc.core.prose import ticked
 from planarc.ir.insight import Layer
 from planarc.ir.result import Result
 from planarc.view.picture import movie
@@ -28,7 +27,7 @@ from planarc.view.picture.overlays import trace_items, with_layers
 from planarc.view.picture.raster import render_images
 from planarc.view.picture.svg import render_svg
 from planarc.view.scene import Scene, make_scene
-from planarc.view.storage import replacing, write_text
+from planarc.view.storage import known_ending, replacing, write_text
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -108,14 +107,7 @@ def _check_pace(when: When) -> None:
 
 
 def check_suffix(path: Path) -> str:
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise usage_error(
-            "V701",
-            f"`{path.name}` has no ending of a picture",
-            hint=f"use one of {ticked(SUFFIXES)}",
-        )
-    return suffix
+    return known_ending(path, SUFFIXES, "V701", "of a picture")
 
 
 def check_installed(suffix: str) -> None:

@@ -20,6 +20,7 @@ from typing import BinaryIO
 from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import open_plain
 from planarc.ir.result import Result
+from planarc.view.storage import known_ending, refuse_no_match, replacing, shown
 from planarc.view.table.table import Table
 
 SUFFIXES = (".csv", ".mat")
@@ -33,7 +34,6 @@ def write_table(
 
     Raises UsageError V501 (cannot write), V502 (unknown ending), V505 (nothing matches).
     """
-    from planarc.view.storage import refuse_no_match, replacing, shown
     from planarc.view.table import csv as table_csv
     from planarc.view.table import mat as table_mat
 
@@ -88,11 +88,4 @@ def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
 
 
 def _suffix(path: Path) -> str:
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise usage_error(
-            "V502",
-            f"`{path.name}` has no ending that says how to store a table",
-            hint="use `.csv` or `.mat`",
-        )
-    return suffix
+    return known_ending(path, SUFFIXES, "V502", "that says how to store a table")
