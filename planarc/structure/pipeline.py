@@ -1,12 +1,14 @@
 """The stage `structure`: a scalar model is reduced to index 1 and sorted.
 
-Dae -> eliminate_aliases -> check_regular -> reduce_index -> expand_equations
+Dae -> eliminate_aliases -> uncover_constraints -> check_regular -> reduce_index -> expand_equations
     -> sort_level (each level below the top) -> sort_top -> SortedDae
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.ir.dae import Dae
@@ -18,6 +20,7 @@ from planarc.structure.alias import Elimination, eliminate_aliases, orders_neede
 from planarc.structure.attributes import hold_states, merge_attributes
 from planarc.structure.discrete import sort_discrete
 from planarc.structure.expand import expand_equations
+from planarc.structure.hidden import uncover_constraints
 from planarc.structure.initial import guess_tears, held_variables, initial_residuals
 from planarc.structure.linear import Contents
 from planarc.structure.numbers import ParameterNumbers
@@ -60,6 +63,8 @@ def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
     elimination = eliminate_aliases(dae, signs)
     number = {name: i for i, name in enumerate(elimination.kept)}
     contents = Contents(number.__contains__)
+    live = uncover_constraints(dae.table, contents, elimination.live)
+    elimination = replace(elimination, live=tuple(live))
     rows = []
     for e in elimination.live:
         highest: dict[int, int] = {}
