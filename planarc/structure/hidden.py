@@ -22,7 +22,7 @@ Reference: M. Otter, H. Elmqvist, Transformation of differential algebraic array
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import gcd
 
 from msgspec.structs import replace
@@ -62,12 +62,12 @@ def uncover_constraints(table: Exprs, contents: Contents, live: Sequence[Live]) 
     states = {
         x.name for e in live for x in contents(e.left) | contents(e.right) if x.order
     }  # differentiated ones
-    rows = {k: row for k, e in enumerate(live) if (row := _row(table, contents, k, e)) is not None}
-    others = {k: _others(row.terms, states) for k, row in rows.items()}
+    whole = {k: x for k, e in enumerate(live) if (x := _terms(table, contents, e))}
+    others = {k: _others(terms, states) for k, terms in whole.items()}
     pivots: dict[Expr, tuple[int, Row]] = {}  # in the order in which they were found
     result = list(live)
-    for k, first in rows.items():
-        row = _reduced(table, first, pivots)
+    for k in _shared(others):
+        row = _reduced(table, _row(table, k, live[k], whole[k]), pivots)
         if row is None:
             continue
         free = _others(row.terms, states)
@@ -79,20 +79,39 @@ def uncover_constraints(table: Exprs, contents: Contents, live: Sequence[Live]) 
     return result
 
 
-def _row(table: Exprs, contents: Contents, k: int, e: Live) -> Row | None:
-    """An equation of unknowns, none of them differentiated, with whole numbers as factors."""
+def _terms(table: Exprs, contents: Contents, e: Live) -> dict[Expr, int]:
+    """The factors of an equation of unknowns, none of them differentiated, where all of them are
+    whole numbers; else nothing."""
     root = table.sub(e.left, e.right)
     inside = contents(root)
     if not 0 < len(inside) <= MOST_TERMS or any(x.order for x in inside):
-        return None
+        return {}
     factors = coefficients(table, contents, root)
-    if not all(
-        f is not None and f.is_const and float(f.data).is_integer() for f in factors.values()
-    ):
-        return None
-    terms = {x: int(f.data) for x, f in factors.items() if f is not None}
-    rest = Substitution(table, dict.fromkeys(terms, table.zero))(root)
-    return Row(terms, rest, frozenset((k,)))
+    terms = {x: int(f.data) for x, f in factors.items() if f is not None and _is_whole(f)}
+    return terms if len(terms) == len(factors) else {}
+
+
+def _row(table: Exprs, k: int, e: Live, terms: dict[Expr, int]) -> Row:
+    without = Substitution(table, dict.fromkeys(terms, table.zero))
+    return Row(terms, without(table.sub(e.left, e.right)), frozenset((k,)))
+
+
+def _shared(others: Mapping[int, frozenset[Expr]]) -> list[int]:
+    """The rows in which every unknown may cancel: each of theirs stands in another one, too."""
+    holders: dict[Expr, set[int]] = {}
+    for k, unknowns in others.items():
+        for x in unknowns:
+            holders.setdefault(x, set()).add(k)
+    dropped: set[int] = set()
+    stack = [k for found in holders.values() if len(found) == 1 for k in found]
+    while stack:
+        k = stack.pop()
+        if k not in dropped:
+            dropped.add(k)
+            for x in others[k]:
+                holders[x].discard(k)
+                stack += holders[x] if len(holders[x]) == 1 else ()
+    return [k for k in others if k not in dropped]
 
 
 def _is_whole(factor: Expr) -> bool:
