@@ -104,6 +104,7 @@ EXTREMES: dict[str, bytes] = {
     "huge array of components": _model("model A Real x = 1; end A; A a[100000, 100000];"),
     "huge matrices": _model("parameter Real x[100000, 100000] = zeros(100000, 100000);"),
     "huge fill": _model("Real x = sum(fill(1, 1000000000));"),
+    "huge fill of nothing": _model("Real x = sum(fill(1, 0, 9223372036854775808));"),
     "huge range": _model("Real x = sum(i for i in 1:1000000000);"),
     "huge step": _model("Real x = sum(0:1e-12:1);"),
     "huge for": _model("Real x; equation for i in 1:1000000000 loop x = i; end for;"),

@@ -84,7 +84,7 @@ def _sizes(name: str, arguments: Arguments, env: Env) -> flat.Dims:
         if value is not None and int(value) < 0:  # type: ignore[arg-type]
             raise error("F255", f"a size given to `{name}` is negative: {value}", argument.span)
         sizes.append(None if value is None else int(value))  # type: ignore[arg-type]
-    known = prod(s for s in sizes if s is not None)
+    known = prod(s for s in sizes if s)  # also beside a size of zero
     if known > 10_000_000:
         raise too_large(f"`{name}` makes an array of {known:,} entries", arguments[0].span)
     return tuple(sizes)

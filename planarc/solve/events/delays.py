@@ -247,6 +247,12 @@ def _fitted(times: Sequence[float], values: Sequence[Sequence[float]]) -> list[l
     """The polynomials through values at the times of a piece, which begins with the first."""
     import numpy as np
 
+    ends = np.zeros((len(times), len(values[0])))
+    ends[0], ends[1] = values[0], np.subtract(values[-1], values[0])
     x = (np.array(times) - times[0]) / (times[-1] - times[0])
-    terms: list[list[float]] = np.linalg.solve(np.vander(x, increasing=True), values).T.tolist()
-    return terms
+    try:
+        terms = np.linalg.solve(np.vander(x, increasing=True), values)
+    except np.linalg.LinAlgError:  # a step so short that its inner points coincide
+        terms = ends
+    found: list[list[float]] = terms.T.tolist()
+    return found

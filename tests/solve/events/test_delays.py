@@ -229,3 +229,11 @@ def test_no_linear_model(tmp_path: Path) -> None:
     body = "Real x(start=1, fixed=true); equation der(x) = -delay(x, 1);"
     with pytest.raises(PlanarcError, match="R474"):
         model(tmp_path, body).linearize()
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_a_delay_while_steps_collapse_ends_the_run(backend: str) -> None:
+    """At a pole the inner points of a step coincide, and no polynomial goes through them."""
+    text = "model M Real x(start=1, fixed=true); equation der(x) = x^2 + delay(x, 0.01); end M;"
+    with pytest.raises(RunStopped, match="R42"):
+        load(text, backend=backend).simulate(2.0)
