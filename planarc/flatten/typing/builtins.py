@@ -227,7 +227,7 @@ RULES: dict[str, Rule] = {
     "noEvent": Rule(1, 1, lambda a: a[0].type),
     "smooth": Rule(2, 2, make=_smooth),
     "homotopy": Rule(2, 2, takes=_number, make=_homotopy, names=("actual", "simplified")),
-    "semiLinear": Rule(3, 3, takes=_number, make=_mapped(lambda a: flat.REAL)),
+    "semiLinear": Rule(3, 3, lambda a: flat.REAL, _scalar),
     "delay": Rule(2, 3, lambda a: flat.REAL, _scalar),
     "initial": Rule(0, 0, lambda a: flat.BOOLEAN),
     "terminal": Rule(0, 0, lambda a: flat.BOOLEAN),
