@@ -18,14 +18,15 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
+from planarc.ir.expr import Expr
 from planarc.ir.flatwalk import assigned_in
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scalar import assertion, message
 from planarc.lower.scope import Model, Scope
 from planarc.lower.statements import Runner
-from planarc.lower.values import Text, Value, expr
-from planarc.runtime.tensor import Tensor, elements
+from planarc.lower.values import Text, Value, expr, exprs
+from planarc.runtime.tensor import each
 
 
 def lower_algorithm(
@@ -35,15 +36,12 @@ def lower_algorithm(
     model.component = algorithm.component
     runner = _Section(Scope(model), "this algorithm", algorithm.span, events=True)
     runner.into = into
-    runner.origin = algorithm
     plain = assigned_in(algorithm.statements, whens=False)
     for name in plain:
         runner.values[name] = _before(model, name, starts, algorithm.span)
     runner.run_body(algorithm.statements)
-    for name in plain:
-        before = elements(model.values[name])
-        for symbol, value in zip(before, elements(runner.values[name]), strict=True):
-            equations.add_equation(into, expr(symbol), expr(value), algorithm)
+    for symbol, value in _results(runner, plain):
+        equations.add_equation(into, symbol, value, algorithm)
 
 
 def lower_initial_algorithm(
@@ -58,44 +56,39 @@ def lower_initial_algorithm(
     count = len(model.assertions)
     runner.run_body(algorithm.statements)
     model.forget_bounds(count)  # the values at the start are not those that rows hold
+    for symbol, value in _results(runner, names):
+        yield dae.Equation(symbol, value, algorithm.span, algorithm.component)
+
+
+def _results(runner: Runner, names: Sequence[str]) -> Iterator[tuple[Expr, Expr]]:
+    """The scalars of variables with what they hold after the last statement."""
     for name in names:
-        symbols, values = elements(model.values[name]), elements(runner.values[name])
-        for symbol, value in zip(symbols, values, strict=True):
-            yield dae.Equation(expr(symbol), expr(value), algorithm.span, algorithm.component)
+        symbols = exprs(runner.scope.model.values[name])
+        yield from zip(symbols, exprs(runner.values[name]), strict=True)
 
 
 def _before(model: Model, name: str, starts: Mapping[str, Value], span: Span) -> Value:
-    value = model.values[name]
     table = model.table
-    if isinstance(value, Text):
+    if isinstance(model.values[name], Text):
         raise error("L343", f"strings cannot be unknowns: `{name}`", span)
 
     def one(e: Value) -> Value:
         symbol = expr(e)
         return table.pre(symbol.name) if symbol.name in model.discretes else starts[symbol.name]
 
-    if isinstance(value, Tensor):
-        return Tensor(value.shape, tuple(one(e) for e in value.items))
-    return one(value)
+    return each(one, model.values[name])
 
 
 class _Section(Runner):
     """A runner that also knows when-statements."""
 
     into: Lowered = field(default_factory=Lowered)
-    origin: flat.EquationNode | None = None
     asserted: list[dae.Assertion] = field(default_factory=list)  # by the present when-branch
 
     def when(self, s: flat.WhenStatement) -> None:
         if self.path is not None:
             raise error("L350", "a `when` cannot stand under an `if` that changes", s.span)
-        branches = []
-        for condition, body in s.branches:
-            name = equations.trigger(self.here(), condition, s)
-            count = len(self.scope.model.assertions)
-            actions = tuple(self._actions(body))
-            branches.append((name, (*actions, *self.scope.model.take_assertions(count))))
-        self.into.whens.append(dae.When(tuple(branches), s.span, s.component))
+        self.into.whens.append(equations.when(self.here(), s, self._actions))
 
     def _actions(self, body: Sequence[flat.Statement]) -> Iterator[dae.Action]:
         scope = replace(self.scope, at_event=True)
@@ -115,12 +108,9 @@ class _Section(Runner):
                 case _:
                     inner.run_body([s])
         yield from inner.asserted
-        model = self.scope.model
-        for name in plain:
-            symbols, values = elements(model.values[name]), elements(inner.values[name])
-            for symbol, value in zip(map(expr, symbols), map(expr, values), strict=True):
-                if value is not model.table.pre(symbol.name):
-                    yield equations.set_discrete(symbol, value, self.span)
+        for symbol, value in _results(inner, plain):
+            if value is not self.scope.table.pre(symbol.name):
+                yield equations.set_discrete(symbol, value, self.span)
 
     def check(self, s: flat.Assert) -> None:
         if self.scope.at_event:

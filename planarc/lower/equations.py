@@ -13,7 +13,9 @@ Example:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -57,7 +59,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
                 for left, right in _pairs(scope, e):
                     add_equation(into, left, right, e)
             case flat.WhenEquation():
-                into.whens.append(_when(scope, e))
+                into.whens.append(when(scope, e, partial(_actions, replace(scope, at_event=True))))
             case flat.Assert():
                 model.assertions.append(assertion(scope.without_events(), e))
             case flat.Terminate() | flat.Reinit():
@@ -188,14 +190,19 @@ def _join(scope: Scope, truth: Expr, then: Pair, otherwise: Pair) -> Pair:
 # When-clauses ------------------------------------------------------------------------------
 
 
-def _when(scope: Scope, e: flat.WhenEquation) -> dae.When:
-    branches = []
-    for condition, body in e.branches:
-        name = trigger(scope, condition, e)
-        count = len(scope.model.assertions)
-        actions = tuple(_actions(replace(scope, at_event=True), body))
-        branches.append((name, (*actions, *scope.model.take_assertions(count))))
-    return dae.When(tuple(branches), e.span, e.component)
+def when(
+    scope: Scope,
+    clause: flat.WhenEquation | flat.WhenStatement,
+    actions_of: Callable[[Any], Iterator[dae.Action]],
+) -> dae.When:
+    """The branches of a when-clause, with the actions of their bodies."""
+    model, branches = scope.model, []
+    for condition, body in clause.branches:
+        name = trigger(scope, condition, clause)
+        count = len(model.assertions)
+        actions = tuple(actions_of(body))
+        branches.append((name, (*actions, *model.take_assertions(count))))
+    return dae.When(tuple(branches), clause.span, clause.component)
 
 
 def trigger(scope: Scope, condition: flat.Expression, origin: flat.EquationNode) -> str:
