@@ -193,14 +193,11 @@ def _number(name: str, value: Any, literals: Sequence[str]) -> float:
         if literals:
             raise unknown_name(f"value of `{name}` called", value, short)
     try:
-        number = math.nan if isinstance(value, str | bytes) else float(value)
+        number = float("" if isinstance(value, str | bytes) else value)
     except OverflowError:
         number = math.inf
     except (TypeError, ValueError):
-        number = math.nan
-        value = str(value)
-    if isinstance(value, str | bytes):
-        raise usage_error("C202", f"`{name}` takes a number, not `{value!s:.60}`")
+        raise usage_error("C202", f"`{name}` takes a number, not `{value!s:.60}`") from None
     if not math.isfinite(number):
         raise usage_error("C202", f"`{name}` must be a finite number, not {number:g}")
     return number

@@ -198,10 +198,9 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     signs = np.array([columns[name].sign for name in outputs], dtype=float)
     held = [program.slots[name] for name in program.inputs]
 
-    jacobian = _by_formulas(point, held, slots, signs)
-    known = jacobian is not None
+    jacobian, derivatives = _by_formulas(point, held, slots, signs), "formulas"
     if jacobian is None:
-        jacobian = _by_differences(point, held, slots, signs)
+        jacobian, derivatives = _by_differences(point, held, slots, signs), "differences"
     return Linearization(
         A=jacobian[:n, :n],
         B=jacobian[:n, n:],
@@ -212,7 +211,7 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
         outputs=tuple(outputs),
         time=point.t,
         values=point.values(),
-        derivatives="formulas" if known else "differences",
+        derivatives=derivatives,
         point=point,
     )
 
@@ -223,9 +222,8 @@ def _by_formulas(
     """d(rates, outputs)/d(states, inputs), or None."""
     rows = [*(c.derivative for c in point.states), *slots]
     formulas = point.kernel.capabilities.formulas
-    found = None
-    if formulas is not None:
-        found = formulas.derivatives(point.t, point.y.tolist(), held, rows)
+    at = point.t, point.y.tolist(), held, rows
+    found = None if formulas is None else formulas.derivatives(*at)
     if found is None:
         return None
     whole: Vector = np.concatenate([np.ones(len(point.y)), signs])[:, None] * found

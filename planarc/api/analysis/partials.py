@@ -88,9 +88,8 @@ class Formulas:
 
     def at(self, t: float, y: Vector, slots: Sequence[int]) -> tuple[Vector, Vector, Vector]:
         formulas = self._formulas
-        found = None
-        if formulas is not None:
-            found = formulas.derivatives(t, y.tolist(), self._leaves, slots)
+        at = t, y.tolist(), self._leaves, slots
+        found = None if formulas is None else formulas.derivatives(*at)
         if found is None:
             self._point.t = t
             self._point.outputs(y)  # an error, where there is no solution

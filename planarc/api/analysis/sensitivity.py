@@ -94,12 +94,11 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
         raise usage_error("C253", "no parameter is named")
     values = _present(model, names, options)
     program = model.program
-    if program.delays or program.relations or program.whens or program.samplers:
+    events = program.relations, program.whens, program.samplers, program.discretes
+    if program.delays or any(events):
         return _by_runs(model, values, options)
-    if program.discretes:
-        return _by_runs(model, values, options)
+    base = open_point(model, options)
     try:
-        base = open_point(model, options)
         return _Equations(base, Formulas(base, values, options), values, options).integrate()
     except NoFormulaError:
         base = open_point(model, options)
