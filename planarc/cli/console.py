@@ -14,7 +14,7 @@ from typing import TextIO
 
 from planarc.cli.streams import silence
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.core.render import printable, render_all
+from planarc.core.render import render_all
 
 
 class Volume(IntEnum):
@@ -42,12 +42,17 @@ def may_colour(stream: TextIO) -> bool:
 
 def plain(text: str) -> str:
     """A text of the model on one line, without characters that would steer a terminal."""
-    return printable(" ".join(text.split()))
+    line = " ".join(text.split())
+    return "".join(c if c.isprintable() else "\N{MIDDLE DOT}" for c in line)
 
 
 def plain_lines(lines: Iterable[str]) -> str:
     """Lines as they are, without characters that would steer a terminal."""
-    return "\n".join(map(printable, lines))
+    return "\n".join(line if line.isprintable() else _tamed(line) for line in lines)
+
+
+def _tamed(line: str) -> str:
+    return "".join(c if c.isprintable() or c == "\t" else "\N{MIDDLE DOT}" for c in line)
 
 
 def say(text: str) -> None:

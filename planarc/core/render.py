@@ -62,16 +62,16 @@ def render(diagnostic: Diagnostic, color: bool = False) -> str:
     """One diagnostic as lines that end with a line feed; `color` adds ANSI sequences."""
     head = f"{diagnostic.severity.value}[{diagnostic.code}]"
     paint = _COLORS[diagnostic.severity.value] if color else ""
-    message = printable(diagnostic.message)
+    message = _printable(diagnostic.message)
     lines = [f"{_painted(head, paint)}{_painted(f': {message}', _BOLD if color else '')}"]
     if diagnostic.span is not None:
         lines += _place(diagnostic.span, color, paint)
     for related in diagnostic.related:
-        lines.append(f"  note: {printable(related.message)}")
+        lines.append(f"  note: {_printable(related.message)}")
         if related.span is not None:
             lines += _place(related.span, color, _BLUE if color else "")
     if diagnostic.hint:
-        lines.append(f"  {_painted('hint', _BOLD if color else '')}: {printable(diagnostic.hint)}")
+        lines.append(f"  {_painted('hint', _BOLD if color else '')}: {_printable(diagnostic.hint)}")
     return "\n".join(lines) + "\n"
 
 
@@ -121,7 +121,7 @@ def _place(span: Span, color: bool, paint: str) -> list[str]:
     number = str(line)
     gap = " " * (len(number) + 2)
     arrow = _painted("-->", _BLUE if color else "")
-    lines = [f"{gap[:-1]}{arrow} {printable(name)}:{line}:{column}"]
+    lines = [f"{gap[:-1]}{arrow} {_printable(name)}:{line}:{column}"]
     try:
         text = span.source.line(line)
     except OSError:
@@ -142,12 +142,12 @@ def _cut(text: str, at: int, length: int) -> tuple[str, str, str]:
     length = max(0, min(length, len(text) - at, WIDTH - 20))
     start = max(0, min(at - (WIDTH - length) // 2, len(text) - WIDTH)) if len(text) > WIDTH else 0
     stop = min(len(text), start + WIDTH)
-    before = ("..." if start else "") + printable(text[start:at])
-    after = printable(text[at + length : stop]) + ("..." if stop < len(text) else "")
-    return before, printable(text[at : at + length]), after
+    before = ("..." if start else "") + _printable(text[start:at])
+    after = _printable(text[at + length : stop]) + ("..." if stop < len(text) else "")
+    return before, _printable(text[at : at + length]), after
 
 
-def printable(text: str) -> str:
+def _printable(text: str) -> str:
     """Tabs become a space and control characters a mark: text cannot steer the terminal."""
     if text.isprintable():
         return text
