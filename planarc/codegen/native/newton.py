@@ -85,18 +85,13 @@ def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     b = Block(frame, record)
     b.state.store(0.0, COUNT)
     b.state.store(0.0, TINY)
-    top, below, moved = c.label(), c.label(), c.label()
-    c.branch(b.below, below, top)
-    c.begin(top)
-    with c.loop(b.n) as i:
-        b.x(i).store(b.accepted.load(REAL, b.first + i))
-    c.give()
-    c.begin(below)
-    given = c.label()
-    c.branch((b.numbers.load(INT, Number.MODE) > 0), given, moved)
-    c.begin(given)
-    c.give()
-    c.begin(moved)
+    mode = b.numbers.load(INT, Number.MODE)
+    with c.when(~b.below, leaves=True):
+        with c.loop(b.n) as i:
+            b.x(i).store(b.accepted.load(REAL, b.first + i))
+        c.give()
+    with c.when(mode > 0, leaves=True):
+        c.give()
     h = t - b.accepted.load(REAL, b.total * 3)
     half = h * h * 0.5
     with c.loop(b.m) as k:
@@ -183,10 +178,9 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
     """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
     b = Block(frame, record)
     right = b.matrix.at(b.m * b.m)
-    given = c.variable(0, INT)
+    mode = b.numbers.load(INT, Number.MODE)
     with c.when(b.below):
-        given.set(b.numbers.load(INT, Number.MODE))
-        with c.when(given.get().equals(0)), c.loop(b.m) as k:
+        with c.when(mode.equals(0)), c.loop(b.m) as k:
             b.x(b.solved.load(INT, k)).store(0.0)
         with c.loop(b.m) as i:
             total = c.variable(b.residuals.load(REAL, i))
@@ -194,7 +188,7 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
             with c.loop(b.n) as j:
                 total.set(total.get() + row.load(REAL, j) * b.x(j).load(REAL))
             b.residuals.store(total.get(), i)
-    with c.when(given.get() > 0, leaves=True):
+    with c.when(b.below & (mode > 0), leaves=True):
         c.give(DONE)
 
     def position(k: Value) -> Value:
