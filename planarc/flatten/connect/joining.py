@@ -86,7 +86,8 @@ def _collect(equations: tuple[syntax.Equation, ...], env: Env, to: Joined) -> No
 def _collect_one(equation: syntax.Equation, env: Env, to: Joined) -> None:
     match equation:
         case syntax.Connect():
-            to.statements.append(Statement(equation, env))
+            if env.scope.part.holds(equation):
+                to.statements.append(Statement(equation, env))
         case syntax.CallEquation(call=call) if is_connection_operator(call):
             _operator(call, env, to)
         case syntax.ForEquation() if holds_connection(equation.body):

@@ -130,6 +130,10 @@ def _take_base(
     known = layout_of(base)
     if not known.done:
         raise error("F232", f"`{base.name}` extends itself", span)
+    if modification is not None:
+        modification, left_out, cut = _deselected(modification, known, base)
+    else:
+        left_out, cut = frozenset[str](), ()
     offset = len(layout.parts)
     if offset + len(known.parts) > MAX_PARTS:
         raise error("F230", f"`{part.cls.name}` has too many base classes", span)
@@ -140,14 +144,18 @@ def _take_base(
             index=inner.index + offset,
             derived=part.index if first else cast(int, inner.derived) + offset,
             protected=inner.protected or protected,
+            visible=inner.visible - left_out,
+            left_out=inner.left_out | left_out,
+            cut=(*inner.cut, *cut),
         )
         if first:
             copy.modification, copy.mod_scope = modification, mod_scope
         layout.parts.append(copy)
     for name, (index, element) in known.members.items():
-        _add_member(layout, name, index + offset, element)
+        if name not in left_out:
+            _add_member(layout, name, index + offset, element)
     _check_names(modification, known, base)
-    part.visible |= known.parts[0].visible
+    part.visible |= known.parts[0].visible - left_out
     part.entries += known.parts[0].entries
     if known.builtin is not None:
         _take_builtin(layout, known, span)
@@ -159,6 +167,35 @@ def _take_base(
     if layout.kind in _OPEN_KINDS and known.kind not in _OPEN_KINDS:
         layout.kind = known.kind
     layout.derivative = layout.derivative or known.derivative
+
+
+def _deselected(
+    modification: syntax.Modification, known: Layout, base: Class
+) -> tuple[syntax.Modification, frozenset[str], tuple[syntax.Connect, ...]]:
+    """What is not inherited of a base class (7.4): components, with all that is connected to
+    them, and single connections; and the rest of the modification."""
+    left_out: set[str] = set()
+    cut: list[syntax.Connect] = []
+    rest: list[syntax.Argument] = []
+    for argument in modification.arguments:
+        if not isinstance(argument, syntax.Deselection):
+            rest.append(argument)
+        elif isinstance(argument.target, syntax.Connect):
+            if argument.target not in _connections(known):
+                text = argument.target.span.text
+                message = f"`{base.name}` has no `{text}` to leave out"
+                raise error("F222", message, argument.span)
+            cut.append(argument.target)
+        elif isinstance(known.members.get(argument.target, (0, None))[1], syntax.Component):
+            left_out.add(argument.target)
+        else:
+            raise not_modifiable(base.name, argument.target, argument.span, known.members)
+    return replace(modification, arguments=tuple(rest)), frozenset(left_out), tuple(cut)
+
+
+def _connections(known: Layout) -> list[syntax.Equation]:
+    sections = (s for part in known.parts for s in part.definition.sections)
+    return [e for s in sections if isinstance(s, syntax.EquationSection) for e in s.equations]
 
 
 def _check_names(modification: syntax.Modification | None, known: Layout, base: Class) -> None:

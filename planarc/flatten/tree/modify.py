@@ -21,7 +21,6 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
 from planarc.core.source import Span
-from planarc.flatten.refusal import unsupported
 from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
@@ -77,9 +76,8 @@ def compile_arguments(
         if isinstance(argument, syntax.ElementModification):
             name = argument.name[0]
             mod = _compile_element(argument, scope, _height(argument.each, each))
-        elif isinstance(argument, syntax.Deselection):
-            raise unsupported("selective model extension with `break`", "7.4", argument.span)
         else:
+            assert isinstance(argument, syntax.ElementRedeclaration)  # `inherit` took the others
             name = argument.element.name
             mod = Mod(
                 redeclaration=Redeclaration(

@@ -123,10 +123,18 @@ class Part(Struct, eq=False):
     modification: syntax.Modification | None = None  # of the extends clause
     mod_scope: Scope | None = None  # where it is resolved; None: in the deriving part
     protected: bool = False
+    #: components and connections that a class which extends this one leaves out
+    left_out: frozenset[str] = frozenset()
+    cut: tuple[syntax.Connect, ...] = ()
 
     @property
     def definition(self) -> syntax.ClassDef:
         return self.cls.definition
+
+    def holds(self, connect: syntax.Connect) -> bool:
+        """False for a connection that is left out, itself or with a component."""
+        ends = {connect.left.parts[0].name, connect.right.parts[0].name}
+        return connect not in self.cut and self.left_out.isdisjoint(ends)
 
     def is_in_file(self, name: str) -> bool:
         """True for a class of a package that has its own file."""
