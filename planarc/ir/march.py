@@ -16,11 +16,15 @@ DIP_MARGIN: Final = 0.25
 DIP_NOISE: Final = 1e-6
 #: Points since the march went on from which there is a parabola.
 DIP_POINTS: Final = 3
+#: A step whose ends have derivatives of different signs may have gone across a pole where it is
+#: off the trapezoidal rule by more than this part of the larger one times the step.
+MISFIT: Final = 0.1
 
 
 class Arguments(ctypes.Structure):
     """The march of one run; pointers are those of arrays and of SUNDIALS' objects. `next`,
-    `count`, `taken`, `failed`, `bound`, `looks`, `seen` and `dips` are written on the way."""
+    `count`, `taken`, `failed`, `bound`, `looks`, `poles`, `seen` and `dips` are written on the
+    way."""
 
     _fields_ = (
         ("memory", c_void_p),  # of CVODE
@@ -57,6 +61,9 @@ class Arguments(ctypes.Structure):
         ("state", c_void_p),
         ("states", c_int64),
         ("kept_rows", c_void_p),
+        ("places", c_void_p),  # int64, of the states and of their derivatives
+        ("trail", c_void_p),  # of `Poles`
+        ("poles", c_int64),
         ("relations", c_int64),
         ("points", c_void_p),  # `solve.solvers.dips`
         ("seen", c_int64),

@@ -164,6 +164,7 @@ class Run:
         self.states.resume(t, y)
         absolute = self.states.absolute(self.request.tolerance)
         directions = self.events.crossings.directions()
+        self.integrator.poles.begin(self.states.places())
         self.integrator.restart(t, y, absolute, directions, step)
 
     def _follow(self, decision: GoOn | Diagnostic | None) -> None:
@@ -254,8 +255,11 @@ class Run:
     def _rescue(self, march: March) -> None:
         """The integrator failed: other states may help, else the run ends here."""
         t, y, block = self.integrator.t, self.integrator.y, self.kernel.failed_block
+        if march.cause is Cause.POLE:  # rows behind it are none
+            self.recorder.cut(int((self.recorder.rows()[0] <= t).sum()))
+            self.asserts.forget(self.recorder.count)
         whole = self.kernel.outputs(t, y) == 0
-        decision = self.states.rescue(t) if whole else None
+        decision = self.states.rescue(t) if whole and march.cause is not Cause.POLE else None
         if decision is None and march.cause in LEAPING and self._leap(t, y, whole):
             return
         self._follow(decision or self._stopped(t, y, march.cause, block))

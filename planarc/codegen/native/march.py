@@ -7,7 +7,8 @@ side of a four-bar; a step with its accepted point, a row and a look at the choi
 states would need five of them. So this does what `solve.solvers.integrator.Integrator.march`
 does, and ends when CVODE reports anything but an ordinary step, when the steps allowed
 are used up, when the choice of states is to be looked at, when a zero function may have
-gone through zero and back within the step, or when the kernel could not solve its equations.
+gone through zero and back within the step, when a derivative may have gone across a pole, or
+when the kernel could not solve its equations.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import ctypes
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.ir.frame import Frame
-from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, WARNING
+from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, MISFIT, WARNING
 from planarc.ir.newton import GROWN, WORST
 
 _KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
@@ -67,6 +68,7 @@ def march_function(c: Code, a: Value) -> None:
         c.call(FLAG, "pc_accept", context, t)
     given.set("taken", given.taken + 1)
     c.leave(~ordinary, end)
+    _turn(c, given, end)
     with c.when(given.block_count > 0):
         _look(c, given, t, end)
     c.branch(given.taken < given.steps, again, end)
@@ -146,6 +148,28 @@ def _look(c: Code, given: _Arguments, t: Value, end: str) -> None:
         state.store(numbers.load(REAL, i), i + 1)
     given.kept_rows.store(given.count)
     given.kept_rows.store(given.next, 1)
+
+
+def _turn(c: Code, given: _Arguments, end: str) -> None:
+    """The workspace's point, of the step's end or its last row; back to Python where a pole may lie
+    between the last one and this one."""
+    n, trail, w, odd = given.states, given.trail, given.workspace, c.variable(0, INT)
+    states, slopes, least = (trail.at(n * k + 1) for k in range(3))
+    t, places = w.load(REAL), given.places
+    h = t - trail.load(REAL)
+    with c.loop(n) as i:
+        y1, f1 = w.load(REAL, places.load(INT, i)), w.load(REAL, places.load(INT, n + i))
+        f0 = slopes.load(REAL, i)
+        missed = y1 - states.load(REAL, i) - h * (f0 + f1) * 0.5
+        size = c.largest(c.absolute(f0), c.absolute(f1))
+        found = (f0 * f1 < 0) & (size > least.load(REAL, i))
+        with c.when(found & (c.absolute(missed) > h * size * MISFIT)):
+            odd.set(c.constant(1, INT))
+    with c.when(odd.get().equals(1), leaves=True):
+        given.set("poles", 1)
+        c.jump(end)
+    trail.store(t)
+    _gather(c, w, places, n * 2, states)
 
 
 def _gather(c: Code, source: Value, slots: Value, count: Value, target: Value) -> None:

@@ -279,7 +279,9 @@ class Cvode(Integrator):
             memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
             dips = self._dips
-            self._driver = Driver(self._lib, where, self._addresses, recorder, watch, dips)
+            self._driver = Driver(
+                self._lib, where, self._addresses, recorder, watch, dips, self.poles
+            )
         flag, told = self._driver.march(limit, recorder, watch, steps)
         taken = told.taken
         while told.dips:
@@ -290,6 +292,10 @@ class Cvode(Integrator):
             taken += told.taken
         if told.failed:
             return replace(_UNSOLVED, steps=taken)
+        if told.poles:
+            crossed = self.poles.lies_before()
+            found = self._before_pole() if crossed else March(Outcome.BUDGET)
+            return replace(found, steps=taken)
         if told.looks:
             return March(Outcome.LOOK, steps=taken)
         return replace(self._meaning(flag), steps=taken)

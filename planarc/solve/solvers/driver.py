@@ -9,6 +9,7 @@ from planarc.ir.kernel import Addresses
 from planarc.ir.march import Arguments
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.dips import Dips
+from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.sundials import Sundials
 from planarc.solve.solvers.watch import Watch
 
@@ -33,6 +34,7 @@ class Driver:
         recorder: Recorder,
         watch: Watch,
         dips: Dips,
+        poles: Poles,
     ) -> None:
         import numpy as np
 
@@ -60,23 +62,26 @@ class Driver:
             scales=watch.scales.ctypes.data,
             relations=dips.points.shape[1] - 1,
             points=dips.points.ctypes.data,
+            states=poles.size,
+            places=poles.places.ctypes.data,
+            trail=poles.trail.ctypes.data,
         )
         refuge = watch.refuge
         if refuge is not None:
             a.kept_slots, a.kept_count = refuge.slots.ctypes.data, len(refuge.slots)
             a.guess, a.state = refuge.guess.ctypes.data, refuge.state.ctypes.data
-            a.states, a.kept_rows = len(refuge.state) - 1, refuge.rows.ctypes.data
+            a.kept_rows = refuge.rows.ctypes.data
         self._dips = dips
-        self._held = blocks, refuge  # as long as their addresses are in use
+        self._held = blocks, refuge, poles  # as long as their addresses are in use
         self._edition = -1
 
     def march(
         self, limit: float, recorder: Recorder, watch: Watch, steps: int, flag: int = -1
     ) -> tuple[int, Arguments]:
         """CVODE's last flag, and what the march tells in its arguments: `taken` steps, whether
-        the kernel `failed`, whether it `looks` bad for the choice of states, whether a zero
-        function may have `dips` in the step just made: called again with its `flag`, the march
-        goes on from that step. Rows go to the recorder."""
+        the kernel `failed`, whether it `looks` bad for the choice of states, whether there may
+        be `poles` in the step just made, whether a zero function may have `dips` there: called
+        again with its `flag`, the march goes on from that step. Rows go to the recorder."""
         a = self._arguments
         recorder.reserve(len(recorder.grid) - recorder.next + 2)
         if self._edition != recorder.edition:
@@ -84,7 +89,7 @@ class Driver:
             self._edition = recorder.edition
         a.limit, a.steps, a.bound = limit, steps, watch.bound
         a.next, a.count, a.taken = recorder.next, recorder.count, 0
-        a.failed = a.looks = a.dips = 0
+        a.failed = a.looks = a.poles = a.dips = 0
         a.flag, a.seen = flag, self._dips.seen
         last: int = self._call(C.byref(a))
         self._dips.seen = a.seen

@@ -20,6 +20,7 @@ from planarc.core.data import Data
 from planarc.ir.kernel import Kernel
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.dips import Dips
+from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.watch import Watch
 
 
@@ -40,6 +41,7 @@ class Cause(Enum):
     NOT_FINITE = "a value is not finite"
     ACCURACY = "the tolerance is below what double precision can give here"
     STEP = "the step became too small"
+    POLE = "a derivative grows beyond all bounds"
 
 
 class March(Data):
@@ -99,6 +101,7 @@ class Integrator(ABC):
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
+        self.poles = Poles(kernel, states)
         self._dips, self._crossing = Dips(kernel, settings.relations), tuple[int, ...]()
 
     @property
@@ -170,6 +173,8 @@ class Integrator(ABC):
                 if not known and kernel.rhs(t, self.y, ydot) != 0:
                     return unsolved
                 kernel.accept(t)
+            if self._size and self.poles.note():
+                return replace(self._before_pole(), steps=done)
             if watch.moved(kernel.w):
                 return March(Outcome.LOOK, steps=done)
         return March(Outcome.BUDGET, steps=steps)
@@ -186,6 +191,11 @@ class Integrator(ABC):
 
     def _begin_dips(self, directions: Sequence[int]) -> None:
         self._dips.seen, self._crossing = 0, tuple(directions)
+
+    def _before_pole(self) -> March:
+        """Back at the point before the step that went across a pole."""
+        self._go_back(*self.poles.point)
+        return March(Outcome.FAILED, cause=Cause.POLE)
 
     def _dip(self) -> March | None:
         """Go back to the first crossing within the last step, if there is one."""

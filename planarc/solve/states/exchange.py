@@ -72,6 +72,11 @@ class States:
         """The index of each state by its slot."""
         return {self._program.candidates[c].slot: k for k, c in enumerate(self.selection)}
 
+    def places(self) -> list[int]:
+        """The slots of the states, then those of their derivatives."""
+        chosen = [self._program.candidates[i] for i in self.selection]
+        return [*(c.slot for c in chosen), *(c.derivative for c in chosen)]
+
     def absolute(self, tolerance: float) -> list[float]:
         """The absolute tolerance of each state."""
         w, result = self._kernel.w, []

@@ -1,0 +1,119 @@
+"""Poles of derivatives that a step has gone across, as that of der(x) = -1/x at x = 0.
+
+An integrator knows states to its tolerance only: below that it steps over a pole, and follows a
+root of its implicit formula that is no solution. There a derivative changes its sign, and the
+step is far from what its ends say, by the trapezoidal rule. Between such ends is searched: where
+the sign changes, a derivative vanishes, jumps, or grows beyond all bounds.
+
+In machine code the march compares the ends of steps (`codegen.native.march`); this searches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from planarc.ir.kernel import Kernel
+from planarc.ir.march import MISFIT
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+
+#: Halvings of the way between the ends of a step.
+HALVINGS = 40
+#: Growth of a derivative on that way from which it has a pole.
+GROWTH = 1e3
+#: Derivatives must be so many times larger before ends are looked between once more.
+LARGER = 4.0
+
+
+class Poles:
+    """`trail`: the time of the last point (nan: there is none), the states there, their
+    derivatives, and the sizes below which these are not looked at; `places` are the slots of both.
+    All are those of the workspace: an implicit method evaluates beside the end that it accepts."""
+
+    def __init__(self, kernel: Kernel, states: int) -> None:
+        import numpy as np
+
+        self.kernel, self.size = kernel, states
+        self.places = np.zeros(2 * states, dtype=np.int64)
+        self.trail = np.zeros(1 + 3 * states)
+        self.trail[0] = math.nan
+
+    def begin(self, places: Sequence[int]) -> None:
+        """Go on anew, with these slots of the states and of their derivatives."""
+        self.places[:] = places
+        self.trail[0] = math.nan
+
+    @property
+    def point(self) -> tuple[float, list[float]]:
+        """The last point before the step that was looked at."""
+        return float(self.trail[0]), self.trail[1 : 1 + self.size].tolist()
+
+    def note(self) -> bool:
+        """Take the point of the workspace, of a step's end or of the last row in the step; whether
+        a pole lies before it."""
+        import numpy as np
+
+        n, (t, ends) = self.size, self._here()
+        y0, f0, least = self.trail[1:].reshape(3, n)
+        y1, f1 = ends.reshape(2, n)
+        h = t - self.trail[0]
+        with np.errstate(all="ignore"):
+            size = np.maximum(abs(f0), abs(f1))
+            missed = abs(y1 - y0 - h * (f0 + f1) / 2)
+            odd = (f0 * f1 < 0) & (size > least) & (missed > MISFIT * h * size)
+        if odd.any() and self.lies_before():
+            return True
+        self.trail[: 1 + 2 * n] = t, *ends
+        return False
+
+    def _here(self) -> tuple[float, Vector]:
+        import numpy as np
+
+        w = self.kernel.w
+        return float(w[0]), np.array([w[s] for s in self.places.tolist()])
+
+    def lies_before(self) -> bool:
+        """Whether a derivative that changes its sign between the last point and the workspace's has
+        a pole there. If not, that becomes the last point."""
+        import numpy as np
+
+        n, (begin, start), (t, ends) = self.size, self.point, self._here()
+        f0, (y, f1) = self.trail[1 + n : 1 + 2 * n].copy(), ends.reshape(2, n)
+        odd, size = f0 * f1 < 0, np.maximum(abs(f0), abs(f1))
+        for i in np.flatnonzero(odd).tolist():
+            if self._grows(i, f0[i], size[i], (begin, start), (t, y.tolist())):
+                return True
+        self.kernel.rhs(t, y.tolist(), [0.0] * n)
+        least = self.trail[1 + 2 * n :]
+        least[odd] = np.maximum(least, LARGER * size)[odd]
+        self.trail[: 1 + 2 * n] = t, *ends
+        return False
+
+    def _grows(
+        self,
+        i: int,
+        first: float,
+        size: float,
+        begin: tuple[float, Sequence[float]],
+        end: tuple[float, Sequence[float]],
+    ) -> bool:
+        (t0, y0), (t1, y1) = begin, end
+        low, high, ends, ydot = 0.0, 1.0, [abs(first), size], [0.0] * self.size
+        for _ in range(HALVINGS):
+            part = 0.5 * (low + high)
+            y = [a + part * (b - a) for a, b in zip(y0, y1, strict=True)]
+            flag = self.kernel.rhs(t0 + part * (t1 - t0), y, ydot)
+            if flag < 0 or not math.isfinite(ydot[i]):
+                return min(ends) > size / GROWTH
+            if flag > 0:
+                return False
+            if ydot[i] * first > 0:
+                low, ends[0] = part, abs(ydot[i])
+            else:
+                high, ends[1] = part, abs(ydot[i])
+            if min(ends) > GROWTH * size:
+                return True
+        return False
