@@ -113,11 +113,13 @@ def _symbol(name: str) -> Dimension:
 
 
 def multiply(a: Dimension, b: Dimension) -> Dimension:
+    if NUMBER in (a, b):
+        return b if a == NUMBER else a
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 def divide(a: Dimension, b: Dimension) -> Dimension:
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+    return a if b == NUMBER else tuple(x - y for x, y in zip(a, b, strict=True))
 
 
 def power(a: Dimension, exponent: int | Fraction) -> Dimension:
