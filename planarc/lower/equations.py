@@ -24,7 +24,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
-from planarc.lower.scalar import assertion, lower_expression, message, none_of
+from planarc.lower.scalar import assertion, lower_expression, message, ways
 from planarc.lower.scope import Model, Scope
 from planarc.lower.values import RecordValue, Text, Value, expr, exprs
 from planarc.runtime.tensor import Tensor, elements, shape_of
@@ -157,10 +157,10 @@ def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
 def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
     """Branch by branch: `if c then a = b; else a = d; end if` is `a = if c then b else d`."""
     truths = [expr(lower_expression(scope, condition)) for condition, _ in e.branches]
-    result = _section(scope.where(none_of(scope, truths)), e.otherwise)
+    reached = ways(scope, truths)
+    result = _section(reached[-1], e.otherwise)
     for k in reversed(range(len(truths))):
-        here = scope.where(none_of(scope, truths[:k])).where(truths[k])
-        branch = _section(here, e.branches[k][1])
+        branch = _section(reached[k].where(truths[k]), e.branches[k][1])
         if len(branch) != len(result):
             message = f"the branches hold {len(branch)} and {len(result)} equations"
             hint = "give every branch as many equations, or make the condition a parameter"

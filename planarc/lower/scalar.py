@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
 from msgspec.structs import replace
@@ -69,23 +70,22 @@ def _if(scope: Scope, e: flat.If) -> Value:
             return lower_expression(scope, branch)
     else:
         return lower_expression(scope, e.otherwise)
-    result = lower_expression(scope.where(none_of(scope, conditions)), e.otherwise)
+    reached = ways(scope, conditions)
+    result = lower_expression(reached[-1], e.otherwise)
     for k in reversed(range(len(conditions))):
         condition, (_, branch) = conditions[k], e.branches[k]
         if condition.is_const and not condition.data:
             continue
-        own = scope.where(none_of(scope, conditions[:k])).where(condition)
-        value = lower_expression(own, branch)
+        value = lower_expression(reached[k].where(condition), branch)
         result = choose(scope, condition, value, result, e.span)
     return result
 
 
-def none_of(scope: Scope, conditions: Sequence[Expr]) -> Expr:
-    """The truth that no earlier branch is taken."""
-    holds = scope.table.true
-    for condition in conditions:
-        holds = scope.table.and_(holds, scope.table.not_(condition))
-    return holds
+def ways(scope: Scope, conditions: Sequence[Expr]) -> list[Scope]:
+    """The scopes in which each condition is looked at, and the one in which none holds."""
+    t = scope.table
+    nots = (t.not_(condition) for condition in conditions)
+    return [scope.where(holds) for holds in accumulate(nots, t.and_, initial=t.true)]
 
 
 def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Span) -> Value:

@@ -46,7 +46,7 @@ def plan_steps(rows: Sequence[Sequence[int]], torn: Torn) -> Plan:
     blocks = []
     tears = sorted(torn.tears)
     for group in groups:
-        own = tuple(v for i, v in enumerate(tears) if group >> i & 1)
+        own = tuple(tears[i] for i in _bits(group))
         residuals = tuple(e for e, m in residual_masks if m & group)
         inner = _needed(rows, torn, residuals, maker, mask)
         inside.update(inner)
@@ -66,15 +66,23 @@ def _union(masks: Iterable[int]) -> int:
     return union
 
 
+def _bits(mask: int) -> list[int]:
+    """The places of the ones, ascending."""
+    found = []
+    while mask:
+        low = mask & -mask
+        found.append(low.bit_length() - 1)
+        mask ^= low
+    return found
+
+
 def _group(masks: list[int], count: int) -> list[int]:
     """Disjoint unions of the masks that overlap, and single bits; by their lowest bit."""
     groups = DisjointSets(range(count))
     for m in masks:
-        first = m & -m
-        while m:
-            low = m & -m
-            groups.join(first.bit_length() - 1, low.bit_length() - 1)
-            m ^= low
+        first, *others = _bits(m) or [0]
+        for other in others:
+            groups.join(first, other)
     return [_union(1 << i for i in members) for members in groups.sets()]
 
 

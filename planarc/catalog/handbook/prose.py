@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections import Counter
 from collections.abc import Container
 from html.parser import HTMLParser
 
@@ -35,7 +36,8 @@ _LIBRARY = "modelica://"
 def clean(text: str, known: Container[str]) -> str:
     """Harmless HTML. Links to classes in `known` lead to their sections."""
     cleaner = _Cleaner(known)
-    cleaner.feed(text)
+    # Marked sections are no HTML, and Python's parser breaks off at those that it does not know.
+    cleaner.feed(text.replace("<![", "<! ["))
     cleaner.close()
     return cleaner.result()
 
@@ -46,6 +48,7 @@ class _Cleaner(HTMLParser):
         self._known = known
         self._out: list[str] = []
         self._open: list[str] = []
+        self._depth: Counter[str] = Counter()  # of each tag in `_open`
         self._dropping = 0
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -57,14 +60,16 @@ class _Cleaner(HTMLParser):
             self._out.append(f"<{tag}>")
         elif tag in _KEPT:
             self._open.append(tag)
+            self._depth[tag] += 1
             self._out.append(f"<{tag}{self._target(tag, dict(attrs))}>")
 
     def handle_endtag(self, tag: str) -> None:
         if tag in _DROPPED:
             self._dropping = max(self._dropping - 1, 0)
-        elif not self._dropping and tag in self._open:
+        elif not self._dropping and self._depth[tag]:
             while True:
                 closed = self._open.pop()
+                self._depth[closed] -= 1
                 self._out.append(f"</{closed}>")
                 if closed == tag:
                     break

@@ -248,3 +248,9 @@ def test_an_unknown_class_is_named(capsys: pytest.CaptureFixture[str]) -> None:
 
     assert run(["doc", "PlanarMultiBody.Partz"]) == 2
     assert "did you mean `PlanarMultiBody.Parts`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["<![foo[x]]>", "<![", "<![CDATA[x]]>", "<!x[y", "<?x", "<!--"])
+def test_marked_sections_break_nothing_off(text: str) -> None:
+    assert clean(f"a{text}<b>b</b>", ()).startswith("a")
+    assert clean(f"<b>b</b>{text * 100}", ()).startswith("<b>b</b>")
