@@ -113,7 +113,7 @@ def by_name(given: Any) -> Mapping[str, Any]:
     if not isinstance(given, Mapping):
         raise usage_error(
             "C202",
-            f"values are given by name, not as {type(given).__name__}",
+            f"parameters and start values are given by name, not as {type(given).__name__}",
             hint='write them as {"rod.L": 0.5}',
         )
     return given

@@ -29,6 +29,7 @@ from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
+from planarc.solve.events.jumps import Jumps
 from planarc.solve.messages import failure
 from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
@@ -63,6 +64,7 @@ class Run:
         self.backend = backend
         set_workspace(program, kernel, request)
         self.rescue = Rescue(program, kernel)
+        self._jumps = Jumps(program, kernel)
         self.events = Events(program, kernel, request.span, self.rescue)
         self._chatter = Chatter(program, self.events.crossings, request)
         self.schedule = Schedule(program, kernel, request.start)
@@ -336,11 +338,14 @@ class Run:
         self.kernel.accept(t)
         self.delays.cross(t)
         self.delays.kink(t)
+        before = self._jumps.positions()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
         self.records.append(EventRecord(t, causes))
         self._note(done.ended, done.warnings)
         if self._row(t, done.y):
             self.recorder.pass_by(t)
+            if (crossing or fired) and not done.reset:
+                self.warnings += self._jumps.judge(t, before)
             chattering = self._chatter.judge(t, crossing, causes if not fired else ())
             self.ended = self.ended or chattering
             self.restart(t, done.y, self._chatter.step)

@@ -84,6 +84,7 @@ def connect_all(
             continue
         span = min((spans[m.key] for m in joined if m.key in spans), key=_order, default=NOWHERE)
         try:
+            _check_sources(joined, connections)
             result.equations += set_equations(joined, span)
         except PlanarcError as problem:
             session.keep(problem)
@@ -143,7 +144,6 @@ def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
         return []
     if joined[0].is_flow:
         return [_flow_equation(joined, span if span is not NOWHERE else joined[0].leaf.span)]
-    _check_sources(joined, span)
     first = joined[0].reference(span)
     names = {joined[0].key[0]}
     equations = []
@@ -174,15 +174,29 @@ def _zero(type_: flat.Type, span: Span) -> flat.Expression:
     return value
 
 
-def _check_sources(joined: list[Member], span: Span) -> None:
+def _check_sources(joined: list[Member], connections: Sequence[Connection]) -> None:
     """Refuse two members that give the value: each an output of a component inside, or
     an input of the class itself."""
     sources = [m for m in joined if _is_source(m)]
     if len(sources) > 1:
         names = both(m.key[0] for m in sources[:2])
+        span = _where_joined(sources[0].key, sources[1].key, connections)
         message = f"{names} are connected, but both give the value"
         related = [Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]]
         raise error("F313", message, span, related=related)
+
+
+def _where_joined(
+    one: tuple[str, bool], other: tuple[str, bool], connections: Sequence[Connection]
+) -> Span:
+    """The connection that brings two members of a set together, in the order of the text."""
+    sets = DisjointSets((one, other))
+    for connection in connections:
+        for a, b in match_leaves(connection.left, connection.right, connection.span):
+            sets.join(a.key, b.key)
+        if sets.find(one) == sets.find(other):
+            return connection.span
+    return NOWHERE
 
 
 def _is_source(member: Member) -> bool:

@@ -167,7 +167,10 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
         expected = wanted.with_dims(())
     expect(expected, value, what, binding.span)
     if variability_of(value, leaf.parent.session) > flat.Variability.PARAMETER:
-        raise error("F285", f"{what} must not change with time", binding.span)
+        hint = "write a number or a parameter"
+        if name == "start":
+            hint += f", or give `{leaf.name}` its value by an `initial equation`"
+        raise error("F285", f"{what} must not change with time", binding.span, hint=hint)
     return value
 
 

@@ -141,6 +141,9 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
             raise error(
                 "F287", f"`{argument.name[0]}` of the experiment must be positive", value.span
             )
+        if name == "tolerance" and number >= 1:
+            message = f"`Tolerance` of the experiment must lie below 1, not at {number:g}"
+            raise error("F287", message, value.span, hint="choose for example 1e-6")
         found = replace(found, **{name: number})
     if found.stop < found.start:
         message = f"the experiment stops at {found.stop:g}, before it starts at {found.start:g}"

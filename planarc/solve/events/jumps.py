@@ -1,0 +1,55 @@
+"""Positions that jump at an event though nothing sets them anew: the forces are not counted.
+
+In:   the positions before and after an event
+Out:  a warning R438, once a run
+
+A position is a variable of which the equations hold the second derivative. A `reinit` may set it,
+and then it is meant; but where a drive with a jump in its signal moves a mechanism, its speed is infinite for an instant,
+and no equation says so: the derivative of either branch of the signal is all that it sees.
+
+Example: `Position(exact=true)` on a step.
+"""
+
+from __future__ import annotations
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.kernel import Kernel
+from planarc.ir.places import own_part, owner
+from planarc.ir.program import Program
+
+_JUMP = 1e-5  # in m or rad, or as a share of the larger value: smaller ones are rounding
+
+
+class Jumps:
+    """What is known of a run's positions."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        self._program, self._kernel = program, kernel
+        slots = {c.name: c.slot for c in program.columns} | dict(program.slots)
+        positions = (n[8:-2] for n in program.slots if n.startswith("der(der("))
+        self._watched = [(n, slots[n]) for n in positions if n in slots]
+        self._told = False
+
+    def positions(self) -> list[float]:
+        return [float(self._kernel.w[slot]) for _, slot in self._watched]
+
+    def judge(self, t: float, before: list[float]) -> tuple[Diagnostic, ...]:
+        """The warning, if the first position jumps at `t`."""
+        if self._told:
+            return ()
+        for (name, _), old, new in zip(self._watched, before, self.positions(), strict=True):
+            if abs(new - old) > _JUMP * max(1.0, abs(old), abs(new)):
+                self._told = True
+                return (self._jumped(name, old, new, t),)
+        return ()
+
+    def _jumped(self, name: str, old: float, new: float, t: float) -> Diagnostic:
+        part = own_part(self._program, owner(name))
+        return Diagnostic(
+            "R438",
+            f"`{name}` jumps from {old:.4g} to {new:.4g} at t = {t:.6g} s: "
+            "the forces that this takes are infinite, and not counted",
+            part.span if part else None,
+            Severity.WARNING,
+            hint="move it without jumps, for example by `KinematicPTP2`",
+        )
