@@ -4,8 +4,8 @@ In:   the positions before and after an event
 Out:  a warning R438, once a run
 
 A position is a variable of which the equations hold the second derivative. A `reinit` may set it,
-and then it is meant; but where a drive with a jump in its signal moves a mechanism, its speed is infinite for an instant,
-and no equation says so: the derivative of either branch of the signal is all that it sees.
+and then it is meant; but where a drive with a jump in its signal moves a mechanism, its speed is
+infinite for an instant, and no equation says so: each branch of the signal is differentiated alone.
 
 Example: `Position(exact=true)` on a step.
 """
