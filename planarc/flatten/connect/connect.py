@@ -293,12 +293,11 @@ def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> 
         flow = a if a.is_flow else b
         why = f"`{flow.leaf.name}` is a flow variable, its counterpart is not"
         raise _unlike(left, right, why, span)
-    for which in (flat.Variability.CONSTANT, flat.Variability.PARAMETER):
-        first, second = a.leaf.variability is which, b.leaf.variability is which
-        if first != second:
-            fixed = a if first else b
-            why = f"`{fixed.leaf.name}` is a {which.name.lower()}, its counterpart is not"
-            raise _unlike(left, right, why, span)
+    if a.leaf.variability is not b.leaf.variability:
+        fixed = min(a.leaf, b.leaf, key=lambda leaf: leaf.variability)
+        if fixed.variability <= flat.Variability.PARAMETER:
+            kind = fixed.variability.name.lower()
+            raise _unlike(left, right, f"`{fixed.name}` is a {kind}, its counterpart is not", span)
     if not (base_conforms(a.type, b.type) or base_conforms(b.type, a.type)) or (
         a.type.dims != b.type.dims
     ):
