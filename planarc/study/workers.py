@@ -65,7 +65,8 @@ def _on_cluster(
     """Outcomes as they come. `client` is a `distributed.Client`.
 
     The compiled model is sent to each worker once. A bundle whose worker died is tried again
-    by Dask; if it keeps failing, its points are tried one by one.
+    by Dask; if it keeps failing, its points are tried one by one. Where the client itself is
+    lost, so are the points that are left, and no others.
     """
     try:
         completed: Any = import_module("distributed").as_completed
@@ -75,6 +76,19 @@ def _on_cluster(
             "this needs `distributed`, which is not installed",
             hint="install it with `pip install 'dask[distributed]'`",
         ) from None
+    left = {task.index for bundle in bundles for task in bundle}
+    try:
+        for outcomes in _completed(client, completed, payload, bundles):
+            left -= {o.index for o in outcomes}
+            yield outcomes
+    except Exception as problem:  # the client is gone: keep what came before
+        reason = f"the cluster failed: {type(problem).__name__} {problem}".rstrip()
+        yield [Outcome(i, None, reason, lost=True) for i in sorted(left)]
+
+
+def _completed(
+    client: Any, completed: Any, payload: Payload, bundles: Sequence[tuple[Task, ...]]
+) -> Iterator[list[Outcome]]:
     shared = client.scatter(payload, broadcast=True, hash=False)
     waiting = list(bundles)
     while waiting:

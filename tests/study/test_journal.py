@@ -5,13 +5,17 @@ from __future__ import annotations
 import functools
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import planarc
 from planarc import Model, Result, UsageError
+from planarc.study import workers
 from planarc.study.identity import identity
 
 POINTS = {"k": [1.0, 2.0]}
@@ -111,3 +115,42 @@ def test_what_is_no_journal_belongs_to_others(content: bytes, decay: Model, tmp_
     with pytest.raises(UsageError, match="C235"):
         planarc.sweep(decay, POINTS, "x", journal=journal)
     assert journal.read_bytes() == content
+
+
+class Gone:
+    """A client of Dask that is lost after the first result."""
+
+    def ncores(self) -> dict[str, int]:
+        return {"worker": 1}
+
+    def scatter(self, payload: Any, **_: Any) -> Any:
+        return payload
+
+    def submit(self, function: Any, *arguments: Any, **_: Any) -> Any:
+        return Finished(function, arguments)
+
+
+class Finished:
+    status = "finished"
+
+    def __init__(self, function: Any, arguments: tuple[Any, ...]) -> None:
+        self.result = lambda: function(*arguments)
+
+
+@pytest.mark.parametrize("problem", [OSError("closed"), CancelledError()])
+def test_points_that_a_lost_client_had_finished_are_kept(
+    problem: BaseException, decay: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def first_only(futures: list[Any]) -> Iterator[Any]:
+        yield futures[0]
+        raise problem
+
+    distributed = SimpleNamespace(as_completed=first_only)
+    monkeypatch.setattr(workers, "import_module", lambda _: distributed)
+    journal = tmp_path / "study.jsonl"
+    points = {"k": [1.0, 2.0, 3.0]}
+    study = planarc.sweep(decay, points, "x", client=Gone(), journal=journal)
+    assert [f.index for f in study.failures] == [1, 2]
+    assert "the cluster failed" in study.failures[0].reason
+    again = planarc.sweep(decay, points, "x", workers=1, journal=journal)
+    assert again.failures == ()
