@@ -206,17 +206,20 @@ class Result:
         units: bool = False,
     ) -> Path:
         """All variables, or some; with `units` in the head of each column."""
-        return self._write(Path(path), ".csv", variables, units)
+        return self._write(path, ".csv", variables, units)
 
     def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
         """MATLAB level 4, as Modelica tools share it."""
-        return self._write(Path(path), ".mat", variables, False)
+        return self._write(path, ".mat", variables, False)
 
     def _write(
-        self, path: Path, suffix: str, variables: str | Iterable[str] | None, units: bool
+        self, where: str | Path, suffix: str, variables: str | Iterable[str] | None, units: bool
     ) -> Path:
         from planarc.view.table.files import write_table
 
+        if not isinstance(where, str | os.PathLike):
+            raise usage_error("C202", f"a file has a path, not {where!r}", hint='give "run.csv"')
+        path = Path(where)
         only = None
         if variables is not None:
             names = "|".join(re.escape(n) for n in self.select(variables))

@@ -76,6 +76,10 @@ def test_no_file_has_the_ending_of_another_kind(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_number_is_no_path(result: planarc.Result) -> None:
+    assert "not 3" in refused(lambda: result.to_csv(3), "C202")  # type: ignore[arg-type]
+
+
 def test_a_name_without_ending_gets_one(result: planarc.Result, tmp_path: Path) -> None:
     assert result.to_csv(tmp_path / "run.2").name == "run.2.csv"
     assert result.report(tmp_path / "run").name == "run.html"
