@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from planarc import compiler
 from planarc.api.restore import compile_request
 from planarc.core.data import Data
@@ -55,8 +57,6 @@ def find_examples(targets: Sequence[str], libraries: Sequence[Path] = ()) -> tup
 
 
 def _of_request(request: Request) -> Iterator[Example]:
-    from msgspec.structs import replace
-
     library, _, declared = open_library(replace(request, class_name=None))
     names = declared if request.file is not None else (request.class_name or "",)
     stack = [library.entry(name) for name in reversed(names)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -72,8 +73,6 @@ def gallery(
 
 
 def _card(shown: Shown, reports: Path | None, page: Path) -> Card:
-    import os
-
     from planarc.insight.facts import count_text
     from planarc.view.page.gallery import Card
     from planarc.view.scene import make_scene

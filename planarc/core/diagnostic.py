@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 from planarc.core.data import Data
@@ -110,8 +111,6 @@ def refused(code: str, what: str, problem: Exception, hint: str | None = None) -
 
 def mistake(error: Exception) -> Diagnostic:
     """A mistake of planarc's own: where it broke, in one line that a user can pass on."""
-    from pathlib import Path
-
     place = ""
     trace = error.__traceback__
     while trace is not None:
@@ -133,7 +132,5 @@ def _again(kind: type[PlanarcError], diagnostics: tuple[Diagnostic, ...]) -> Pla
 
 
 def _is_users(file: str) -> bool:
-    from pathlib import Path
-
     path = Path(file)
     return "IPython" not in path.parts and not path.is_relative_to(Path(__file__).parent.parent)

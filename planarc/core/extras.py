@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 from planarc.core.diagnostic import usage_error
@@ -11,8 +12,6 @@ _DISTRIBUTIONS = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}
 
 def need(module: str, extra: str) -> Any:
     """An optional package, or UsageError C221 that says how to get it."""
-    from importlib import import_module
-
     try:
         return import_module(module)
     except ImportError:

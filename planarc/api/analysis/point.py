@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from planarc.api.signals import ForcedKernel, Signal
 from planarc.core.arrays import Vector
@@ -145,8 +146,6 @@ def open_point(
     at: float | None = None,
 ) -> Point:
     """The point at the start of a run, or at a time that the run reaches."""
-    from msgspec.structs import replace
-
     compiled = model.compiled(options.backend)
     program = compiled.program
     if program.delays:
