@@ -253,6 +253,8 @@ def _unassigned(scope: Scope, e: flat.Expression) -> Value:
 def _call(scope: Scope, e: flat.Call) -> Value:
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
     results = scope.model.inline(scope, e.function, arguments, e.span)
+    if len(results) <= (e.output or 0):  # of a function that is handed in
+        raise error("L321", f"the function given as `{e.function}` has no result", e.span)
     return results[e.output or 0]
 
 

@@ -58,3 +58,15 @@ def test_a_size_may_be_told_by_another_function() -> None:
     end M;
     """).simulate(1.0)
     assert result.at("z", 1.0) == 5.0
+
+
+def test_a_function_that_is_handed_in_must_have_a_result() -> None:
+    with pytest.raises(planarc.PlanarcError, match="L321"):
+        planarc.load("""
+        model M
+          partial function F input Real x; output Real y; end F;
+          function g input Real x; protected Real y; algorithm y := x; end g;
+          function h input F f; output Real s; algorithm s := f(1) + f(2); end h;
+          Real x = h(g);
+        end M;
+        """)
