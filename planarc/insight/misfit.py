@@ -58,11 +58,9 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     """The ends, connected to nothing, of components whose own unknowns nothing determines."""
     parts = _own(dae, map(owner, undetermined)) | {part.name for part in givers}
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
-    ends = [
-        name
-        for name in find_connectors(v.name for v in dae.variables)
-        if owner(name) in parts and name not in connected
-    ]
+    names = find_connectors(v.name for v in dae.variables)
+    inside = {owner(name) for name in names}  # a part with a flange and variables as those of one
+    ends = [n for n in names if owner(n) in parts and n not in connected and n not in inside]
     if not ends:
         return None
     shown = shortened([f"`{name}`" for name in ends], _SHOWN)
