@@ -2,6 +2,8 @@
 
 In:   Trouble, Repair   where the automaton stopped, and what would mend it
 Out:  Diagnostic        the message for the one who wrote the text
+
+The file is long because slips are many; each is told by one short function, the first that fits.
 """
 
 from __future__ import annotations
