@@ -9,7 +9,7 @@ import planarc
 SWINGING = """model Swinging
   import M = Modelica.Mechanics.Translational.Components;
   M.Mass mass(m=1, s(start=0.01, fixed=true), v(start=0, fixed=true));
-  M.SpringDamper spring(c=1e6, d=DAMPING, s_rel0=0);
+  M.SpringDamper spring(c=1e6, d=DAMPING, s_rel0=0, stateSelect=StateSelect.default);
   M.Fixed fixed(s0=0);
 equation
   connect(fixed.flange, spring.flange_a);

@@ -103,5 +103,6 @@ def test_two_sliders_side_by_side_are_named_before_they_run() -> None:
     with pytest.raises(planarc.PlanarcError) as caught:
         planarc.load(text).simulate(0)
     (diagnostic,) = caught.value.diagnostics
+    assert "`a` and `b` hold the same motion twice" in diagnostic.message
     assert diagnostic.hint is not None
-    assert "`a` and `b` hold the same motion twice" in diagnostic.hint
+    assert "freer joint" in diagnostic.hint
