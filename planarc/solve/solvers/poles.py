@@ -40,11 +40,12 @@ class Poles:
         self.places = np.zeros(2 * states, dtype=np.int64)
         self.trail = np.zeros(1 + 3 * states)
         self.trail[0] = math.nan
+        self._slopes: list[float] = []  # of the last point, to tell quickly that no sign changed
 
     def begin(self, places: Sequence[int]) -> None:
         """Go on anew, with these slots of the states and of their derivatives."""
         self.places[:] = places
-        self.trail[0] = math.nan
+        self.trail[0], self._slopes = math.nan, []
 
     @property
     def point(self) -> tuple[float, list[float]]:
@@ -56,7 +57,11 @@ class Poles:
         a pole lies before it."""
         import numpy as np
 
-        n, (t, ends) = self.size, self._here()
+        n, before, (t, ends) = self.size, self._slopes, self._here()
+        self._slopes = ends[n:].tolist()
+        if not any(a * b < 0 for a, b in zip(before, self._slopes, strict=False)):
+            self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
+            return False
         y0, f0, least = self.trail[1:].reshape(3, n)
         y1, f1 = ends.reshape(2, n)
         h = t - self.trail[0]
@@ -66,7 +71,7 @@ class Poles:
             odd = (f0 * f1 < 0) & (size > least) & (missed > MISFIT * h * size)
         if odd.any() and self.lies_before():
             return True
-        self.trail[: 1 + 2 * n] = t, *ends
+        self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
         return False
 
     def _here(self) -> tuple[float, Vector]:
@@ -89,7 +94,7 @@ class Poles:
         self.kernel.rhs(t, y.tolist(), [0.0] * n)
         least = self.trail[1 + 2 * n :]
         least[odd] = np.maximum(least, LARGER * size)[odd]
-        self.trail[: 1 + 2 * n] = t, *ends
+        self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
         return False
 
     def _grows(
