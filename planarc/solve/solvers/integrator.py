@@ -185,9 +185,9 @@ class Integrator(ABC):
         """The zero functions at the end of the last step; nothing where it counts alone."""
         return ()
 
+    @abstractmethod
     def _go_back(self, t: float, y: Sequence[float]) -> None:
         """Be at a place within the last step; `restart` follows."""
-        raise NotImplementedError
 
     def _begin_dips(self, directions: Sequence[int]) -> None:
         self._dips.seen, self._crossing = 0, tuple(directions)
