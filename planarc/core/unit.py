@@ -14,17 +14,18 @@ import re
 from fractions import Fraction
 from functools import lru_cache
 from math import pi
+from operator import add, sub
 from typing import TypeAlias
 
-#: exponents of m, kg, s, A, K, mol, cd
-Dimension: TypeAlias = tuple[Fraction, ...]
+#: exponents of m, kg, s, A, K, mol, cd; only those of roots are no integers
+Dimension: TypeAlias = tuple[int | Fraction, ...]
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
-NUMBER: Dimension = (Fraction(0),) * len(_BASE)
+NUMBER: Dimension = (0,) * len(_BASE)
 
 
 def _of(**exponents: int) -> Dimension:
-    return tuple(Fraction(exponents.get(name, 0)) for name in _BASE)
+    return tuple(exponents.get(name, 0) for name in _BASE)
 
 
 _SYMBOLS: dict[str, Dimension] = {
@@ -113,13 +114,11 @@ def _symbol(name: str) -> Dimension:
 
 
 def multiply(a: Dimension, b: Dimension) -> Dimension:
-    if NUMBER in (a, b):
-        return b if a == NUMBER else a
-    return tuple(x + y for x, y in zip(a, b, strict=True))
+    return tuple(map(add, a, b))
 
 
 def divide(a: Dimension, b: Dimension) -> Dimension:
-    return a if b == NUMBER else tuple(x - y for x, y in zip(a, b, strict=True))
+    return tuple(map(sub, a, b))
 
 
 def power(a: Dimension, exponent: int | Fraction) -> Dimension:
@@ -136,14 +135,14 @@ def unit_text(dimension: Dimension) -> str:
     return f"{text}/{below[0]}" if len(below) == 1 else f"{text}/({'.'.join(below)})"
 
 
-def _named(dimension: Dimension) -> list[tuple[str, Fraction]]:
+def _named(dimension: Dimension) -> list[tuple[str, int | Fraction]]:
     """Names and exponents, mass first, as units are usually written."""
     order = ("kg", "m", "s", "A", "K", "mol", "cd")
     exponents = dict(zip(_BASE, dimension, strict=True))
     return [(name, exponents[name]) for name in order]
 
 
-def _with_exponent(name: str, exponent: Fraction) -> str:
+def _with_exponent(name: str, exponent: int | Fraction) -> str:
     return name if exponent == 1 else f"{name}{exponent}"
 
 

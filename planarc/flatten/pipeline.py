@@ -221,7 +221,9 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     leaves = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
     pairs = [(leaf, variable_of(leaf, session)) for leaf in leaves]
     variables = [v for _, v in pairs if v is not None]
-    variables = [replace(v, structural=session.leaves[v.name].structural) for v in variables]
+    for i, v in enumerate(variables):
+        if v.structural != session.leaves[v.name].structural:  # found since
+            variables[i] = replace(v, structural=True)
     equations = [*found.equations, *connected.equations]
     if connected.unused:
         said = [e for v in variables for e in expressions_of_variable(v)]

@@ -5,8 +5,9 @@ All walks are iterative and keep the order of the text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from operator import attrgetter
 from typing import Any, TypeVar
 
 from planarc.ir import flat
@@ -16,32 +17,31 @@ Item = TypeVar("Item", bound=flat.EquationNode)  # an equation or a statement
 
 def children(expression: flat.Expression) -> tuple[flat.Expression, ...]:
     """The direct parts of an expression."""
-    match expression:
-        case flat.Literal() | flat.Slice():
-            return ()
-        case flat.Reference(subscripts=subscripts):
-            return subscripts
-        case flat.Unary(operand=operand):
-            return (operand,)
-        case flat.Binary(left=left, right=right):
-            return (left, right)
-        case flat.If(branches=branches, otherwise=otherwise):
-            return (*(e for b in branches for e in b), otherwise)
-        case flat.Array(items=items) | flat.Record(items=items):
-            return items
-        case flat.Range(start=start, step=step, stop=stop):
-            return (start, stop) if step is None else (start, step, stop)
-        case flat.Index(base=base, subscripts=subscripts):
-            return (base, *subscripts)
-        case flat.Field(base=base):
-            return (base,)
-        case flat.Builtin(arguments=arguments) | flat.Call(arguments=arguments):
-            return arguments
-        case flat.PartialCall(bound=bound):
-            return tuple(e for _, e in bound)
-        case flat.Comprehension(body=body, iterators=iterators):
-            return (body, *(e for _, e in iterators))
-    raise TypeError(f"not an expression: {expression!r}")
+    parts: tuple[flat.Expression, ...] = _PARTS[type(expression)](expression)
+    return parts
+
+
+def _nothing(_: flat.Expression) -> tuple[flat.Expression, ...]:
+    return ()
+
+
+_PARTS: dict[type, Callable[[Any], tuple[flat.Expression, ...]]] = {
+    flat.Literal: _nothing,
+    flat.Slice: _nothing,
+    flat.Reference: attrgetter("subscripts"),
+    flat.Unary: lambda e: (e.operand,),
+    flat.Binary: attrgetter("left", "right"),
+    flat.If: lambda e: (*chain(*e.branches), e.otherwise),
+    flat.Array: attrgetter("items"),
+    flat.Record: attrgetter("items"),
+    flat.Range: lambda e: (e.start, e.stop) if e.step is None else (e.start, e.step, e.stop),
+    flat.Index: lambda e: (e.base, *e.subscripts),
+    flat.Field: lambda e: (e.base,),
+    flat.Builtin: attrgetter("arguments"),
+    flat.Call: attrgetter("arguments"),
+    flat.PartialCall: lambda e: tuple(value for _, value in e.bound),
+    flat.Comprehension: lambda e: (e.body, *(value for _, value in e.iterators)),
+}
 
 
 def nodes_of(expressions: Iterable[flat.Expression]) -> Iterator[flat.Expression]:
@@ -51,7 +51,8 @@ def nodes_of(expressions: Iterable[flat.Expression]) -> Iterator[flat.Expression
     while stack:
         node = stack.pop()
         yield node
-        stack.extend(reversed(children(node)))
+        if parts := _PARTS[type(node)](node):
+            stack += parts[::-1]
 
 
 def names_in(expressions: Iterable[flat.Expression]) -> set[str]:

@@ -115,46 +115,42 @@ def _make_leaf(
     _refuse_special(layout.builtin, definition)
     if cls.mod:
         mod = merge(mod, cls.mod, element.name)
-    leaf = Leaf(name, layout.builtin, flat.Variability.CONTINUOUS, element, parent, mod, layout)
-    leaf.variability = _leaf_variability(definition, layout.builtin, parent)
-    leaf.causality = _causality(definition, layout, parent)
-    leaf.flow = _flow(definition, layout, parent)
+    variability = _leaf_variability(definition, layout.builtin, parent)
+    leaf = Leaf(name, layout.builtin, variability, element, parent, mod, layout)
+    leaf.causality, leaf.flow = _direction(definition, layout, parent)
     if leaf.flow is syntax.Flow.STREAM:
         raise unsupported("stream variables", "15", definition.span)
     in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
     leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
-    leaf.type = layout.builtin.with_dims(
-        shape.leaf_dims(leaf, redeclare.written_dims(definition, scope, layout))
-    )
-    if prod(d or 0 for d in leaf.type.dims) > MAX_SCALARS:
-        message = f"`{name}` has {_times(leaf.type.dims)} elements, more than {MAX_SCALARS:,}"
-        raise too_large(message, definition.span)
+    if written := redeclare.written_dims(definition, scope, layout):
+        dims = shape.leaf_dims(leaf, written)
+        if prod(dims) > MAX_SCALARS:
+            message = f"`{name}` has {_times(dims)} elements, more than {MAX_SCALARS:,}"
+            raise too_large(message, definition.span)
+        leaf.type = layout.builtin.with_dims(dims)
     if parent.prefix is not None:
         parent.session.leaves[name] = leaf
     return leaf
 
 
-def _causality(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Causality:
-    """The causality of the declaration, of its type, or of the record or connector around it,
-    the first that there is (4.4.2.2)."""
-    for own in (definition.causality, layout.causality):
-        if own is not syntax.Causality.NONE:
-            return own
-    none = parent.causality is syntax.Causality.NONE  # what most parents have
-    return parent.causality if not none and _passes_on(parent) else syntax.Causality.NONE
+def _direction(
+    definition: syntax.Component, layout: Layout, parent: Instance
+) -> tuple[syntax.Causality, syntax.Flow]:
+    """The causality, and `flow` or `stream`: of the declaration, of its type, or of the record or
+    connector around it, the first that there is (4.4.2.2)."""
+    causality, flow = definition.causality, definition.flow
+    if causality is _UNDIRECTED:
+        causality = layout.causality
+        if causality is _UNDIRECTED:
+            causality = parent.causality
+    if flow is _STILL:
+        flow = layout.flow
+        if flow is _STILL:
+            flow = parent.flow
+    return causality, flow
 
 
-def _flow(definition: syntax.Component, layout: Layout, parent: Instance) -> syntax.Flow:
-    """Likewise `flow` and `stream` of the declaration, of its type, or around it."""
-    for own in (definition.flow, layout.flow):
-        if own is not syntax.Flow.NONE:
-            return own
-    none = parent.flow is syntax.Flow.NONE
-    return parent.flow if not none and _passes_on(parent) else syntax.Flow.NONE
-
-
-def _passes_on(parent: Instance) -> bool:
-    return parent.is_record or parent.is_connector
+_UNDIRECTED, _STILL = syntax.Causality.NONE, syntax.Flow.NONE
 
 
 def _leaf_variability(
@@ -191,7 +187,7 @@ def _make_composite(
     if cls.mod:
         mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
-    causality, flow = _causality(definition, layout, parent), _flow(definition, layout, parent)
+    direction = _direction(definition, layout, parent)
     written = redeclare.written_dims(definition, scope, layout)
     session = parent.session
 
@@ -203,7 +199,8 @@ def _make_composite(
             raise too_large(f"the model has more than {MAX_COMPONENTS:,} components", None)
         prefix = full if parent.prefix is not None else None
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
-        made.causality, made.flow = causality, flow
+        if made.is_record or made.is_connector:
+            made.causality, made.flow = direction
         check_modifier(made)
         return made
 

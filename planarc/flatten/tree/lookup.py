@@ -68,7 +68,7 @@ def components(instance: Instance) -> Iterator[tuple[str, Element]]:
     """The declared components by name, in their order."""
     for name, (_, definition) in instance.layout.members.items():
         if isinstance(definition, syntax.Component):
-            yield name, declared(instance, name)
+            yield name, instance.elements.get(name) or declared(instance, name)
 
 
 def inner_elements(element: Element) -> Iterator[Element]:
@@ -219,7 +219,10 @@ def _wildcard(scope: Scope, clause: syntax.Import, name: str) -> Element | None:
 
 
 def find_class(scope: Scope, name: syntax.Ref) -> Class:
-    """The class that a type name means."""
+    """The class that a type name means; what no instance of the class decides is remembered."""
+    known = scope.part.types.get(id(name))
+    if known is not None:
+        return known[1]
     names = name.names
     if any(part.subscripts for part in name.parts):
         raise error("F211", f"`{name}` is no class name: it has subscripts", name.span)
@@ -227,6 +230,8 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
     cls = _as_class(element, names[0], name.span)
     for step in names[1:]:
         cls = _as_class(class_member(cls, step, name.span), step, name.span)
+    if element.scope.instance is not scope.instance and scope.instance.layout.done:
+        scope.part.types[id(name)] = name, cls
     return cls
 
 

@@ -126,6 +126,8 @@ class Part(Struct, eq=False):
     #: components and connections that a class which extends this one leaves out
     left_out: frozenset[str] = frozenset()
     cut: tuple[syntax.Connect, ...] = ()
+    #: classes that names of its text mean in every instance, by the name's identity
+    types: dict[int, tuple[syntax.Ref, Class]] = field(default_factory=dict)
 
     @property
     def definition(self) -> syntax.ClassDef:

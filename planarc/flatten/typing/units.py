@@ -60,6 +60,8 @@ class Checker(Struct):
     def of(self, e: flat.Expression) -> Known:
         """The unit of an expression."""
         match e:
+            case flat.Literal():
+                return None
             case flat.Reference(name=name):
                 return self.units.get(name)
             case flat.Unary(operand=operand):
