@@ -21,6 +21,7 @@
   get("theme").addEventListener("click", () => planarc.theme.set(planarc.theme.isDark() ? "light" : "dark"));
   get("keep").querySelector("summary").append(planarc.icon("picture"));
 
+  const frame = planarc.createFrame();
   const fields = planarc.createFields(get("fields"), {
     changed: (name) => {
       moved = performance.now();
@@ -117,6 +118,7 @@
       plots.mark(t, reader);
       if (get("variables").open) tree.mark(reader);
     });
+    frame.show(player);
     window.planarcPlayer = player;
     requestAnimationFrame(() => look(answer.scene.box));
   }

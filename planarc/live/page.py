@@ -12,20 +12,31 @@ from planarc.view.page import assets
 _HERE = Path(__file__).parent
 
 
-def live_page(name: str, description: str) -> tuple[str, str]:
+#: The panels of editors that may show a framed page: of a desktop, in a browser, or by a tunnel.
+#: A page's token is known to its editor alone.
+_EDITORS = (
+    "vscode-webview: vscode-file: https://*.vscode-cdn.net "
+    "http://127.0.0.1:* http://localhost:* https://127.0.0.1:* https://localhost:*"
+)
+
+
+def live_page(name: str, description: str, framed: bool = False) -> tuple[str, str]:
     """The page, and the content security policy that it is to be sent with."""
     chart, script = assets.chart_script(), _script()
     text = Template(_text("page.html")).substitute(
         name=html.escape(name),
         description=html.escape(description),
+        kind="live framed" if framed else "live",
         styles=assets.styles(*assets.STYLES, "page.css") + _text("live.css"),
         chart=chart,
         script=script,
     )
+    around = _EDITORS if framed else "'none'"
     policy = (
         f"default-src 'none'; script-src {assets.policy(chart, script)}; "
         "style-src 'unsafe-inline'; connect-src 'self'; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        "base-uri 'none'; form-action 'none'; "
+        f"frame-ancestors {around}"
     )
     return text, policy
 
@@ -33,7 +44,7 @@ def live_page(name: str, description: str) -> tuple[str, str]:
 @cache
 def _script() -> str:
     shared = assets.script(*assets.PLAYER, *assets.PLOTS)
-    return shared + "".join(f"{{\n{_text(n)}}}\n" for n in ("fields.js", "live.js"))
+    return shared + "".join(f"{{\n{_text(n)}}}\n" for n in ("fields.js", "frame.js", "live.js"))
 
 
 @cache

@@ -2,7 +2,9 @@
 
 Every address begins with a token that only the one knows who started the server; it listens on
 the loopback device alone. A request that another site's page makes, or one that reached this
-machine by another name (DNS rebinding), is refused before anything is looked at.
+machine by another name (DNS rebinding), is refused before anything is looked at. A `framed`
+page may stand in the panel of an editor, which may forward the port: then its frame is filled
+from elsewhere, and this machine may be asked under any port. Orders still come from the page.
 
     GET  /TOKEN/           the page
     POST /TOKEN/run        an order (see `session`); the motion, or what is wrong
@@ -19,6 +21,7 @@ from __future__ import annotations
 import hmac
 import io
 import json
+import re
 import secrets
 from collections.abc import Callable, Iterator, Mapping
 from queue import Empty, Queue
@@ -50,6 +53,8 @@ Asked = TypeVar("Asked")
 HOST = "127.0.0.1"
 #: The most bytes of an order.
 _MOST = 1_000_000
+#: This machine, under any port.
+_LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 #: Seconds between two signs of life to a page; a page that is gone is noticed by them.
 _BEAT = 1.0
 
@@ -66,8 +71,11 @@ _HEADERS = {
 class LiveServer:
     """Serves one session until `stop`. Raises UsageError C280 where the port is taken."""
 
-    def __init__(self, session: Session, request: requests.Request, port: int = 0) -> None:
+    def __init__(
+        self, session: Session, request: requests.Request, port: int = 0, framed: bool = False
+    ) -> None:
         self.session = session
+        self._framed = framed
         self.token = secrets.token_urlsafe(24)
         self._pages: list[Queue[str]] = []
         try:
@@ -124,18 +132,27 @@ class LiveServer:
 
     def _refusal(self, request: Request) -> Response | None:
         """The refusal, 403, of whoever is not the page."""
+        host = request.headers.get("Host", "")
         names = {f"{HOST}:{self.port}", f"localhost:{self.port}"}
-        if request.headers.get("Host") not in names:
+        if self._framed and _LOOPBACK.fullmatch(host):
+            names = {host}
+        if host not in names:
             return _plain(403, "this server answers to the loopback address only")
         origin = request.headers.get("Origin")
         if origin is not None and origin not in {f"http://{n}" for n in names}:
             return _plain(403, "another site's page may not ask this server")
-        if request.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none"):
+        site = request.headers.get("Sec-Fetch-Site", "none")
+        if site not in ("same-origin", "none") and not self._fills_frame(request):
             return _plain(403, "another site's page may not ask this server")
         given = request.path.split("/")[1]
         if not hmac.compare_digest(given.encode(), self.token.encode()):
             return _plain(403, "wrong token: open the whole address that `planarc serve` printed")
         return None
+
+    def _fills_frame(self, request: Request) -> bool:
+        """True where the page is asked for by the frame that an editor has for it."""
+        page = request.method == "GET" and request.path.split("/")[2:] == [""]
+        return self._framed and page and request.headers.get("Sec-Fetch-Dest") == "iframe"
 
     def _route(self, request: Request) -> Response:
         name = request.path.removeprefix(f"/{self.token}").removeprefix("/")
@@ -156,7 +173,7 @@ class LiveServer:
         return answer(request)
 
     def _page(self, request: Request) -> Response:
-        text, policy = live_page(self.session.name, self.session.description)
+        text, policy = live_page(self.session.name, self.session.description, self._framed)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": policy})
 
     def _run(self, request: Request) -> Response:

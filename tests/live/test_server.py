@@ -6,7 +6,7 @@ import http.client
 import re
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 from xml.etree import ElementTree
 
@@ -90,6 +90,50 @@ def test_the_own_page_is_answered(ask: Ask, server: LiveServer) -> None:
         assert ask("run", {}, headers).status == 200
     # No header allows others to read it.
     assert not [h for h in ask("run", {}).headers if h.lower().startswith("access-control")]
+
+
+@pytest.fixture
+def framed(session: Session, swing: Request) -> Iterator[LiveServer]:
+    live = LiveServer(session, swing, framed=True)
+    live.start()
+    yield live
+    live.stop()
+
+
+PANEL = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Dest": "iframe", "Sec-Fetch-Mode": "navigate"}
+
+
+@pytest.mark.parametrize(
+    ("name", "headers", "status"),
+    [
+        ("", PANEL, 200),
+        ("", {**PANEL, "Host": "localhost:1"}, 200),  # a port that the editor forwards
+        ("", {**PANEL, "Sec-Fetch-Dest": "empty"}, 403),
+        ("", {**PANEL, "Sec-Fetch-Dest": "script"}, 403),
+        ("", {**PANEL, "Host": "evil.example"}, 403),
+        ("", {**PANEL, "Host": "localhost.evil.example:1"}, 403),
+        ("", {**PANEL, "Origin": "http://evil.example"}, 403),
+        ("events", PANEL, 403),
+        ("run", {"Host": "127.0.0.1:1", "Origin": "http://127.0.0.1:1"}, 200),
+        ("run", {"Host": "127.0.0.1:1", "Origin": "http://127.0.0.1:2"}, 403),
+        ("run", {"Origin": "vscode-webview://a"}, 403),
+        ("run", PANEL, 403),
+    ],
+)
+def test_a_framed_page_is_for_a_panel_alone(
+    framed: LiveServer, name: str, headers: dict[str, str], status: int
+) -> None:
+    line = http.client.HTTPConnection("127.0.0.1", framed.port, timeout=300)
+    kind = {"Content-Type": "application/json"}
+    sent = ("POST", b"{}", {**kind, **headers}) if name == "run" else ("GET", None, headers)
+    line.request(sent[0], f"/{framed.token}/{name}", sent[1], sent[2])
+    reply = line.getresponse()
+    assert reply.status == status
+    if status == 200 and not name:
+        policy = reply.headers["Content-Security-Policy"]
+        assert "frame-ancestors vscode-webview: " in policy
+        assert "frame-ancestors *" not in policy
+    line.close()
 
 
 def test_only_the_loopback_device_listens(server: LiveServer) -> None:

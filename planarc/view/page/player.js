@@ -52,6 +52,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   let layers = [];
   let box = null;
   let digits = 2;
+  let lit = ""; // the component that is lit up
   let alive = true;
 
   function setScene(next, { keepTime = true, keepView = true } = {}) {
@@ -167,7 +168,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     state.asked = false;
     if (!alive) return;
     reader.seek(state.time);
-    stage.draw(items, layers.filter((l) => l.on), reader);
+    stage.draw(items, layers.filter((l) => l.on), reader, lit);
     for (const layer of layers) layer.dress();
     slider.value = state.time;
     slider.style.setProperty("--done", `${(100 * (state.time - reader.start)) / (reader.stop - reader.start || 1)}%`);
@@ -341,6 +342,16 @@ planarc.createPlayer = function (element, scene, options = {}) {
       const pose = {};
       reader.seek(state.time);
       return item && planarc.posed(item, reader, pose) ? { ...pose } : null;
+    },
+    light(component) {
+      lit = component;
+      ask();
+    },
+    pick(x, y) {
+      // The component of the topmost item at a point of the window, or null.
+      reader.seek(state.time);
+      const place = canvas.getBoundingClientRect();
+      return stage.pick(items, reader, x - place.left, y - place.top);
     },
     picture: () => canvas,
     onTime: (listener) => listeners.add(listener),

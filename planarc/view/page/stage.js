@@ -117,7 +117,13 @@ planarc.createStage = function (canvas) {
     );
   }
 
-  function draw(items, layers, reader) {
+  function paint(target, pose, px) {
+    target.translate(pose.x, pose.y);
+    target.rotate(pose.angle);
+    planarc.paint(target, pose, px, colors.dark);
+  }
+
+  function draw(items, layers, reader, lit = "") {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = colors.stage;
     context.fillRect(0, 0, canvas.width, canvas.height);
@@ -133,9 +139,12 @@ planarc.createStage = function (canvas) {
     for (const item of items) {
       if (!planarc.posed(item, reader, pose)) continue;
       world();
-      context.translate(pose.x, pose.y);
-      context.rotate(pose.angle);
-      planarc.paint(context, pose, px, colors.dark);
+      if (lit && within(item.component, lit)) {
+        context.shadowColor = colors.accent;
+        context.shadowBlur = 18 * ratio;
+      }
+      paint(context, pose, px);
+      context.shadowBlur = 0;
     }
     for (const layer of over) {
       world();
@@ -144,10 +153,35 @@ planarc.createStage = function (canvas) {
     ruler(step);
   }
 
+  function pick(items, reader, x, y) {
+    // The component of the topmost item that covers something near a point of the canvas.
+    const near = 9; // pixels in a square around the point
+    const glass = document.createElement("canvas");
+    glass.width = near;
+    glass.height = near;
+    const target = glass.getContext("2d", { willReadFrequently: true });
+    const pose = {};
+    for (const item of [...items].reverse()) {
+      if (!planarc.posed(item, reader, pose)) continue;
+      const k = view.scale;
+      target.setTransform(
+        k, 0, 0, -k, width / 2 - view.x * k - x + near / 2, height / 2 + view.y * k - y + near / 2,
+      );
+      paint(target, pose, 1 / k);
+      if (target.getImageData(0, 0, near, near).data.some((byte) => byte > 0)) return item.component;
+    }
+    return null;
+  }
+
   dress();
   measure();
-  return { view, fit, zoom, move, draw, measure, dress };
+  return { view, fit, zoom, move, draw, pick, measure, dress };
 };
+
+function within(name, component) {
+  // True for a component itself, what is in it, and its elements.
+  return name.startsWith(component) && ["", ".", "["].includes(name.charAt(component.length));
+}
 
 planarc.length = function (metres) {
   // A length as people say it: 5 cm, 200 mm, 2 km.
