@@ -62,8 +62,10 @@ def fmt(
 
 
 def _format_stream(check: bool) -> int:
+    from planarc.catalog.format.formatter import format_source
+
     text = sys.stdin.read()
-    formatted = formatted_text(Source("<stdin>", text))
+    formatted = format_source(Source("<stdin>", text))
     if not check:
         sys.stdout.write(formatted)
     return Exit.MODEL if check and formatted != text else Exit.DONE
@@ -91,6 +93,8 @@ def _hidden(path: Path) -> bool:
 
 def _format_file(path: Path, check: bool) -> bool:
     """Format a file, unless `check`; true when that changes it."""
+    from planarc.catalog.format.formatter import format_source
+
     try:
         data = read_plain(path)
         text = data.decode("utf-8")
@@ -99,7 +103,7 @@ def _format_file(path: Path, check: bool) -> bool:
         raise error("C142", f"`{path}` is not UTF-8 text", hint=hint) from None
     except OSError as problem:
         raise refused("C108", f"cannot read `{path}`", problem) from None
-    formatted = formatted_text(Source(str(path), text))
+    formatted = format_source(Source(str(path), text))
     if formatted == text:
         return False
     if not check:
@@ -107,13 +111,3 @@ def _format_file(path: Path, check: bool) -> bool:
 
         write_text(path, formatted)
     return True
-
-
-def formatted_text(source: Source) -> str:
-    """The text of a source, formatted. Raises PlanarcError when it does not parse."""
-    from planarc.catalog.format.formatter import format_text
-    from planarc.parse.parser import parse_text
-
-    plain = source.text.removeprefix("\ufeff").replace("\r\n", "\n")
-    parse_text(Source(source.name, plain))
-    return format_text(source.text)

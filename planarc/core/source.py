@@ -37,11 +37,20 @@ class Source:
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column of a character, both counted from 1."""
+        starts = self._starts()
+        line = bisect_right(starts, offset)
+        return line, offset - starts[line - 1] + 1
+
+    def start_of(self, line: int) -> int:
+        """The first character of a line (from 1); of one behind the last, the end of the text."""
+        starts = self._starts()
+        return starts[max(line, 1) - 1] if line <= len(starts) else len(self.text)
+
+    def _starts(self) -> list[int]:
         if self._line_starts is None:
             text = self.text
             self._line_starts = [0, *(i + 1 for i, c in enumerate(text) if c == "\n")]
-        line = bisect_right(self._line_starts, offset)
-        return line, offset - self._line_starts[line - 1] + 1
+        return self._line_starts
 
     def line(self, number: int) -> str:
         """The text of a line (from 1), without its end."""

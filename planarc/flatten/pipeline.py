@@ -48,6 +48,7 @@ from planarc.flatten.tree.inherit import make_layout
 from planarc.flatten.tree.lookup import member
 from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Makers, Part, Scope, Session
 from planarc.flatten.tree.redeclare import make_class
+from planarc.flatten.tree.sight import lenient_layout
 from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
@@ -70,6 +71,8 @@ MAKERS = Makers(
     call=type_call,
     function=find_function,
 )
+#: The passes for whoever looks at texts that may be wrong.
+LENIENT = replace(MAKERS, layout=lenient_layout)
 
 
 def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN) -> flat.FlatModel:
@@ -113,9 +116,9 @@ class Unbalanced(PlanarcError):
         self.model, self.imbalance = model, imbalance
 
 
-def open_session(library: Library) -> Session:
+def open_session(library: Library, makers: Makers = MAKERS) -> Session:
     """A run with its outermost scope, in which all top-level classes are found."""
-    session = Session(library, MAKERS)
+    session = Session(library, makers)
     definition = syntax.ClassDef(
         NOWHERE, "", syntax.ClassKind.PACKAGE, syntax.Composition(NOWHERE), NOWHERE
     )

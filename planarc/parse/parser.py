@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError
 from planarc.core.files import read_plain
 from planarc.core.source import Source, Span, decode
@@ -31,7 +32,6 @@ from planarc.ir import syntax
 from planarc.parse.stored import load_tree, store_tree
 
 if TYPE_CHECKING:
-    from planarc.parse.grammar.lexer import Token
     from planarc.parse.language import Language
 
 
@@ -89,6 +89,21 @@ def _without_collecting() -> Iterator[None]:
 
 
 def _parse(start: str, span: Span) -> Any:
+    found = read(start, span)
+    if found.errors:
+        raise PlanarcError(found.errors)
+    return found.tree
+
+
+class Reading(Data):
+    """A text as far as it can be read. `tree` is None where nothing of it can."""
+
+    tree: Any | None
+    errors: tuple[Diagnostic, ...] = ()
+
+
+def read(start: str, span: Span) -> Reading:
+    """The tree of a text, its slips mended, with every syntax error; no cache is asked."""
     from planarc.parse.grammar.lexer import scan
     from planarc.parse.grammar.machine import run
     from planarc.parse.language import load_language
@@ -98,7 +113,8 @@ def _parse(start: str, span: Span) -> Any:
         message = "this is no text: it holds NUL characters"
         wide = span.source.text[:2] in ("ÿþ", "þÿ")
         hint = "save the file as UTF-8: it is in UTF-16" if wide else None
-        raise PlanarcError(Diagnostic("P100", message, Span(span.source, nul, nul + 1), hint=hint))
+        at = Span(span.source, nul, nul + 1)
+        return Reading(None, (Diagnostic("P100", message, at, hint=hint),))
     language = load_language()
     with language.lock:
         tokens, lexical = scan(span.source, language.terminals, span.start, span.end)
@@ -106,29 +122,25 @@ def _parse(start: str, span: Span) -> Any:
         tree = run(language.table, language.reductions, start, tokens)
         errors = language.build.errors
         if tree is None:
+            from planarc.parse.repair.close import close
             from planarc.parse.repair.recover import find_errors
 
             errors, mended = find_errors(language, start, tokens, lexical)
-            mended.append(tokens[-1])
-            errors = [*errors, *_errors_beside(language, start, mended, span, [*errors, *lexical])]
-    if lexical or errors:
-        found = sorted((*lexical, *errors), key=lambda e: e.span.start if e.span else 0)
-        every: dict[tuple[object, ...], Diagnostic] = {}
-        for e in found:
-            every.setdefault((e.code, e.kind if isinstance(e, Once) else (e.message, e.span)), e)
-        raise PlanarcError(every.values())
-    return tree
+            language.build.begin(span)
+            ended = close(language.table, start, mended, tokens[-1])
+            tree = run(language.table, language.reductions, start, ended)
+            errors = [*errors, *_errors_beside(language, [*errors, *lexical])]
+    found = sorted((*lexical, *errors), key=lambda e: e.span.start if e.span else 0)
+    every: dict[tuple[object, ...], Diagnostic] = {}
+    for e in found:
+        every.setdefault((e.code, e.kind if isinstance(e, Once) else (e.message, e.span)), e)
+    return Reading(tree, tuple(every.values()))
 
 
-def _errors_beside(
-    language: Language, start: str, mended: list[Token], span: Span, errors: list[Diagnostic]
-) -> list[Diagnostic]:
+def _errors_beside(language: Language, errors: list[Diagnostic]) -> list[Diagnostic]:
     """The errors beside those of the grammar, found by building the mended text."""
     from planarc.parse.build.build import WrongEnd
-    from planarc.parse.grammar.machine import run
 
-    language.build.begin(span)
-    run(language.table, language.reductions, start, mended)
     lines = {error.span.line for error in errors if error.span}
     return [
         error

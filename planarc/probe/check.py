@@ -19,14 +19,16 @@ from msgspec.structs import replace
 
 from planarc import stages
 from planarc.core.clock import Clock
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import Backend
 from planarc.ir.mechanism import Mobility
 from planarc.probe.open import open_program
 from planarc.remembered import Checked, recall_check, remember_check
-from planarc.request.request import Request, open_target
+from planarc.request.request import Request, Target, open_target
 
 if TYPE_CHECKING:
+    from planarc.ir.flat import FlatModel
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.sorted import SortedDae
 
@@ -40,26 +42,40 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         return known
     with stages.without_collection():
         target = open_target(request)
-        flat = stages.flatten(target, clock)
-        dae = stages.to_dae(flat, clock)
-        model = stages.to_sorted(dae, clock)
-        sizes = model.equations_before, model.equations_after, model.state_count
-        mechanism = stages.find_mechanism(dae)
-        warnings = (*flat.warnings, *stages.attachment_warnings(dae, mechanism))
-        checked = Checked(flat.name, *sizes, warnings, mechanism)
-        if mechanism is not None and (start or mechanism.loops > 0):
-            found = None
-            try:
-                found = _find_mobility(model, mechanism, clock)
-            except PlanarcError:
-                if start:
-                    raise
-            # What cannot be assembled cannot move either.
-            if mechanism.locked is not None and (found is None or found.rank <= 0):
-                warnings = (*warnings, mechanism.locked)
-            checked = replace(checked, mobility=found, warnings=warnings)
+        checked = look_at(target, clock, start).checked
     remember_check(request, target, checked)
     return checked
+
+
+class Seen(Data):
+    """What a check told, with the data that it was made from."""
+
+    checked: Checked
+    flat: FlatModel
+    model: SortedDae
+
+
+def look_at(target: Target, clock: Clock, start: bool = False) -> Seen:
+    """What `check_model` tells of a class whose libraries are open."""
+    flat = stages.flatten(target, clock)
+    dae = stages.to_dae(flat, clock)
+    model = stages.to_sorted(dae, clock)
+    sizes = model.equations_before, model.equations_after, model.state_count
+    mechanism = stages.find_mechanism(dae)
+    warnings = (*flat.warnings, *stages.attachment_warnings(dae, mechanism))
+    checked = Checked(flat.name, *sizes, warnings, mechanism)
+    if mechanism is not None and (start or mechanism.loops > 0):
+        found = None
+        try:
+            found = _find_mobility(model, mechanism, clock)
+        except PlanarcError:
+            if start:
+                raise
+        # What cannot be assembled cannot move either.
+        if mechanism.locked is not None and (found is None or found.rank <= 0):
+            warnings = (*warnings, mechanism.locked)
+        checked = replace(checked, mobility=found, warnings=warnings)
+    return Seen(checked, flat, model)
 
 
 def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobility:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planarc.flatten.library.library import Library
 
 #: What classes of the standard library declare that planarc's part of it does not hold.
-_DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
+DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 #: Kinds of classes that can be simulated.
 MODELS = ("model", "block", "class")
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
@@ -81,7 +81,7 @@ def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
     from planarc.parse.parser import parse_annotation
 
     reader = Reader()
-    library = Library(roots_of(request), reader, parse_annotation, [_DECLARED])
+    library = Library(roots_of(request), reader, parse_annotation, [DECLARED])
     names: tuple[str, ...] = ()
     if request.text is not None:
         name = str(request.file or "<text>")

@@ -26,6 +26,8 @@ from planarc.catalog.format.indent import indent_lines
 from planarc.catalog.format.pieces import cut
 from planarc.catalog.format.spacing import blank_before
 from planarc.core.diagnostic import error
+from planarc.core.source import Source
+from planarc.parse.parser import parse_text
 
 
 def format_text(text: str) -> str:
@@ -39,6 +41,13 @@ def format_text(text: str) -> str:
     if _words(formatted) != _words(body):
         raise error("X002", "sorry, planarc cannot format this text")
     return mark + (formatted.replace("\n", "\r\n") if windows else formatted)
+
+
+def format_source(source: Source) -> str:
+    """The text of a source, formatted. Raises PlanarcError when it does not parse."""
+    plain = source.text.removeprefix("\ufeff").replace("\r\n", "\n")
+    parse_text(Source(source.name, plain))
+    return format_text(source.text)
 
 
 def _format(text: str) -> str:

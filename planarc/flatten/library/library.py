@@ -49,6 +49,11 @@ class Entry(Struct, eq=False):
         return self.full_name.rpartition(".")[2]
 
     @property
+    def file(self) -> Path | None:
+        """Its own file; None where it stands in that of another class, or was added."""
+        return self._file
+
+    @property
     def definition(self) -> syntax.ClassDef:
         if self._definition is None:
             assert self._file is not None

@@ -1,0 +1,35 @@
+"""`planarc lsp`: the language server, which an editor starts."""
+
+from __future__ import annotations
+
+import gc
+from typing import Annotated
+
+import typer
+
+from planarc.cli.exits import Exit
+from planarc.core.extras import need
+
+#: Python's own thresholds of the search for cycles, which commands that end soon raise.
+_OFTEN = (700, 10, 10)
+
+
+def lsp(
+    tcp: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="Listen on this port instead of standard input."),
+    ] = None,
+    host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
+) -> int:
+    """Start the language server for an editor.
+
+    It speaks the Language Server Protocol over standard input and output, or over TCP: mistakes
+    while typing, completion, what a name means and where it is used, renaming, and the live page.
+    """
+    need("pygls", "lsp")
+    from planarc.editor.server import serve
+
+    gc.freeze()
+    gc.set_threshold(*_OFTEN)
+    serve(host, tcp)
+    return Exit.DONE

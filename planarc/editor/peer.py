@@ -1,0 +1,159 @@
+"""The other side of the protocol: a client, what it said of itself, and the session behind it.
+
+A message that is malformed is answered with the protocol's error and logged; the server lives on.
+
+Reference: Language Server Protocol 3.17.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from collections.abc import Callable, Generator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol, default_converter
+from pygls.protocol.language_server import lsp_method
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.editor import convert
+from planarc.editor.convert import Units, path_of
+from planarc.editor.session import Session
+from planarc.editor.texts import Text
+
+_log = logging.getLogger("planarc.editor")
+_PARSE_ERROR = -32700
+
+Handled = Generator[Any, Any, None]
+
+
+class _Protocol(LanguageServerProtocol):
+    """The protocol without its own copies of the texts: a text is ours alone."""
+
+    @lsp_method(lsp.TEXT_DOCUMENT_DID_OPEN)
+    def lsp_text_document__did_open(self, params: lsp.DidOpenTextDocumentParams) -> Handled:
+        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_OPEN], (params,), None
+
+    @lsp_method(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    def lsp_text_document__did_change(self, params: lsp.DidChangeTextDocumentParams) -> Handled:
+        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CHANGE], (params,), None
+
+    @lsp_method(lsp.TEXT_DOCUMENT_DID_CLOSE)
+    def lsp_text_document__did_close(self, params: lsp.DidCloseTextDocumentParams) -> Handled:
+        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CLOSE], (params,), None
+
+
+class Peer(LanguageServer):
+    """What a client said of itself, and the session behind it."""
+
+    def __init__(self, pause: float = 0.08) -> None:
+        super().__init__(
+            "planarc",
+            version("planarc"),
+            text_document_sync_kind=lsp.TextDocumentSyncKind.Incremental,
+            protocol_cls=_Protocol,
+            converter_factory=default_converter,
+        )
+        self.units = Units()
+        self.options: dict[str, Any] = {}
+        self.session = Session(self._published, self._failed, pause)
+        self._uris: dict[Path, str] = {}
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    # Its life
+
+    def begin(self, params: lsp.InitializeParams) -> None:
+        self._loop = asyncio.get_running_loop()
+        self.units = Units(str(getattr(self.workspace.position_encoding, "value", "utf-16")))
+        folders = [path_of(f.uri) for f in params.workspace_folders or ()]
+        root = params.root_uri
+        self.session.folders = tuple(folders or ([path_of(root)] if root else []))
+        self.configure(params.initialization_options)
+
+    def configure(self, options: object) -> None:
+        """Take the client's settings, those that have the right form."""
+        if not isinstance(options, dict):
+            return
+        options = options.get("planarc", options)
+        if not isinstance(options, dict):
+            return
+        self.options |= options
+        named = options.get("libraries")
+        if isinstance(named, list):
+            self.session.configure([Path(n).expanduser() for n in named if isinstance(n, str)])
+
+    def answer(self, method: str, handler: Callable[[Peer, Any], Any], options: Any = None) -> None:
+        """Let a function of this peer and the parameters answer a method."""
+
+        def answer(params: Any) -> Any:
+            return handler(self, params)
+
+        self.feature(method, options)(answer)
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        _log.error("%s", error)
+        if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
+            told = {"code": _PARSE_ERROR, "message": f"the message is no JSON: {error}"}
+            self.protocol._send_data({"jsonrpc": "2.0", "id": None, "error": told})
+
+    # Texts
+
+    def text_at(self, uri: str) -> Text:
+        """The text of an address. Raises OSError where it is neither open nor a file."""
+        return self.session.text(path_of(uri))
+
+    def uri(self, path: Path) -> str:
+        return self._uris.get(path) or convert.uri_of(path)
+
+    def put(self, uri: str, content: str, edition: int, touched: int = 0) -> None:
+        path = path_of(uri)
+        self._uris[path] = uri
+        self.session.put(path, content, edition, touched)
+
+    def forget(self, uri: str) -> None:
+        self.session.close(path_of(uri))
+        self._uris.pop(path_of(uri), None)
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+    # From the worker's thread
+
+    def in_loop(self, call: Callable[[], None]) -> None:
+        """Call in the thread that writes to the client."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(call)
+
+    def _failed(self, problem: Exception) -> None:
+        _log.error("the check of a text failed", exc_info=problem)
+
+    def _published(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
+        self.in_loop(lambda: self._tell(text, found, done))
+
+    def _tell(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
+        if self.session.texts.get(text.path) is not text:
+            return  # a later edition is there
+        uri = self.uri(text.path)
+        told = [convert.diagnostic(d, self.units, text.source) for d in found]
+        self.text_document_publish_diagnostics(
+            lsp.PublishDiagnosticsParams(uri, told, text.version)
+        )
+        if done:
+            self.protocol.notify("planarc/checked", self._summary(text, uri))
+
+    def _summary(self, text: Text, uri: str) -> dict[str, Any]:
+        """What the check of a text found, model by model."""
+        classes = []
+        for finding in self.session.findings(text.path).values():
+            told: dict[str, object] = {"class": finding.name, "ok": finding.ok}
+            if finding.seen is not None:
+                found = finding.seen.checked
+                told |= {"states": found.states, "equations": found.equations_after}
+                if found.mechanism is not None:
+                    told["mobility"] = found.mechanism.mobility
+            classes.append(told)
+        ok = all(c["ok"] for c in classes) and not text.errors
+        return {"uri": uri, "version": text.version, "ok": ok, "classes": classes}

@@ -1,0 +1,113 @@
+"""What a language server knows: open texts, libraries, findings; no protocol in it.
+
+put, close        an edition of a text; its models are checked when typing pauses
+text, view        what is asked of a place
+published         called with a text and its diagnostics, from the worker's thread
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.editor.check import Finding, Wanted, all_of, ask, check_text
+from planarc.editor.shelf import Shelf
+from planarc.editor.texts import Text, Texts
+from planarc.editor.view import View
+from planarc.editor.worker import Worker
+
+#: Called with each stage of an edition's diagnostics; the last time with `done`.
+Publish = Callable[[Text, tuple[Diagnostic, ...], bool], None]
+
+
+class Session:
+    def __init__(
+        self, publish: Publish, failed: Callable[[Exception], None], pause: float = 0.08
+    ) -> None:
+        self.texts = Texts()
+        self.shelf = Shelf(self.texts)
+        self.folders: tuple[Path, ...] = ()
+        self._publish = publish
+        self._findings: dict[Path, dict[str, Finding]] = {}
+        self._views: dict[Path, View] = {}
+        self._touched: dict[Path, int] = {}
+        self._worker = Worker(self._check, failed, pause)
+
+    def configure(self, libraries: Sequence[Path]) -> None:
+        """Take other folders of libraries; every open text is checked again."""
+        self.shelf = Shelf(self.texts, libraries)
+        self.look_again()
+
+    def look_again(self) -> None:
+        """Check all open texts: files may have changed on disk."""
+        self._views.clear()
+        for text in self.texts:
+            self._worker.ask(text.path)
+
+    def put(self, path: Path, content: str, version: int = 0, touched: int = 0) -> Text:
+        """Take an edition of a text, edited at a place."""
+        before = self.texts.get(path)
+        text = self.texts.put(path, content, version)
+        self._views.clear()
+        self._touched[path] = touched
+        self._worker.ask(path, 0.0 if before is None else None)
+        return text
+
+    def close(self, path: Path) -> None:
+        self._worker.forget(path)
+        self.texts.close(path)
+        self._views.clear()
+        self._findings.pop(path, None)
+
+    def stop(self) -> None:
+        self._worker.stop()
+
+    def text(self, path: Path) -> Text:
+        """The open text; one that is not open is read from its file. Raises OSError."""
+        found = self.texts.get(path)
+        if found is None:
+            from planarc.core.files import read_plain
+            from planarc.core.source import decode
+
+            found = Text(path, decode(read_plain(path)))
+        return found
+
+    def view(self, text: Text) -> View:
+        """The names around a text, looked up in this edition of all texts."""
+        view = self._views.get(text.path)
+        if view is None or view.text is not text:
+            view = self._views[text.path] = View(self.shelf, text)
+        return view
+
+    def findings(self, path: Path) -> dict[str, Finding]:
+        """The last findings of a text's models by name."""
+        return self._findings.get(path, {})
+
+    def _check(self, path: Path, wanted: Wanted) -> None:
+        text = self.texts.get(path)
+        if text is None:
+            return
+        found: list[Finding] = []
+        if text.errors:
+            self._publish(text, text.errors, False)
+        first = text.chain(self._touched.get(path, 0))
+        name = ".".join(([first[0]] if first[0] else []) + [c.name for c in first[1]])
+        for finding in check_text(self.shelf, text, wanted, name):
+            found.append(finding)
+            ask(wanted)
+            if len(found) == 1:
+                self._publish(text, all_of(text, found), False)
+        ask(wanted)
+        before = self._findings.get(path, {})
+        now = {f.name: f for f in found}
+        # What is known of a model stays while it is wrong: editors ask for it while typing.
+        self._findings[path] = {
+            n: f if f.seen is not None or n not in before else _kept(f, before[n])
+            for n, f in now.items()
+        }
+        self._publish(text, all_of(text, found), True)
+
+
+def _kept(now: Finding, before: Finding) -> Finding:
+    return Finding(now.name, now.diagnostics, before.seen)
