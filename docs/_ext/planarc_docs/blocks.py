@@ -1,0 +1,58 @@
+"""The code blocks of a page: plain fences, so that a page reads well wherever it is shown.
+
+In:   str     a page in Markdown
+Out:  Block   each fence with its language, what stands behind that, and its text
+
+    modelica NAME   a file of the page, which later blocks may use
+    console         commands behind `$ `, and what they say
+    python          a part of the page's script; a `text` block next to it is what it prints
+    bash            a command for a shell, which is not run here
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+_FENCE = re.compile(r"^```([a-z]+)(?: ([^\n`{}]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+class Block(NamedTuple):
+    """`begin` and `end` are the places of `text` in the page."""
+
+    language: str
+    argument: str
+    text: str
+    begin: int
+    end: int
+    line: int
+
+
+def blocks_of(page: str) -> Iterator[Block]:
+    """The blocks in their order."""
+    for found in _FENCE.finditer(page):
+        line = page.count("\n", 0, found.start()) + 1
+        language, argument, text = found.groups()
+        yield Block(language, (argument or "").strip(), text, *found.span(3), line)
+
+
+def write_files(page: str, folder: Path) -> Mapping[str, Path]:
+    """Write the files of a page into a folder."""
+    named = [b for b in blocks_of(page) if b.language == "modelica" and b.argument]
+    for block in named:
+        (folder / block.argument).write_text(block.text, encoding="utf-8", newline="\n")
+    return {b.argument: folder / b.argument for b in named}
+
+
+def with_captions(page: str) -> str:
+    """The page with the names of files above their texts."""
+
+    def captioned(found: re.Match[str]) -> str:
+        language, name, text = found.groups()
+        if language != "modelica" or not name:
+            return found[0]
+        return f"```{{code-block}} modelica\n:caption: {name}\n\n{text}```"
+
+    return _FENCE.sub(captioned, page)
