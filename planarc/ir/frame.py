@@ -10,6 +10,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     past      int64     the past of delayed signals (`history.Memory`)
     passing   pointer   what derivatives are passed on in (`Passing`), where they are
     zeros     float64   the zero functions where CVODE looked last
+    shifts    float64   what CVODE's zero functions are moved by (the first `Number.SHIFTED`)
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -36,6 +37,7 @@ class Frame(IntEnum):
     PAST = 5
     PASSING = 6
     ZEROS = 7
+    SHIFTS = 8
 
 
 class Number(IntEnum):
@@ -45,7 +47,8 @@ class Number(IntEnum):
     FAILED = 1  # index of the block that failed, or -1
     STATES = 2  # how many
     OPEN = 3  # index of a modal block that left unknowns open, or -1
-    FIRST_STATE = 4
+    SHIFTED = 4  # how many zero functions may be moved
+    FIRST_STATE = 5
 
 
 class Mode(IntEnum):

@@ -82,6 +82,9 @@ class Machine(Protocol):
     def addresses(self, vector_numbers: int) -> Addresses:
         """`vector_numbers` is the address of SUNDIALS' function that gives a vector's numbers."""
 
+    def shift(self, shifts: Sequence[float]) -> None:
+        """Move what `cv_roots` gives by so much; by nothing where none are given."""
+
     def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
         """The address of the Jacobian as CVODE calls it, for the present choice of states, or
         0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`.

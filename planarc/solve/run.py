@@ -166,6 +166,7 @@ class Run:
         self.states.resume(t, y)
         absolute = self.states.absolute(self.request.tolerance)
         directions = self.events.crossings.directions()
+        self.integrator.shift(self.events.crossings.shifts())
         self.integrator.poles.begin(self.states.places())
         self.integrator.restart(t, y, absolute, directions, step)
 

@@ -183,4 +183,9 @@ def _cv_rhs(c: Code, t: Value, y: Value, d: Value, frame: Value) -> None:
 @function("i32 pc_cv_roots(double t, ptr y, ptr g, ptr frame)")
 def _cv_roots(c: Code, t: Value, y: Value, g: Value, frame: Value) -> None:
     frame.store(g, Frame.ZEROS)
-    c.give(c.call(FLAG, "pc_roots", frame, t, _vector(frame, y), g))
+    _try(c, "pc_roots", frame, t, _vector(frame, y), g)
+    _, numbers, _, _ = open_frame(frame)
+    shifts = frame.load(POINTER, Frame.SHIFTS)
+    with c.loop(numbers.load(INT, Number.SHIFTED)) as i:
+        g.store(g.load(REAL, i) + shifts.load(REAL, i), i)
+    c.give(0)

@@ -221,12 +221,13 @@ class _Columns:
         self._rows = recorder.data[first:last]
         self._stored, self._slots = recorder.stored, program.slots
         self._read = Reader(program, kernel, 0.0)
+        self._values = RowValues(self._leaf)  # conditions share much
 
     def __call__(self, root: Expr) -> Any:
         import numpy as np
 
         with np.errstate(all="ignore"):
-            return RowValues(self._leaf)(root)
+            return self._values(root)
 
     def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
         if e.op is Op.TIME:

@@ -27,6 +27,9 @@ SUDDEN = 0.01
 FURTHER = (8.0, 64.0, 512.0)
 #: The bounds of a single evaluation count so often: integration has added to what states err.
 SAFETY = 8.0
+#: The side on which a function of noise stands is widened by this factor where noise has crossed
+#: again, up to so many times the first width: what goes further has left it.
+WIDER, WIDEST = 8.0, 256.0
 #: So small are zero functions that stand at zero and say by their sign on which side.
 EXACT = 1e-200
 
@@ -42,6 +45,7 @@ class Crossings:
         self._ahead = self._least = 1e-7 * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
         self.heard = [0.0] * len(program.relations)
+        self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
         self._rounding, self._start = Rounding(program, kernel), 0.0
         tears = (x for b in program.blocks if not b.height for x in b.tears)
         self._unknowns = [0, *(program.slots[repr(x)] for x in tears)]
@@ -52,6 +56,18 @@ class Crossings:
     def directions(self) -> list[int]:
         """The only way in which each zero function may cross next."""
         return [1 if truth else -1 for truth in self.truths()]
+
+    def forget_noise(self) -> None:
+        """What is noise in one mode says nothing of the next one."""
+        self.heard = [0.0] * len(self.heard)
+        self._bands.clear()
+
+    def shifts(self) -> list[float]:
+        """Moves of the zero functions, away from zero, by which an integrator sees no crossings
+        of noise; empty where there is none."""
+        if not self._bands:
+            return []
+        return [-d * self._bands.get(i, 0.0) for i, d in enumerate(self.directions())]
 
     def evaluate(self, t: float, y: Sequence[float]) -> int:
         """The kernel's flag; `now` and `largest` are up to date after it."""
@@ -176,7 +192,16 @@ class Crossings:
             self._listen(t, y)
         crossing = {i for i in found if crosses(i)}
         slow = [i for i in found if i not in stays and 0 <= directions[i] * rises[i] <= least(i)]
-        return {i: found[i] for i in crossing | self._slowly(directions, slow, rises, t, y)}
+        crossing |= self._slowly(directions, slow, rises, t, y)
+        noise = (i for i in found if i not in crossing and abs(rises[i]) <= least(i))
+        crossing.update([i for i in noise if self._leaves(i, least(i))])
+        return {i: truth for i, truth in found.items() if i in crossing}
+
+    def _leaves(self, i: int, least: float) -> bool:
+        """Whether function i has gone further than noise does; until then, its side is widened."""
+        band, widest = self._bands.get(i, 0.0), WIDEST * least
+        self._bands[i] = min(max(band * WIDER, least), widest)
+        return band >= widest
 
     def _slowly(
         self,

@@ -118,7 +118,7 @@ class Events:
         """`crossing`: relation -> truth from here on. `states`: slot -> index in y. Without
         `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
         w, program, done = self.kernel.w, self.program, Processed(list(y))
-        self.crossings.heard = [0.0] * len(program.relations)
+        self.crossings.forget_noise()
         flag = self._evaluate(t, done.y)
         before = list(self.crossings.now)
         fired = [program.samplers[i][0] for i in samples]

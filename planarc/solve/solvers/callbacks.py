@@ -10,6 +10,7 @@ from planarc.ir.kernel import Formulas, Kernel
 from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
 from planarc.solve.solvers.session import Session
+from planarc.solve.solvers.zeros import Zeros
 
 _RHS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.c_void_p, C.c_void_p)
 _JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 7)
@@ -36,11 +37,11 @@ class Callbacks:
 
         return _RHS(self._session.guarded(rhs))
 
-    def roots(self, relations: int) -> Any:
-        kernel, numbers = self._kernel, self._numbers
+    def roots(self, zeros: Zeros, relations: int) -> Any:
+        numbers = self._numbers
 
         def roots(t: float, y: int, g: Any, _: object) -> int:
-            flag, self.zeros = kernel.roots(t, numbers(y), g), g[:relations]
+            flag, self.zeros = zeros.roots(t, numbers(y), g), g[:relations]
             return flag
 
         return _ROOTS(self._session.guarded(roots))

@@ -135,7 +135,9 @@ class Cvode(Integrator):
     def _functions(self) -> tuple[object, object]:
         """Right-hand side and zero functions."""
         if self._addresses is None:
-            return self._callbacks.rhs(), self._callbacks.roots(self._settings.relations)
+            return self._callbacks.rhs(), self._callbacks.roots(
+                self._relations, self._settings.relations
+            )
         return C.c_void_p(self._addresses.cv_rhs), C.c_void_p(self._addresses.cv_roots or None)
 
     # Where it is
@@ -169,6 +171,11 @@ class Cvode(Integrator):
         session.call("SetInitStep", step or 0.0)
         if directions:
             session.call("SetRootDirection", (C.c_int * len(directions))(*directions))
+
+    def shift(self, shifts: Sequence[float]) -> None:
+        super().shift(shifts)
+        if self._machine is not None:
+            self._machine.shift(shifts)
 
     def _begin_anew(self, t: float) -> None:
         """CVODE's own counters start again."""

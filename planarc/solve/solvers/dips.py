@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planarc.ir.kernel import Kernel
 from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS
 from planarc.solve.solvers.locate import Interpolant, crossed, locate
+from planarc.solve.solvers.zeros import Zeros
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,12 +33,12 @@ class Dips:
     """`points`: rows of a time and all zero functions there, the last one third; then a row of
     their largest sizes. `seen`: how many of these there are since the run went on."""
 
-    def __init__(self, kernel: Kernel, relations: int) -> None:
+    def __init__(self, zeros: Zeros, relations: int) -> None:
         import numpy as np
 
         self.points = np.zeros((4, 1 + relations))
         self.points[3] = LEAST
-        self._kernel, self.seen = kernel, 0
+        self._zeros, self.seen = zeros, 0
 
     def note(self, t: float, zeros: Sequence[float]) -> bool:
         """Take the end of a step; whether to search in it."""
@@ -79,10 +79,10 @@ class Dips:
                 if not left[0] < t < right[0]:
                     break
                 middle = (t, [0.0] * len(left[1]))
-                if self._kernel.roots(t, states(t), middle[1]) != 0:
+                if self._zeros.roots(t, states(t), middle[1]) != 0:
                     return None
                 if any(crossed(left[1], middle[1], directions)):
-                    return locate(self._kernel, states, left, middle, directions)
+                    return locate(self._zeros, states, left, middle, directions)
                 t = _lowest((left, middle, right), i)
                 begin, end = (left, middle) if t < middle[0] else (middle, right)
         return None

@@ -85,7 +85,7 @@ class FixedStep(SteppingIntegrator):
         self._t, self._y = t, y
         if self._g:
             g = [0.0] * len(self._g)
-            if self._kernel.roots(t, y, g) != 0:
+            if self._relations.roots(t, y, g) != 0:
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             found = crossed(self._g, g, self._directions)
             self._g = g

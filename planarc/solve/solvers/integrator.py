@@ -22,6 +22,7 @@ from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.dips import Dips
 from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.watch import Watch
+from planarc.solve.solvers.zeros import Zeros
 
 
 class Outcome(Enum):
@@ -102,7 +103,8 @@ class Integrator(ABC):
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
         self.poles = Poles(kernel, states)
-        self._dips, self._crossing = Dips(kernel, settings.relations), tuple[int, ...]()
+        self._relations = Zeros(kernel)
+        self._dips, self._crossing = Dips(self._relations, settings.relations), tuple[int, ...]()
 
     @property
     @abstractmethod
@@ -123,6 +125,10 @@ class Integrator(ABC):
     ) -> None:
         """Go on from here. `absolute` are the absolute tolerances; `directions[i]` is the
         only way in which zero function i may cross; `step` the first step to try."""
+
+    def shift(self, shifts: Sequence[float]) -> None:
+        """Move the zero functions by so much from the next `restart` on; none: by nothing."""
+        self._relations.shifts = shifts
 
     @abstractmethod
     def step(self, limit: float) -> March:

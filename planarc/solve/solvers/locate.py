@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from planarc.ir.kernel import Kernel
+from planarc.solve.solvers.zeros import Zeros
 
 Interpolant = Callable[[float], Sequence[float]]
 
@@ -22,7 +22,7 @@ def crossed(old: Sequence[float], new: Sequence[float], directions: Sequence[int
 
 
 def locate(
-    kernel: Kernel,
+    zeros: Zeros,
     states: Interpolant,
     begin: tuple[float, list[float]],
     end: tuple[float, list[float]],
@@ -44,7 +44,7 @@ def locate(
         if not t0 < t < t1:
             break
         g = [0.0] * len(g0)
-        if kernel.roots(t, states(t), g) != 0:
+        if zeros.roots(t, states(t), g) != 0:
             return None
         earlier = crossed(g0, g, directions)
         if any(earlier):

@@ -63,7 +63,7 @@ class SteppingIntegrator(Integrator):
         self._begin_dips(directions)
         self._g = [0.0] * self._settings.relations
         if self._g:
-            self._kernel.roots(t, self._y, self._g)
+            self._relations.roots(t, self._y, self._g)
         self._begin(absolute, step)
 
     @abstractmethod
@@ -92,11 +92,11 @@ class SteppingIntegrator(Integrator):
         """Go to `t`, the end of a step, or to the first root in it."""
         g = [0.0] * len(self._g)
         if g:
-            if self._kernel.roots(t, y, g) != 0:
+            if self._relations.roots(t, y, g) != 0:
                 return March(Outcome.FAILED, cause=Cause.BLOCK)
             if any(crossed(self._g, g, self._directions)):
                 begin = (self._t, self._g)
-                found = locate(self._kernel, self.interpolate, begin, (t, g), self._directions)
+                found = locate(self._relations, self.interpolate, begin, (t, g), self._directions)
                 if found is None:
                     return March(Outcome.FAILED, cause=Cause.BLOCK)
                 self._t, self._y = found[0], list(self.interpolate(found[0]))

@@ -44,6 +44,20 @@ def test_shafts_behind_open_clutches_are_at_rest(backend: str) -> None:
     assert result["J4.w"][-1] == pytest.approx(2.46318, abs=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("backend", "solver", "most"),
+    [("native", "auto", 3000), ("numpy", "auto", 3000), ("numpy", "lsoda", 1500)],
+)
+def test_noise_of_what_is_at_rest_does_not_stop_an_integrator(
+    backend: str, solver: str, most: int
+) -> None:
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    result = planarc.load(SHAFTS, backend=backend).simulate(1.5, tolerance=1e-8, solver=solver)
+    assert result.statistics.steps < most
+    assert 48 <= len(result.events) <= 54
+
+
 @pytest.mark.parametrize("ways", [(0.5, 2.0), (2.0, 0.5)])
 def test_rough_numbers_compare_with_plain_ones_on_either_side(ways: tuple[float, float]) -> None:
     a, b = ways

@@ -56,6 +56,7 @@ class NativeKernel(Derived):
         self._area = np.zeros(self._place.area)
         self._y, self._ydot = np.zeros(n), np.zeros(n)
         self._zeros = np.zeros(len(program.relations))
+        self._shifts = np.zeros(len(program.relations))
         self._discrete_slots = np.array([d.slot for d in program.discretes], np.intp)
         self._initial = np.zeros(len(program.initial_residuals))
         self._frame = np.zeros(len(Frame), np.uint64)
@@ -64,6 +65,7 @@ class NativeKernel(Derived):
             (Frame.NUMBERS, self._numbers),
             (Frame.ACCEPTED, self._accepted),
             (Frame.AREA, self._area),
+            (Frame.SHIFTS, self._shifts),
         ):
             self._frame[where] = array.ctypes.data
         self.history = History(len(program.delays))
@@ -162,6 +164,10 @@ class NativeKernel(Derived):
             context=self._frame.ctypes.data,
             workspace=self.w.ctypes.data,
         )
+
+    def shift(self, shifts: Sequence[float]) -> None:
+        self._shifts[: len(shifts)] = shifts
+        self._numbers[Number.SHIFTED] = len(shifts)
 
     # The protocol
 
