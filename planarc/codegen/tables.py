@@ -4,7 +4,7 @@ In:   SortedDae and the sections written from it
 Out:  the columns of the result, parameters, candidates, discrete values, relations
 
 Result columns: all variables in the order of their declaration, then derivatives of
-candidates, discrete variables, inputs, parameters and constants.
+candidates, discrete variables but texts, inputs, parameters and constants.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ class Tables:
             for column in self._derivative_columns(c):
                 found.setdefault(column.name, column)
         for d in (*self._dae.discretes, *self._dae.inputs):
-            found[d.name] = self._column(d, self._layout[d.name], 1)
+            if d.kind is not Kind.STRING:
+                found[d.name] = self._column(d, self._layout[d.name], 1)
         for p in self._dae.parameters:
             if p.name != SHARING:
                 found[p.name] = self._column(p, self._layout[p.name], 1)

@@ -41,6 +41,7 @@ class Kind(Enum):
     INTEGER = "Integer"
     BOOLEAN = "Boolean"
     ENUMERATION = "enumeration"  # valued by the literal's number, from 1
+    STRING = "String"  # valued by the number that stands for the text
 
 
 class Variable(Located):

@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TypeVar
 
-from planarc.runtime import elementary, external
+from planarc.runtime import elementary, external, texts
 
 T = TypeVar("T")
 
@@ -104,6 +104,7 @@ class Exprs:
         self._nodes: tuple[dict[Any, Expr], ...] = tuple({} for _ in Op)  # by operation
         self._numbers: dict[float, Expr] = {}  # constants except zeros, truth values and nan
         self.all: list[Expr] = []  # by id
+        self.texts: set[str] = set()  # those that numbers stand for
         self.zero = self.const(0.0)
         self.one = self.const(1.0)
         self.true = self.const(True)
@@ -136,6 +137,11 @@ class Exprs:
             value = float(value)
             found = self._numbers[value] = self._new(repr(value), _CONST, (), value)
         return found
+
+    def text(self, text: str) -> Expr:
+        """The number that stands for a text."""
+        self.texts.add(text)
+        return self.const(texts.number_of(text))
 
     def symbol(self, name: str, order: int = 0) -> Expr:
         return self.node(Op.SYMBOL, (), (name, order))
@@ -506,7 +512,8 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
         case Op.CONST:
             negative = not isinstance(e.data, bool) and e.data < 0
             finite = isinstance(e.data, bool) or math.isfinite(e.data)
-            return (number_text(e.data) if finite else repr(e.data)), 5 if negative else 9
+            shown = texts.quoted(e.data) or number_text(e.data) if finite else repr(e.data)
+            return shown, 5 if negative else 9
         case Op.SYMBOL:
             return symbol_text(*e.data), 9
         case Op.TIME:
@@ -528,6 +535,10 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
             return f"if {args[0][0]} then {args[1][0]} else {args[2][0]}", 0
         case Op.CALL:
             return f"{e.data}({', '.join(a for a, _ in args)})", 9
+        case Op.APPLY if e.data[0] == external.JOINED:
+            forms = (texts.text_of(form.data) for form in e.args[1::2])
+            pairs = zip(args[::2], forms, strict=True)
+            return " + ".join(a if f == texts.TEXT else f"String({a})" for (a, _), f in pairs), 5
         case Op.APPLY:
             function, output, wrt = e.data
             marks = "".join(f"_d{i + 1}" for i in wrt) + (f"[{output + 1}]" if output else "")

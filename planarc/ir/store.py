@@ -7,6 +7,7 @@ the nodes below the data are written as columns, in the order of their numbers:
     data          of the nodes that have some
     counts        of each node's arguments
     arguments     their numbers, one after the other
+    texts         those that numbers stand for
 
 and every expression in the data as its number. A compilation leaves many nodes behind
 that nothing uses any more; these are not written.
@@ -38,14 +39,17 @@ def dumps(value: object, table: Exprs) -> bytes:
         [e.data for e in nodes if e.op in _TOLD],
         array("I", [len(e.args) for e in nodes]),
         array("I", [a.id for e in nodes for a in e.args]),
+        sorted(table.texts),
     )
     return pickle.dumps((columns, buffer.getvalue()), pickle.HIGHEST_PROTOCOL)
 
 
 def loads(data: bytes) -> Any:
     """Read what `dumps` wrote, with a table of its own. Only for data that planarc wrote."""
-    (numbers, operations, told, counts, arguments), body = plain.loads(data)
+    (numbers, operations, told, counts, arguments, texts), body = plain.loads(data)
     table = Exprs()
+    for text in texts:
+        table.text(text)
     nodes: dict[int, Expr] = {}
     rest = iter(told)
     kinds = list(Op)

@@ -25,8 +25,9 @@ from planarc.lower.equations import Lowered
 from planarc.lower.scalar import assertion, message
 from planarc.lower.scope import Model, Scope
 from planarc.lower.statements import Runner
-from planarc.lower.values import Text, Value, expr, exprs
-from planarc.runtime.tensor import each
+from planarc.lower.texts import held, number, number_held
+from planarc.lower.values import Text, Value, expr
+from planarc.runtime.tensor import each, elements
 
 
 def lower_algorithm(
@@ -63,16 +64,18 @@ def lower_initial_algorithm(
 def _results(runner: Runner, names: Sequence[str]) -> Iterator[tuple[Expr, Expr]]:
     """The scalars of variables with what they hold after the last statement."""
     for name in names:
-        symbols = exprs(runner.scope.model.values[name])
-        yield from zip(symbols, exprs(runner.values[name]), strict=True)
+        symbols = elements(runner.scope.model.values[name])
+        for symbol, value in zip(symbols, elements(runner.values[name]), strict=True):
+            table = runner.scope.table
+            yield number(table, symbol), number_held(runner.scope, value, runner.span)
 
 
 def _before(model: Model, name: str, starts: Mapping[str, Value], span: Span) -> Value:
     table = model.table
-    if isinstance(model.values[name], Text):
-        raise error("L343", f"strings cannot be unknowns: `{name}`", span)
 
     def one(e: Value) -> Value:
+        if isinstance(e, Text):
+            return held(expr(one(number(table, e))))
         symbol = expr(e)
         return table.pre(symbol.name) if symbol.name in model.discretes else starts[symbol.name]
 

@@ -14,17 +14,19 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, outside_array, unsupported
-from planarc.lower.values import RecordValue, Value, expr, exprs, fixed_dims
+from planarc.lower.values import RecordValue, Text, Value, expr, exprs, fixed_dims
 from planarc.runtime.tensor import Tensor, elements, stack
 
 
 def zero_of(type_: flat.Type, table: Exprs) -> Value:
-    """The value of a type with all numbers zero and all truths false."""
+    """The value of a type with all numbers zero, all truths false and all texts empty."""
     if dims := fixed_dims(type_):
         one = zero_of(type_.element(len(dims)), table)
         return Tensor(dims, (one,) * math.prod(dims))
     if type_.base is flat.Base.RECORD:
         return RecordValue(tuple((name, zero_of(field, table)) for name, field in type_.fields))
+    if type_.base is flat.Base.STRING:
+        return Text(("",))
     return table.false if type_.base is flat.Base.BOOLEAN else table.zero
 
 

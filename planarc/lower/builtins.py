@@ -9,7 +9,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Exprs, Op
-from planarc.lower import delays, rounding
+from planarc.lower import delays, rounding, texts
 from planarc.lower.operators import relation
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import Text, Value, expr, exprs
@@ -45,6 +45,8 @@ def _der(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
 
 def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     def one(e: Value) -> Value:
+        if isinstance(e, Text):
+            return texts.held(expr(one(texts.number(scope.table, e))))
         symbol = expr(e)
         if symbol.op is Op.CONST:
             return symbol
@@ -71,7 +73,12 @@ def _edge(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 
 def _change(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     t = scope.table
-    return each(lambda e, v: t.not_(t.equal(e, expr(_pre(scope, (v,), span)))), *a)
+
+    def changed(e: Value, variable: Value) -> Value:
+        before = texts.number(t, _pre(scope, (variable,), span))
+        return t.not_(t.equal(texts.number(t, e), before))
+
+    return each(changed, *a)
 
 
 def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
@@ -120,19 +127,11 @@ def _reduction(name: str, step: Callable[[Exprs, Expr, Expr], Expr]) -> Builtin:
     return reduction
 
 
-# Numbers and text -----------------------------------------------------------------------------
+# Numbers --------------------------------------------------------------------------------------
 
 
 def _rounded(step: Callable[..., Expr]) -> Builtin:
     return lambda scope, a, span: each(lambda *e: step(scope, *e, span), *a)
-
-
-def _string(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
-    value, *options = a
-    if isinstance(value, Text):
-        return value
-    layout = next((o.constant for o in options if isinstance(o, Text)), None)
-    return Text(((expr(value), layout or ""),))
 
 
 _BUILTINS: Mapping[str, Builtin] = {
@@ -162,5 +161,4 @@ _BUILTINS: Mapping[str, Builtin] = {
     "rem": _rounded(rounding.rem),
     "Integer": _first,
     "Real": _first,
-    "String": _string,
 }

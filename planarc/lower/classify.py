@@ -24,8 +24,10 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flat import Base, Variability
 from planarc.ir.flatwalk import inside, nodes_of, set_by
+from planarc.lower.assignment import zero_of
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
+from planarc.lower.texts import held, number
 from planarc.lower.values import Text, Value, expr, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor, each, elements
 
@@ -34,6 +36,7 @@ KINDS = {
     Base.INTEGER: dae.Kind.INTEGER,
     Base.BOOLEAN: dae.Kind.BOOLEAN,
     Base.ENUMERATION: dae.Kind.ENUMERATION,
+    Base.STRING: dae.Kind.STRING,
 }
 
 
@@ -66,7 +69,7 @@ def classify(model: Model, source: flat.FlatModel) -> Classified:
     inputs: list[dae.Variable] = []
     bindings: list[flat.Equality] = []
     for v in source.variables:
-        if is_parameter(v) or v.type.base is Base.STRING:
+        if is_parameter(v) or _is_given_text(v):
             continue
         scalars = _describe(model, v)
         if _is_discrete(v, set_at_events):
@@ -107,11 +110,17 @@ def _is_discrete(v: flat.Variable, set_at_events: frozenset[str]) -> bool:
     )
 
 
+def _is_given_text(v: flat.Variable) -> bool:
+    """True for an input of the model itself that nobody can give: it stays empty."""
+    return v.type.base is Base.STRING and v.causality == "input" and v.binding is None
+
+
 def _symbols(model: Model, v: flat.Variable) -> Value:
-    if v.type.base is Base.STRING:
-        return Text(("",))
     dims = fixed_dims(v.type)
-    symbols = tuple(model.table.symbol(n) for n in scalar_names(v.name, dims))
+    symbols: tuple[Value, ...] = tuple(model.table.symbol(n) for n in scalar_names(v.name, dims))
+    if v.type.base is Base.STRING:
+        empty = is_parameter(v) or _is_given_text(v)
+        symbols = tuple(Text(("",)) if empty else held(expr(e)) for e in symbols)
     return Tensor(dims, symbols) if dims else symbols[0]
 
 
@@ -133,7 +142,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
     for v in ordered([v for v in source.variables if is_parameter(v)]):
         given = v.binding if v.binding is not None else v.attributes.start
         if given is None:
-            value: Value = Text(("",)) if v.type.base is Base.STRING else _default(model, v)
+            value = _default(model, v)
         else:
             value = lower_expression(scope, given)
             if v.attributes.fixed is not None:  # maybe found at the start
@@ -141,7 +150,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
         if v.type.base is Base.STRING:
             model.values[v.name] = value
             continue
-        result.extend(_enter(model, v, _spread(value, v)))
+        result.extend(_enter(model, v, _spread(model, value, v)))
     return result
 
 
@@ -155,10 +164,10 @@ def _at_start(model: Model, value: Value) -> Value:
 
 
 def _default(model: Model, v: flat.Variable) -> Value:
-    return model.table.false if v.type.base is Base.BOOLEAN else model.table.zero
+    return zero_of(v.type.element(len(v.type.dims)), model.table)
 
 
-def _spread(value: Value, v: flat.Variable) -> tuple[Expr, ...]:
+def _spread(model: Model, value: Value, v: flat.Variable) -> tuple[Expr, ...]:
     """The value of each scalar of a variable; a scalar value stands for all (`each`)."""
     dims = fixed_dims(v.type)
     items = elements(value)
@@ -167,7 +176,7 @@ def _spread(value: Value, v: flat.Variable) -> tuple[Expr, ...]:
         items = items * len(names)
     if len(items) != len(names):
         raise error("L331", f"`{v.name}` has {len(names)} entries, its value {len(items)}", v.span)
-    return tuple(e for e in items if isinstance(e, Expr))
+    return tuple(number(model.table, e) for e in items)
 
 
 def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator[dae.Parameter]:
@@ -266,4 +275,4 @@ def _limits(model: Model, v: flat.Variable, e: flat.Expression | None) -> tuple[
     names = scalar_names(v.name, fixed_dims(v.type))
     if e is None:
         return (None,) * len(names)
-    return _spread(lower_expression(Scope(model, events=False), e), v)
+    return _spread(model, lower_expression(Scope(model, events=False), e), v)

@@ -26,7 +26,8 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.lower.scalar import assertion, lower_expression, message, ways
 from planarc.lower.scope import Model, Scope
-from planarc.lower.values import RecordValue, Text, Value, expr, exprs
+from planarc.lower.texts import number_held
+from planarc.lower.values import RecordValue, Value, expr, exprs
 from planarc.runtime.tensor import Tensor, elements, shape_of
 
 Pair = tuple[Expr, Expr]
@@ -131,27 +132,25 @@ def _equality(scope: Scope, e: flat.Equality) -> Iterator[Pair]:
         results = scope.model.inline(scope, e.right.function, given, e.span)
         for target, value in zip(e.left.items, results, strict=False):
             if target is not None:
-                yield from match_values(lower_expression(scope, target), value, e.span)
+                yield from _matched(scope, lower_expression(scope, target), value, e.span)
         return
     left, right = lower_expression(scope, e.left), lower_expression(scope, e.right)
-    yield from match_values(left, right, e.span)
+    yield from _matched(scope, left, right, e.span)
 
 
-def match_values(left: Value, right: Value, span: Span) -> Iterator[Pair]:
+def _matched(scope: Scope, left: Value, right: Value, span: Span) -> Iterator[Pair]:
     """left = right, entry by entry, field by field."""
     if isinstance(left, RecordValue) and isinstance(right, RecordValue):
         for name, value in left.fields:
-            yield from match_values(value, right.field(name), span)
+            yield from _matched(scope, value, right.field(name), span)
         return
-    if isinstance(left, Text) or isinstance(right, Text):
-        raise error("L343", "strings cannot be unknowns", span)
     if shape_of(left) != shape_of(right):
         raise error("L344", f"dimensions {shape_of(left)} and {shape_of(right)} do not agree", span)
     for a, b in zip(elements(left), elements(right), strict=True):
         if isinstance(a, RecordValue):
-            yield from match_values(a, b, span)
+            yield from _matched(scope, a, b, span)
         else:
-            yield expr(a), expr(b)
+            yield number_held(scope, a, span), number_held(scope, b, span)
 
 
 def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:

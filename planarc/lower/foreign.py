@@ -38,8 +38,7 @@ def call_external(runner: Runner, function: flat.Function, span: Span) -> tuple[
         raise unsupported(f"an output of `{function.name}` with an unknown size", span)
     given = [runner.value(e) for e in function.given]
     empty = {
-        v.name: Text(("",)) if t.base is flat.Base.STRING else zero_of(t, runner.scope.table)
-        for v, t in zip(function.outputs, types, strict=True)
+        v.name: zero_of(t, runner.scope.table) for v, t in zip(function.outputs, types, strict=True)
     }
     if external.is_of_numbers(name):
         row = _results(runner.scope, name, given)

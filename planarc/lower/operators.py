@@ -7,20 +7,22 @@ import math
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir.expr import Expr, Exprs
+from planarc.lower import texts
 from planarc.lower.scope import Scope
 from planarc.lower.values import Text, Value, expr
 from planarc.runtime.tensor import Tensor, each, power, product, shape_of
 
 MAX_PRODUCTS = 10_000_000  # in one product of matrices
-MAX_PARTS = 10_000  # of one text
 
 
 def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
     """`op` of `+ - * / ^ .+ .- .* ./ .^ and or`, or a relation."""
     t = scope.table
     if isinstance(a, Text) and isinstance(b, Text):
-        return _texts(t, op, a, b, span)
+        return texts.binary(t, op, a, b, span)
     match op:
+        case "+" if isinstance(a, Tensor) and isinstance((*a.items[:1], a)[0], Text):
+            return each(lambda x, y: texts.binary(t, op, x, y, span), a, b)
         case "+" | ".+":
             return each(t.add, a, b)
         case "-" | ".-":
@@ -83,22 +85,3 @@ def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:
     if plain.is_const or not scope.events or scope.at_event or scope.model.is_steady(plain):
         return plain
     return scope.model.relation(t.sub(a, b), op == "<", _written(span, plain), span)
-
-
-def _texts(t: Exprs, op: str, a: Text, b: Text, span: Span) -> Value:
-    if op == "+":
-        if len(a.parts) + len(b.parts) > MAX_PARTS:
-            raise error("L315", "a text of so many parts is not supported", span)
-        return Text(a.parts + b.parts)
-    left, right = a.constant, b.constant
-    if left is None or right is None:
-        raise error("L305", "strings that change while running cannot be compared", span)
-    truth = {
-        "==": left == right,
-        "<>": left != right,
-        "<": left < right,
-        "<=": left <= right,
-        ">": left > right,
-        ">=": left >= right,
-    }
-    return t.const(truth[op])

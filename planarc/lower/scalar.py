@@ -24,9 +24,9 @@ from planarc.core.diagnostic import Diagnostic, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
-from planarc.lower import builtins
+from planarc.lower import builtins, texts
 from planarc.lower.operators import binary
-from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array, unsupported
+from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array
 from planarc.lower.values import FunctionValue, RecordValue, Text, Value, expr
 from planarc.runtime.tensor import Tensor, each, elements, shape_of, stack
 
@@ -96,13 +96,12 @@ def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Sp
                 (n, choose(scope, condition, v, otherwise.field(n), span)) for n, v in then.fields
             )
         )
-    if isinstance(then, Text) or isinstance(otherwise, Text):
-        if then == otherwise:
-            return then
-        raise unsupported("a string that changes while running", span)
     if shape_of(then) != shape_of(otherwise):
         raise error("L309", "the branches differ in their dimensions", span)
-    return each(lambda a, b: scope.table.if_(condition, a, b), then, otherwise)
+    t = scope.table
+    if any(isinstance(v, Text) for v in elements(then)[:1]):
+        return each(lambda a, b: texts.choice(t, condition, a, b), then, otherwise)
+    return each(lambda a, b: t.if_(condition, a, b), then, otherwise)
 
 
 def _array(scope: Scope, e: flat.Array) -> Value:
@@ -233,6 +232,9 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
             pair = lower_expression(scope, e.arguments[0]), _unassigned(scope, e.arguments[0])
             return builtins.call(scope, e.function, pair, e.span)
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
+    if e.function == "String":
+        value, *options = arguments
+        return texts.written(scope.model, value, options, e.arguments[0].type, e.span)
     return builtins.call(scope, e.function, arguments, e.span)
 
 

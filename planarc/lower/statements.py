@@ -30,7 +30,7 @@ from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.bounds import bounds
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
-from planarc.lower.values import Text, Value, expr, fixed_dims
+from planarc.lower.values import Value, expr, fixed_dims
 from planarc.runtime.tensor import elements, shape_of
 
 MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
@@ -124,7 +124,7 @@ class Runner(Struct):
             other = otherwise.get(name)
             if other is None:  # assigned on one way only; read on that way only
                 otherwise[name] = value
-            elif isinstance(value, Text) or shape_of(other) != shape_of(value):
+            elif shape_of(other) != shape_of(value):
                 if other != value:
                     del otherwise[name]  # has no value that holds on both ways
             elif other is not value:

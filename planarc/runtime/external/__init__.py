@@ -25,6 +25,9 @@ Texts: TypeAlias = Callable[..., tuple[Any, ...]]
 
 _HERE = "planarc.runtime.external"
 
+#: The name of planarc's own function that puts texts together from their parts.
+JOINED = "planarc_text"
+
 #: C name -> (module, function); modules are imported when first called.
 _NUMBERS = {
     "ModelicaRandom_xorshift64star": ("random", "xorshift64star"),
@@ -33,6 +36,7 @@ _NUMBERS = {
     "ModelicaRandom_impureRandom_xorshift1024star": ("random", "fresh"),
     "ModelicaRandom_automaticGlobalSeed": ("random", "automatic_seed"),
     "ModelicaFFT_kiss_fftr": ("fourier", "real_spectrum"),
+    JOINED: ("text", "joined"),
 }
 _IMPURE = frozenset(
     {"ModelicaRandom_impureRandom_xorshift1024star", "ModelicaRandom_automaticGlobalSeed"}

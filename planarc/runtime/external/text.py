@@ -7,7 +7,10 @@ began, so that the caller sees that it did not move.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
+
+from planarc.runtime.texts import formatted, number_of, text_of
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _INTEGER = re.compile(r"[+-]?\d+(?![\d.eE])")
@@ -80,6 +83,12 @@ def scan_string(text: str, start: int) -> tuple[int, str]:
 
 def _scan(pattern: re.Pattern[str], text: str, start: int) -> re.Match[str] | None:
     return pattern.match(text, skip_white_space(text, start)[0] - 1)
+
+
+def joined(parts: Sequence[float]) -> tuple[float]:
+    """The number of the text that values give, each with the number of its format behind it."""
+    pairs = zip(parts[::2], parts[1::2], strict=True)
+    return (number_of("".join(formatted(value, text_of(form)) for value, form in pairs)),)
 
 
 def full_path_name(name: str) -> tuple[str]:

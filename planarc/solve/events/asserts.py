@@ -20,8 +20,9 @@ from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
+from planarc.runtime.texts import formatted
 from planarc.solve.messages.event import assertion_diagnostic
-from planarc.solve.messages.text import Reader, formatted
+from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
 
 if TYPE_CHECKING:

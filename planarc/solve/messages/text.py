@@ -14,6 +14,7 @@ from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
+from planarc.runtime.texts import formatted
 from planarc.solve.once import once
 
 #: Preparing an expression takes as long as reading it so many times.
@@ -68,13 +69,3 @@ def text_of(message: Message, read: Reader) -> str:
         part if isinstance(part, str) else formatted(read(part[0]), part[1])
         for part in message.parts
     )
-
-
-def formatted(value: float, form: str) -> str:
-    """A value as `String(value, format=...)` writes it (six digits without a format)."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    try:
-        return ("%" + form.lstrip("%") if form else "%.6g") % value
-    except (ValueError, TypeError):
-        return f"{value:.6g}"
