@@ -59,7 +59,9 @@ _MERGED = 256
 
 # Where it counts, operations are compared by these names: until Python 3.12 an enumeration
 # looks up its members by a function.
-_CONST, _ADD, _MUL, _NEG, _POW = Op.CONST, Op.ADD, Op.MUL, Op.NEG, Op.POW
+_CONST, _SYMBOL, _ADD, _MUL, _NEG = Op.CONST, Op.SYMBOL, Op.ADD, Op.MUL, Op.NEG
+_DIV, _POW, _IF, _NOT = Op.DIV, Op.POW, Op.IF, Op.NOT
+_CALL, _APPLY, _PAST = Op.CALL, Op.APPLY, Op.PAST
 
 
 class Expr:
@@ -81,7 +83,7 @@ class Expr:
     @property
     def name(self) -> str:
         """The variable's name, of a SYMBOL or PRE."""
-        return self.data[0] if self.op is Op.SYMBOL else self.data  # type: ignore[no-any-return]
+        return self.data[0] if self.op is _SYMBOL else self.data  # type: ignore[no-any-return]
 
     @property
     def order(self) -> int:
@@ -90,11 +92,11 @@ class Expr:
 
     @property
     def is_const(self) -> bool:
-        return self.op is Op.CONST
+        return self.op is _CONST
 
     @property
     def is_symbol(self) -> bool:
-        return self.op is Op.SYMBOL
+        return self.op is _SYMBOL
 
 
 class Exprs:
@@ -113,7 +115,7 @@ class Exprs:
 
     def node(self, op: Op, args: tuple[Expr, ...] = (), data: Any = None) -> Expr:
         """The node as given, without any simplification."""
-        key = args if data is None else (data, args)
+        key = args if data is None else (data, args) if args else data
         found = self._nodes[op].get(key)
         return self._new(key, op, args, data) if found is None else found
 
@@ -144,7 +146,9 @@ class Exprs:
         return self.const(texts.number_of(text))
 
     def symbol(self, name: str, order: int = 0) -> Expr:
-        return self.node(Op.SYMBOL, (), (name, order))
+        key = name, order
+        found = self._nodes[_SYMBOL].get(key)
+        return self._new(key, _SYMBOL, (), key) if found is None else found
 
     def der(self, symbol: Expr) -> Expr:
         """The symbol differentiated once more."""
@@ -189,9 +193,9 @@ class Exprs:
 
     def _split(self, term: Expr) -> tuple[float, Expr]:
         """A term as number times the rest."""
-        if term.op is Op.MUL and term.args[0].op is Op.CONST:
+        if term.op is _MUL and term.args[0].op is _CONST:
             rest = term.args[1:]
-            return term.args[0].data, rest[0] if len(rest) == 1 else self.node(Op.MUL, rest)
+            return term.args[0].data, rest[0] if len(rest) == 1 else self.node(_MUL, rest)
         return 1.0, term
 
     def scale(self, number: float, base: Expr) -> Expr:
@@ -250,34 +254,34 @@ class Exprs:
         return parts[0] if len(parts) == 1 else self.node(_MUL, tuple(parts))
 
     def div(self, a: Expr, b: Expr) -> Expr:
-        if b.op is Op.CONST and b.data != 0:
-            if a.op is Op.CONST:
+        if b.op is _CONST and b.data != 0:
+            if a.op is _CONST:
                 return self.const(a.data / b.data)
             if b.data in (1.0, -1.0):
                 return a if b.data == 1.0 else self.neg(a)
-        if a.op is Op.CONST and a.data == 0 and not (b.op is Op.CONST and b.data == 0):
+        if a.op is _CONST and a.data == 0 and not (b.op is _CONST and b.data == 0):
             return self.zero
-        if a.op is Op.NEG:
+        if a.op is _NEG:
             return self.neg(self.div(a.args[0], b))
-        if b.op is Op.NEG:
+        if b.op is _NEG:
             return self.neg(self.div(a, b.args[0]))
-        return self.node(Op.DIV, (a, b))
+        return self.node(_DIV, (a, b))
 
     def pow(self, a: Expr, b: Expr) -> Expr:
-        if b.op is Op.CONST:
+        if b.op is _CONST:
             if b.data == 1:
                 return a
             if b.data == 0:
                 return self.one
-            if a.op is Op.CONST:
-                return self._folded(Op.POW, (a, b), None, lambda x, y: x**y)
-        return self.node(Op.POW, (a, b))
+            if a.op is _CONST:
+                return self._folded(_POW, (a, b), None, lambda x, y: x**y)
+        return self.node(_POW, (a, b))
 
     def call(self, function: str, *args: Expr) -> Expr:
         """A function of `runtime.elementary`."""
-        if all(a.op is Op.CONST for a in args):
-            return self._folded(Op.CALL, args, function, elementary.TABLE[function].value)
-        return self.node(Op.CALL, args, function)
+        if all(a.op is _CONST for a in args):
+            return self._folded(_CALL, args, function, elementary.TABLE[function].value)
+        return self.node(_CALL, args, function)
 
     def _folded(
         self, op: Op, args: tuple[Expr, ...], data: str | None, value: Callable[..., Any]
@@ -299,13 +303,13 @@ class Exprs:
         Array arguments and outputs count element by element; `wrt` lists the scalar
         arguments to differentiate by, in ascending order.
         """
-        if not wrt and external.is_pure(function) and all(a.op is Op.CONST for a in args):
+        if not wrt and external.is_pure(function) and all(a.op is _CONST for a in args):
             return self.const(external.number(function, output, [a.data for a in args]))
-        return self.node(Op.APPLY, args, (function, output, tuple(sorted(wrt))))
+        return self.node(_APPLY, args, (function, output, tuple(sorted(wrt))))
 
     def past(self, delay: int, instant: Expr, order: int = 0) -> Expr:
         """The signal of `Dae.delays[delay]` at an instant, or a derivative of it."""
-        return self.node(Op.PAST, (instant,), (delay, order))
+        return self.node(_PAST, (instant,), (delay, order))
 
     # Truth
 
@@ -338,27 +342,27 @@ class Exprs:
         return a if b is self.false else self.node(Op.OR, (a, b))
 
     def not_(self, a: Expr) -> Expr:
-        if a.op is Op.CONST:
+        if a.op is _CONST:
             return self.const(not a.data)
-        return a.args[0] if a.op is Op.NOT else self.node(Op.NOT, (a,))
+        return a.args[0] if a.op is _NOT else self.node(_NOT, (a,))
 
     def if_(self, condition: Expr, then: Expr, otherwise: Expr) -> Expr:
-        if condition.op is Op.CONST:
+        if condition.op is _CONST:
             return then if condition.data else otherwise
         if then is otherwise:
             return then
-        return self.node(Op.IF, (condition, then, otherwise))
+        return self.node(_IF, (condition, then, otherwise))
 
     def rebuild(self, e: Expr, args: tuple[Expr, ...]) -> Expr:
         """The node with other arguments, simplified again."""
         if args == e.args:
             return e
-        if e.op is Op.CALL:
+        if e.op is _CALL:
             return self.call(e.data, *args)
-        if e.op is Op.APPLY:
+        if e.op is _APPLY:
             function, output, wrt = e.data
             return self.apply(function, args, output, wrt)
-        if e.op is Op.PAST:
+        if e.op is _PAST:
             return self.node(e.op, args, e.data)
         return self.make(e.op, args)
 
@@ -399,20 +403,18 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     seen: set[Expr] = set()
     found: list[Expr] = []
     for root in roots:
-        stack: list[Expr | None] = [root]
+        stack = [root]
         while stack:
-            e = stack.pop()
-            if e is None:  # the arguments of the node below are done
-                e = stack.pop()
-                assert e is not None
-            elif e in seen:
-                continue
-            elif e.args:
-                stack += (e, None)
-                stack += [a for a in reversed(e.args) if a not in seen]
-                continue
-            seen.add(e)
-            found.append(e)
+            e = stack[-1]
+            waiting = len(stack)
+            for a in reversed(e.args):
+                if a not in seen:
+                    stack.append(a)
+            if len(stack) == waiting:  # all arguments are done
+                stack.pop()
+                if e not in seen:
+                    seen.add(e)
+                    found.append(e)
     return found
 
 
@@ -424,13 +426,14 @@ def fold(root: Expr, memo: dict[Expr, T], of: Callable[[Expr], T]) -> T:
     stack = [root]
     while stack:
         e = stack[-1]
-        if e in memo:
+        waiting = len(stack)
+        for a in e.args:
+            if a not in memo:
+                stack.append(a)
+        if len(stack) == waiting:
             stack.pop()
-        elif waiting := [a for a in e.args if a not in memo]:
-            stack += waiting
-        else:
-            memo[e] = of(e)
-            stack.pop()
+            if e not in memo:
+                memo[e] = of(e)
     return memo[root]
 
 
@@ -451,7 +454,7 @@ class Substitution:
         self._memo: dict[Expr, Expr] = dict(mapping)
 
     def __call__(self, root: Expr) -> Expr:
-        return fold(root, self._memo, self._of)
+        return fold(root, self._memo, self._of) if root.args else self._memo.get(root, root)
 
     def _of(self, e: Expr) -> Expr:
         memo = self._memo

@@ -45,6 +45,7 @@ class Live(Data):
     index: int  # of the equation in the Dae
     left: Expr
     right: Expr
+    residual: Expr  # left - right
 
 
 class Elimination(Data):
@@ -65,10 +66,11 @@ def eliminate_aliases(dae: Dae, signs: Signs) -> Elimination:
         if i in search.spent:
             continue
         left, right = rewrite(equation.left), rewrite(equation.right)
-        if dae.table.sub(left, right) is dae.table.zero:
+        residual = dae.table.sub(left, right)
+        if residual is dae.table.zero:
             vanished.append(i)
         else:
-            live.append(Live(i, left, right))
+            live.append(Live(i, left, right, residual))
     kept = tuple(v.name for v in dae.variables if search.forest.is_root(v.name))
     return Elimination(kept, tuple(live), tuple(vanished), search.aliases(), rewrite)
 
@@ -98,11 +100,11 @@ class Forest:
         return sign, name, shift
 
     def resolve(self, symbol: Expr) -> Expr:
-        name: str = symbol.data[0]
+        name, order = symbol.data
         if self.is_root(name):
             return symbol
         sign, root, shift = self.find(name)
-        order = symbol.order + shift
+        order += shift
         if root in self._value:
             found = self._table.zero if order else self._value[root]
         else:
@@ -256,7 +258,7 @@ class _Search:
     def substitution(self) -> Substitution:
         mapping = dict(self.numbers)
         for e in list(self.table.all):
-            if e.op is Op.SYMBOL and e.name in self.key:
+            if e.is_symbol and e.data[0] in self.key:
                 found = self.forest.resolve(e)
                 if found is not e:
                     mapping[e] = found

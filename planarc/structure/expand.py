@@ -24,7 +24,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols
+from planarc.ir.expr import Expr, Op, postorder, symbols
 from planarc.ir.sorted import SourceEquation
 from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
@@ -36,9 +36,7 @@ class Form(Data):
     index: int  # in Expansion.equations
     left: Expr
     right: Expr
-
-    def residual(self, table: Exprs) -> Expr:
-        return table.sub(self.left, self.right)
+    residual: Expr  # left - right
 
 
 class Expansion(Data):
@@ -56,12 +54,12 @@ def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expa
     forms = []
     for entry, times in zip(live, offsets.differentiated, strict=True):
         left, right = entry.left, entry.right
-        tower = [Form(entry.index, left, right)]
+        tower = [Form(entry.index, left, right, entry.residual)]
         for order in range(1, times + 1):
             left, right = derive(left), derive(right)
             source: Equation = replace(dae.equations[entry.index], left=left, right=right)
             equations.append(SourceEquation(source, tower[-1].index, order))
-            tower.append(Form(len(equations) - 1, left, right))
+            tower.append(Form(len(equations) - 1, left, right, table.sub(left, right)))
         forms.append(tuple(tower))
     return Expansion(tuple(equations), tuple(forms))
 

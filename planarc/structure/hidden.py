@@ -25,8 +25,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import gcd
 
-from msgspec.structs import replace
-
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Substitution
 from planarc.structure.alias import Live
@@ -74,26 +72,26 @@ def uncover_constraints(table: Exprs, contents: Contents, live: Sequence[Live]) 
         if free:
             pivots[min(free, key=lambda x: x.id)] = len(pivots), row
         elif row.terms and len(frozenset().union(*(others[i] for i in row.used))) >= len(row.used):
-            total = (table.mul(table.const(c), x) for x, c in row.terms.items())
-            result[k] = replace(live[k], left=table.zero, right=table.add(*total, row.rest))
+            terms = (table.mul(table.const(c), x) for x, c in row.terms.items())
+            total = table.add(*terms, row.rest)
+            result[k] = Live(live[k].index, table.zero, total, table.neg(total))
     return result
 
 
 def _terms(table: Exprs, contents: Contents, e: Live) -> dict[Expr, int]:
     """The factors of an equation of unknowns, none of them differentiated, where all of them are
     whole numbers; else nothing."""
-    root = table.sub(e.left, e.right)
-    inside = contents(root)
+    inside = contents(e.residual)
     if not 0 < len(inside) <= MOST_TERMS or any(x.order for x in inside):
         return {}
-    factors = coefficients(table, contents, root)
+    factors = coefficients(table, contents, e.residual)
     terms = {x: int(f.data) for x, f in factors.items() if f is not None and _is_whole(f)}
     return terms if len(terms) == len(factors) else {}
 
 
 def _row(table: Exprs, k: int, e: Live, terms: dict[Expr, int]) -> Row:
     without = Substitution(table, dict.fromkeys(terms, table.zero))
-    return Row(terms, without(table.sub(e.left, e.right)), frozenset((k,)))
+    return Row(terms, without(e.residual), frozenset((k,)))
 
 
 def _shared(others: Mapping[int, frozenset[Expr]]) -> list[int]:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Exprs, Substitution, postorder, text
+from planarc.ir.expr import Expr, Exprs, Substitution, fold, text
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Fixed, Level, Residual, Step
 from planarc.structure.attributes import Attributes
@@ -49,17 +49,13 @@ def _solved_with(levels: Sequence[Level]) -> dict[Expr, int]:
     top = max((level.height for level in levels), default=0)
 
     def lowest(e: Expr) -> int:
-        for node in postorder((e,)):
-            if node not in below:
-                own = found.get(node, top)
-                below[node] = min((below[a] for a in node.args), default=own)
-        return below[e]
+        return min([below[a] for a in e.args]) if e.args else found.get(e, top)
 
     for level in levels:
         for step in level.steps:
             found.update(dict.fromkeys(step.tears, level.height))
             for a in step.inner:
-                found[a.target] = lowest(a.value)
+                found[a.target] = fold(a.value, below, lowest)
     return found
 
 

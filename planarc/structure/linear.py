@@ -16,6 +16,7 @@ from operator import attrgetter
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, fold
 
 _EMPTY: frozenset[Expr] = frozenset()
+_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
 _number = attrgetter("id")
 _NESTING = 40  # depth from which if-expressions count as not affine
 
@@ -32,7 +33,7 @@ class Contents:
         return fold(root, self._memo, self._of) if known is None else known
 
     def _of(self, e: Expr) -> frozenset[Expr]:
-        if e.op is Op.SYMBOL:
+        if e.op is _SYMBOL:
             return frozenset((e,)) if self._is_unknown(e.name) else _EMPTY
         inside = _EMPTY
         for a in e.args:
@@ -68,14 +69,14 @@ def _coefficients(
     stack: list[tuple[Expr, Expr]] = [(root, table.one)]
     while stack:
         e, factor = stack.pop()
+        if e.op is _SYMBOL:
+            if contents(e) and (present := parts.setdefault(e, [])) is not None:
+                present.append(factor)
+            continue
         inside = contents(e)
         if not inside or bent.issuperset(inside):
             continue
         match e.op:
-            case Op.SYMBOL:
-                present = parts.setdefault(e, [])
-                if present is not None:
-                    present.append(factor)
             case Op.ADD:
                 stack.extend([(a, factor) for a in reversed(e.args)])
             case Op.NEG:
@@ -99,7 +100,9 @@ def _coefficients(
                         present.append(table.mul(factor, part))
             case _:
                 curved(contents(e))
-    return {s: None if p is None else table.add(*p) for s, p in parts.items()}
+    return {
+        s: None if p is None else p[0] if len(p) == 1 else table.add(*p) for s, p in parts.items()
+    }
 
 
 def _branches(table: Exprs, contents: Contents, e: Expr, depth: int) -> dict[Expr, Expr | None]:

@@ -68,7 +68,7 @@ def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
     rows = []
     for e in elimination.live:
         highest: dict[int, int] = {}
-        for s in contents.ordered(dae.table.sub(e.left, e.right)):
+        for s in contents.ordered(e.residual):
             highest[number[s.name]] = max(highest.get(number[s.name], 0), s.order)
         rows.append(list(highest.items()))
     return Reduced(elimination, contents, rows)

@@ -90,7 +90,7 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
     sums = {symbol: weights.terms(symbol) for symbol in open_.values()}
     forms = expand_equations(dae, reduced.elimination.live, offsets).forms
     for (e, i), multiplier in zip(equations, multipliers, strict=True):
-        factors = coefficients(dae.table, reduced.contents, forms[e][-1].residual(dae.table))
+        factors = coefficients(dae.table, reduced.contents, forms[e][-1].residual)
         for symbol in (open_[v] for v in active[e] if v in open_):
             factor = factors[symbol]
             if factor is None or not unknown.isdisjoint(reduced.contents(factor)):

@@ -118,7 +118,7 @@ def make_steps(systems: Systems, system: System, torn: Torn) -> tuple[Step, ...]
     for tears, inner, residuals in plan.blocks:
         chosen = tuple(assignments[i] for i in inner)
         forms = [system.equations[e].form for e in residuals]
-        zero = tuple(Residual(systems.residual(f), f.index) for f in forms)
+        zero = tuple(Residual(f.residual, f.index) for f in forms)
         unknowns = tuple(system.unknowns[v] for v in tears)
         degrees = Degrees(dict.fromkeys(unknowns, 1))
         for a in chosen:

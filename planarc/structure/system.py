@@ -67,9 +67,6 @@ class Systems(Struct):
         equations = tuple(self._scalar(e, c[e] - height, number) for e in live)
         return System(height, unknowns, equations, live, tuple(chosen))
 
-    def residual(self, form: Form) -> Expr:
-        return form.residual(self.table)
-
     def solve(self, scalar: Scalar, v: int, symbol: Expr) -> Expr:
         """The value of unknown v (`symbol`) from an equation that can be solved for it."""
         if v in scalar.solved:
@@ -97,7 +94,7 @@ class Systems(Struct):
         symbol = self.table.symbol(
             self.names[v], self.offsets.highest[v] - self.offsets.differentiated[e]
         )
-        return self.algebra.solve(self.expansion.forms[e][0].residual(self.table), symbol)
+        return self.algebra.solve(self.expansion.forms[e][0].residual, symbol)
 
     def _factor(self, e: int, order: int, v: int) -> Expr | None:
         """The factor of unknown v; derivatives are affine in it even where e is not."""
@@ -110,7 +107,7 @@ class Systems(Struct):
     def _of(self, e: int, order: int) -> dict[Expr, Expr | None]:
         found = self._factors.get((e, order))
         if found is None:
-            residual = self.expansion.forms[e][order].residual(self.table)
+            residual = self.expansion.forms[e][order].residual
             found = coefficients(self.table, self.contents, residual)
             self._factors[e, order] = found
         return found
