@@ -67,7 +67,7 @@ class Run:
         self._jumps = Jumps(program, kernel)
         self.events = Events(program, kernel, request.span, self.rescue)
         self._chatter = Chatter(program, self.events.crossings, request)
-        self.schedule = Schedule(program, kernel, request.start)
+        self.schedule = Schedule(program, kernel, request.start, request.stop)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
         self.delays = Delays(program, kernel, request.start, request.span)

@@ -4,15 +4,18 @@ In:   Program, Kernel (parameters set)
 Out:  Schedule   when `sample` fires and when relations of time alone switch
 
 A relation such as `time >= t0` whose zero function is linear in time switches at an
-instant that can be computed; the integrator is led exactly there. Other relations of
-time alone (`sin(time) > 0`) are found like those of the states.
+instant that can be computed; those of other relations of time alone (`sin(time) > 0`), also
+by way of variables, are looked for (`scan`). The integrator is led exactly there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from sys import float_info
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
@@ -21,9 +24,17 @@ from planarc.core.source import Span
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import Let, Program
-from planarc.solve.messages.event import sampling
+from planarc.ir.program import Let, Program, RelationSlot
+from planarc.solve.events.scan import switches
+from planarc.solve.messages.event import oscillating, sampling
 from planarc.solve.messages.text import Reader
+from planarc.solve.once import once
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.solve.events.scan import Times
 
 #: Instants nearer to each other than that many last digits, or than so many seconds, are one:
 #: what follows from parameters and what an integrator finds agree no better.
@@ -44,9 +55,10 @@ class Sampler(Struct):
 
 
 class Schedule:
-    """`switches`: relation -> (instant, truth from then on)."""
+    """`instants` at which relations switch, ascending, and `switches`: the relation there and its
+    truth from then on. `endless` are those that switch more often than a run can follow."""
 
-    def __init__(self, program: Program, kernel: Kernel, start: float) -> None:
+    def __init__(self, program: Program, kernel: Kernel, start: float, stop: float) -> None:
         read = Reader(program, kernel, start)
         self.samplers = [
             Sampler(slot, float(read(first)), float(read(interval)), span)
@@ -56,14 +68,26 @@ class Schedule:
             if sampler.interval > 0 and sampler.start < start:
                 passed = (start - sampler.start) / sampler.interval
                 sampler.fired = max(0, math.ceil(passed - room(passed)))
-        self.switches: dict[int, tuple[float, bool]] = {}
-        for i, zero in time_functions(program, kernel, start).items():
-            found = _linear_zero(zero)
-            if found is not None and found[0] > start:
-                self.switches[i] = found
+        found: list[tuple[float, int, bool]] = []
+        self.endless: list[RelationSlot] = []
+        for i, zero in _driven(program, kernel, start).items():
+            relation = program.relations[i]
+            known = _linear_zero(zero) if relation.time_only else None
+            known = known or _other_zeros(zero, relation, start, stop)
+            if known is None:
+                self.endless.append(relation)
+                continue
+            instants, first = known
+            later = ((t, i, first ^ bool(k % 2)) for k, t in enumerate(instants))
+            found += [switch for switch in later if switch[0] > start]
+        found.sort()
+        self.instants = [t for t, _, _ in found]
+        self.switches = [(i, truth) for _, i, truth in found]
 
     def judge(self, start: float, stop: float) -> Iterator[Diagnostic]:
-        """What is wrong with samplers: no ticks at all, or more than a run can take."""
+        """What is wrong with instants: a sampler without ticks, or more than a run can take."""
+        for relation in self.endless:
+            yield oscillating(relation)
         for sampler in self.samplers:
             ticks = (stop - start) / sampler.interval if sampler.interval > 0 else 0.0
             between = sampler.interval > room(max(abs(start), abs(stop)))
@@ -73,12 +97,14 @@ class Schedule:
     def next(self, after: float) -> float:
         """The first instant that lies after a time."""
         times = [s.next() for s in self.samplers if s.interval > 0]
-        times += [t for t, _ in self.switches.values()]
         later = (t for t in times if t > after and not same(t, after))
-        return min(later, default=math.inf)
+        place = bisect_right(self.instants, after + room(after))
+        return min(*later, *self.instants[place : place + 1], math.inf, math.inf)
 
     def switching(self, t: float) -> dict[int, bool]:
-        return {i: truth for i, (at, truth) in self.switches.items() if same(at, t)}
+        begin, end = (bisect_right(self.instants, t + way) for way in (-2 * room(t), 2 * room(t)))
+        near = zip(self.instants[begin:end], self.switches[begin:end], strict=True)
+        return {i: truth for at, (i, truth) in near if same(at, t)}
 
     def firing(self, t: float) -> list[int]:
         """The samplers that fire now; each is asked once for an instant."""
@@ -101,6 +127,9 @@ def same(a: float, b: float) -> bool:
 
 _Values = Mapping[Expr, Expr]
 
+#: Times at which a function is compared with a linear one: no period meets all of them.
+_BETWEEN = (2.0, 0.6180339887, 1.4142135623)
+
 
 def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
     """The zero functions of the relations of time alone."""
@@ -110,6 +139,37 @@ def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, 
         for i, relation in enumerate(program.relations)
         if relation.time_only
     }
+
+
+def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
+    """The zero functions of time alone, also those that ask variables which are."""
+    by_way = _by_way_of_variables(program)
+    found = time_functions(program, kernel, start)
+    for i, lets in by_way.items():
+        found[i] = TimeFunction(program, kernel, program.relations[i].zero, lets)
+    return found
+
+
+@once
+def _by_way_of_variables(program: Program) -> dict[int, _Values]:
+    """The other relations whose zero functions follow from time, by the statements they need."""
+    asked = [i for i, relation in enumerate(program.relations) if not relation.time_only]
+    if not asked:
+        return {}
+    fixed = {p.slot for p in program.parameter_slots}
+    lets: dict[Expr, Expr] = {}
+
+    def follows(e: Expr) -> bool:
+        if e.op is Op.EVENT:
+            return bool(program.relations[e.data].time_only)
+        if e.op is Op.SYMBOL:
+            return e in lets or program.slots.get(repr(e)) in fixed
+        return e.op not in (Op.PRE, Op.PAST, Op.APPLY)
+
+    for s in chain(program.roots, *program.levels, program.rest, program.roots):
+        if isinstance(s, Let) and all(map(follows, postorder((s.value,)))):
+            lets[s.target] = s.value
+    return {i: lets for i in asked if program.relations[i].zero in lets}
 
 
 class TimeFunction:
@@ -132,6 +192,27 @@ class TimeFunction:
         except (ArithmeticError, ValueError, KeyError):
             return None
 
+    def at(self, times: Times) -> Times:
+        """The values at many times; nan where there is none."""
+        import numpy as np
+
+        from planarc.evaluate.rows import RowValues
+
+        read = Reader(self._program, self._kernel, 0.0)
+        rows: RowValues
+
+        def leaf(e: Expr) -> Any:
+            if e.op is Op.TIME:
+                return times
+            if e.op is Op.EVENT:
+                relation = self._program.relations[e.data]
+                return _truth(relation, rows(relation.zero))
+            return rows(self._lets[e]) if e in self._lets else read.leaf(e)
+
+        rows = RowValues(leaf)
+        with np.errstate(all="ignore"):
+            return np.broadcast_to(rows(self._zero), times.shape)
+
 
 def _needed(zero: Expr, lets: _Values) -> list[Expr]:
     """The temporaries below a zero function, those first that others need."""
@@ -153,20 +234,36 @@ def _needed(zero: Expr, lets: _Values) -> list[Expr]:
     return order
 
 
-def _linear_zero(zero: TimeFunction) -> tuple[float, bool] | None:
+def _truth(relation: RelationSlot, zero: Times) -> NDArray[np.bool_]:
+    found: NDArray[np.bool_] = zero < 0 if relation.strict else zero <= 0
+    return found
+
+
+def _other_zeros(
+    zero: TimeFunction, relation: RelationSlot, start: float, stop: float
+) -> tuple[Sequence[float], bool] | None:
+    """The instants at which a relation switches, and its truth after the first."""
+    found = switches(lambda times: _truth(relation, zero.at(times)), start, stop)
+    if found is None:
+        return None
+    return found.tolist(), len(found) > 0 and bool(_truth(relation, zero.at(found[:1]))[0])
+
+
+def _linear_zero(zero: TimeFunction) -> tuple[Sequence[float], bool] | None:
     """The zero of a function linear in time, and whether it is below zero afterwards.
 
     Far from zero the slope is known to few digits: what is left there is taken off again.
     """
-    g = [zero(t) for t in (0.0, 1.0, 2.0)]
-    if g[0] is None or g[1] is None or g[2] is None:
+    begin, end = zero(0.0), zero(1.0)
+    if begin is None or end is None or begin == end:
         return None
-    slope = g[1] - g[0]
-    bend = abs(g[2] - 2 * g[1] + g[0])
-    if slope == 0 or bend > 1e-12 * max(abs(v) for v in g if v is not None):
-        return None
-    at = -g[0] / slope
+    slope = end - begin
+    for t in _BETWEEN:
+        g = zero(t)
+        if g is None or abs(g - begin - t * slope) > 1e-12 * max(abs(begin), abs(end), abs(g)):
+            return None
+    at = -begin / slope
     for _ in range(3):
         rest = zero(at)
         at -= rest / slope if rest else 0.0
-    return at, slope < 0
+    return (at,), slope < 0

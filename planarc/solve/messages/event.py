@@ -118,6 +118,17 @@ def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnos
     )
 
 
+def oscillating(relation: RelationSlot) -> Diagnostic:
+    """A relation of time alone that switches too often to be followed."""
+    return Diagnostic(
+        "R434",
+        f"{_named(relation)} switches more than a million times in this run: these are more "
+        "instants than it can take",
+        relation.span,
+        hint="choose a shorter run, or put the mean of what switches in its place",
+    )
+
+
 def _named(relation: RelationSlot) -> str:
     place = f" in `{relation.component}`" if relation.component else ""
     return f"`{relation.text}`{place}"
