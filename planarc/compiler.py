@@ -65,15 +65,18 @@ def compile_model(
     with stages.without_collection():
         target = open_target(request)
         model = stages.flatten(target, clock)
+        warnings = model.warnings
         try:
-            program, notes = find_program(stages.to_dae(model, clock), request.redundant, clock)
+            dae = stages.to_dae(model, clock)
+            warnings = dae.warnings
+            program, notes = find_program(dae, request.redundant, clock)
         except PlanarcError as problem:  # a warning may tell what led to it
             told = {(e.code, e.span) for e in problem.diagnostics}
-            others = (w for w in model.warnings if (w.code, w.span) not in told)
+            others = (w for w in warnings if (w.code, w.span) not in told)
             raise PlanarcError((*others, *problem.diagnostics)) from None
         program = replace(program, figures=model.figures)
         code = stages.to_code(program, backend, clock)
-    warnings = (*model.warnings, *notes)
+    warnings = (*warnings, *notes)
     remember(request, backend, target, Remembered(program, code, warnings))
     return Compiled(program, backend, code, warnings)
 

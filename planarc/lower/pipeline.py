@@ -81,7 +81,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         experiment=source.experiment,
         description=source.description,
         span=source.span,
-        warnings=source.warnings,
+        warnings=(*source.warnings, *model.warnings),
     )
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, error
+from planarc.core.diagnostic import Diagnostic, Severity, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
@@ -58,7 +58,22 @@ def _binary(scope: Scope, e: flat.Binary) -> Value:
     if left is {"and": scope.table.false, "or": scope.table.true}.get(e.op):
         return left  # `i <= n and x > t[i]`: what is decided already is not looked at
     right = lower_expression(scope, e.right)
+    if e.op in ("==", "<>") and flat.Base.REAL in (e.left.type.base, e.right.type.base):
+        _doubt_equality(scope, e, expr(left), expr(right))
     return binary(scope, e.op, left, right, e.span)
+
+
+def _doubt_equality(scope: Scope, e: flat.Binary, left: Expr, right: Expr) -> None:
+    """Warn of numbers that are asked to be equal while they move."""
+    if not scope.events or scope.at_event or scope.model.is_steady(scope.table.equal(left, right)):
+        return
+    a, b = e.left.span.text, e.right.span.text
+    truth = "false" if e.op == "==" else "true"
+    message = f"`{e.span.text}` is as good as always {truth}: a number that moves steps over values"
+    hint = f"ask on which side it is, as `{a} > {b}`; a `when` of that fires where it rises through"
+    found = Diagnostic("L316", message, e.span, Severity.WARNING, hint=hint)
+    if found not in scope.model.warnings:
+        scope.model.warnings.append(found)
 
 
 def _if(scope: Scope, e: flat.If) -> Value:

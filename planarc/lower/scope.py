@@ -61,6 +61,7 @@ class Model(Struct, dict=True):
     component: str = ""  # of what is being lowered
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
+    warnings: list[Diagnostic] = field(default_factory=list)
     #: conditions of subscripts that an assertion checks already
     bounds: set[Expr] = field(default_factory=set)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)

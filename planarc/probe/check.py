@@ -62,7 +62,7 @@ def look_at(target: Target, clock: Clock, start: bool = False) -> Seen:
     model = stages.to_sorted(dae, clock)
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
-    warnings = (*flat.warnings, *stages.attachment_warnings(dae, mechanism))
+    warnings = (*dae.warnings, *stages.attachment_warnings(dae, mechanism))
     checked = Checked(flat.name, *sizes, warnings, mechanism)
     if mechanism is not None and (start or mechanism.loops > 0):
         found = None
