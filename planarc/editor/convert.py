@@ -13,6 +13,8 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Source, Span
+from planarc.editor.complete import Item, Sort
+from planarc.editor.symbols import Symbol
 
 _SEVERITIES = {
     Severity.ERROR: lsp.DiagnosticSeverity.Error,
@@ -91,6 +93,56 @@ def diagnostic(found: Diagnostic, units: Units, source: Source) -> lsp.Diagnosti
         code_description=lsp.CodeDescription(href),
         source="planarc",
         related_information=related or None,
+    )
+
+
+_ITEMS = {
+    Sort.COMPONENT: lsp.CompletionItemKind.Variable,
+    Sort.PARAMETER: lsp.CompletionItemKind.Constant,
+    Sort.CLASS: lsp.CompletionItemKind.Class,
+    Sort.PACKAGE: lsp.CompletionItemKind.Module,
+    Sort.FUNCTION: lsp.CompletionItemKind.Function,
+    Sort.LITERAL: lsp.CompletionItemKind.EnumMember,
+    Sort.KEYWORD: lsp.CompletionItemKind.Keyword,
+    Sort.ATTRIBUTE: lsp.CompletionItemKind.Property,
+}
+_SYMBOLS = {
+    Sort.COMPONENT: lsp.SymbolKind.Field,
+    Sort.PARAMETER: lsp.SymbolKind.Constant,
+    Sort.CLASS: lsp.SymbolKind.Class,
+    Sort.PACKAGE: lsp.SymbolKind.Package,
+    Sort.FUNCTION: lsp.SymbolKind.Function,
+    Sort.LITERAL: lsp.SymbolKind.EnumMember,
+}
+KINDS = {
+    "package": lsp.SymbolKind.Package,
+    "function": lsp.SymbolKind.Function,
+    "connector": lsp.SymbolKind.Interface,
+    "record": lsp.SymbolKind.Struct,
+    "type": lsp.SymbolKind.TypeParameter,
+}
+
+
+def completion(item: Item, written: lsp.Range) -> lsp.CompletionItem:
+    return lsp.CompletionItem(
+        item.name,
+        kind=_ITEMS[item.sort],
+        detail=item.detail or None,
+        documentation=item.description or None,
+        sort_text=f"{item.rank}{item.name}",
+        text_edit=lsp.TextEdit(written, item.insert or item.name),
+        data={"class": item.of} if item.of else None,
+    )
+
+
+def symbol(found: Symbol, units: Units) -> lsp.DocumentSymbol:
+    return lsp.DocumentSymbol(
+        found.name,
+        _SYMBOLS[found.sort],
+        units.range(found.whole),
+        units.range(found.place),
+        detail=found.detail,
+        children=[symbol(s, units) for s in found.inside],
     )
 
 

@@ -95,6 +95,16 @@ class Peer(LanguageServer):
 
         self.feature(method, options)(answer)
 
+    def answer_slowly(
+        self, method: str, handler: Callable[[Peer, Any], Any], options: Any = None
+    ) -> None:
+        """Likewise, in another thread: other questions are answered meanwhile."""
+
+        async def answer(params: Any) -> Any:
+            return await asyncio.to_thread(handler, self, params)
+
+        self.feature(method, options)(answer)
+
     def report_server_error(self, error: Exception, source: Any) -> None:
         _log.error("%s", error)
         if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):

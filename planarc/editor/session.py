@@ -12,6 +12,7 @@ from pathlib import Path
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.editor.check import Finding, Wanted, all_of, ask, check_text
+from planarc.editor.facts import Facts, facts_of
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text, Texts
 from planarc.editor.view import View
@@ -31,6 +32,7 @@ class Session:
         self._publish = publish
         self._findings: dict[Path, dict[str, Finding]] = {}
         self._views: dict[Path, View] = {}
+        self._facts: dict[tuple[Path, str], Facts] = {}
         self._touched: dict[Path, int] = {}
         self._worker = Worker(self._check, failed, pause)
 
@@ -84,6 +86,10 @@ class Session:
         """The last findings of a text's models by name."""
         return self._findings.get(path, {})
 
+    def facts(self, path: Path, name: str) -> Facts | None:
+        """What the last check of a class that was right told of its variables."""
+        return self._facts.get((path, name))
+
     def _check(self, path: Path, wanted: Wanted) -> None:
         text = self.texts.get(path)
         if text is None:
@@ -99,15 +105,9 @@ class Session:
             if len(found) == 1:
                 self._publish(text, all_of(text, found), False)
         ask(wanted)
-        before = self._findings.get(path, {})
-        now = {f.name: f for f in found}
-        # What is known of a model stays while it is wrong: editors ask for it while typing.
-        self._findings[path] = {
-            n: f if f.seen is not None or n not in before else _kept(f, before[n])
-            for n, f in now.items()
-        }
+        self._findings[path] = {f.name: f for f in found}
         self._publish(text, all_of(text, found), True)
-
-
-def _kept(now: Finding, before: Finding) -> Finding:
-    return Finding(now.name, now.diagnostics, before.seen)
+        for finding in found:
+            ask(wanted)
+            if finding.seen is not None:
+                self._facts[path, finding.name] = facts_of(finding.seen)

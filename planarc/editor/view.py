@@ -43,6 +43,15 @@ class View:
         package, chain = self.text.chain(offset)
         return self.scope(package, tuple(c.name for c in chain))
 
+    def scope_of(self, owner: tuple[str, ...]) -> Scope:
+        """The scope of a class of the text, by the names of the classes around and its own."""
+        return self.scope(".".join(self.text.tree.within or ()), owner)
+
+    def package(self) -> Scope:
+        """The scope of the package that holds the text's classes."""
+        package = tuple(self.text.tree.within or ())
+        return self.scope("", package) if package else self.session.root_scope
+
     def scope(self, package: str, names: tuple[str, ...]) -> Scope:
         """The scope of a class in a package, or of the next one around it."""
         for count in range(len(names), 0, -1):
