@@ -182,10 +182,14 @@ class Call(Node):
 
 
 class PartialCall(Node):
-    """A function as a value, some inputs bound (12.4.2.1): names and expressions."""
+    """A function as a value, some inputs bound (12.4.2.1): names and expressions.
+
+    Where `function` is itself an argument, `inputs` are the names that its interface gives them.
+    """
 
     function: str
     bound: tuple[tuple[str, Expression], ...] = ()
+    inputs: tuple[str, ...] = ()
 
 
 class Comprehension(Node):

@@ -27,7 +27,7 @@ from math import prod
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Related, error
+from planarc.core.diagnostic import Diagnostic, Related, error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
@@ -178,7 +178,8 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
         message = f"function `{function.name}` gives its output `{missing[0]}` no value"
-        raise error("L321", message, call.span, related=(Related("the function", function.span),))
+        related = (Related("the function", function.span),)
+        raise UnknownCourse(Diagnostic("L321", message, call.span, related=related))
     for variable in function.outputs:
         _refuse_misfit(runner, variable, call.span)
     return tuple(runner.values[v.name] for v in function.outputs)

@@ -276,7 +276,15 @@ def _call(scope: Scope, e: flat.Call) -> Value:
 
 
 def _partial_call(scope: Scope, e: flat.PartialCall) -> Value:
-    return FunctionValue(e.function, tuple((n, lower_expression(scope, b)) for n, b in e.bound))
+    bound = tuple((n, lower_expression(scope, b)) for n, b in e.bound)
+    passed = scope.locals.get(e.function) if scope.locals and e.inputs else None
+    if not isinstance(passed, FunctionValue):
+        return FunctionValue(e.function, bound)
+    # Inputs that are open so far stand in the order of the interface, by names of their own.
+    known = dict(passed.bound)
+    inputs = (v.name for v in scope.model.functions[passed.function].inputs if v.name not in known)
+    own = dict(zip(e.inputs, inputs, strict=False))
+    return FunctionValue(passed.function, (*passed.bound, *((own[n], v) for n, v in bound)))
 
 
 def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:

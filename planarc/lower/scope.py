@@ -189,7 +189,7 @@ class Scope(Data):
         if name in self.model.values:
             return self.model.values[name]
         if self.locals is not None:
-            raise error("L301", f"`{name}` is used before it has a value", span)
+            raise UnknownCourse(Diagnostic("L301", f"`{name}` is used before it has a value", span))
         raise AssertionError(f"the flat model does not declare `{name}`")
 
 

@@ -136,10 +136,11 @@ class Runner(Struct):
         if variable.binding is not None:
             self.values[variable.name] = self.value(variable.binding)
             return
-        type_ = variable.type.with_dims(self.dims(variable))
+        type_ = variable.type.with_dims(_unwritten(variable, self.dims(variable)))
         has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
         if has_parts and None not in type_.dims:
-            # Entries and fields may be assigned one by one; until then they are zero.
+            # Entries and fields may be assigned one by one; until then they are zero, and
+            # arrays that may grow are empty.
             _bound(math.prod(fixed_dims(type_)), variable)
             self.values[variable.name] = zero_of(type_, self.scope.table)
 
@@ -359,6 +360,14 @@ Runner.handlers = {
     flat.Terminate: Runner.refuse,
     flat.Reinit: Runner.refuse,
 }
+
+
+def _unwritten(variable: flat.Variable, dims: flat.Dims) -> flat.Dims:
+    """The dimensions before any assignment: those written `:` are zero."""
+    written = (*variable.sizes, *(None,) * len(dims))
+    return tuple(
+        0 if n is None and size is None else n for n, size in zip(dims, written, strict=False)
+    )
 
 
 def _bound(entries: float, variable: flat.Variable) -> None:

@@ -454,3 +454,28 @@ def test_fields_of_an_array_of_records_are_assigned(backend: Backend) -> None:
         backend,
     )
     assert result["y"] == pytest.approx(2 * result.time + 31)
+
+
+def test_a_function_that_was_handed_in_is_handed_on_with_an_input_bound(backend: Backend) -> None:
+    result = run(
+        """model M
+          partial function Curve input Real x; output Real y; end Curve;
+          partial function Surface input Real u; input Real v; output Real z; end Surface;
+          function middle input Curve f; output Real y; algorithm y := f(0.5); end middle;
+          function height
+            input Surface f; input Real k; output Real y;
+          algorithm
+            y := 100*middle(function f(u = k)) + middle(function f(v = k));
+          end height;
+          function plane
+            extends Surface; input Real c = 1;
+          algorithm z := c*(10*u + v); end plane;
+          Real a = height(plane, time);
+          Real b = height(function plane(c = 2), time);
+        end M;""",
+        backend,
+    )
+    t = result.time
+    expected = 100 * (10 * t + 0.5) + 5 + t
+    assert result["a"] == pytest.approx(expected)
+    assert result["b"] == pytest.approx(2 * expected)

@@ -16,7 +16,7 @@ from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
 from planarc.flatten.tree.demand import function_of
-from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf, Signature
+from planarc.flatten.tree.nodes import Class, Env, Family, Instance, Leaf, Signature
 from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
 
@@ -75,6 +75,10 @@ def missing_input(node: syntax.Call, variable: flat.Variable) -> PlanarcError:
 def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> flat.Expression:
     """A function given to a function: its name, or `function f(a=1)`."""
     if isinstance(argument, syntax.PartialApplication):
+        name, *others = argument.function.names
+        passed = None if others else env.locals.get(name)
+        if passed is not None and passed.type.base is flat.Base.FUNCTION:
+            return _bound_further(argument, passed.type.name, formal, env)
         return _partial_call(argument.function, argument.named, argument.span, formal, env)
     if not isinstance(argument, syntax.Ref):
         raise error("F292", "this input needs a function", argument.span)
@@ -83,6 +87,22 @@ def function_value(argument: syntax.Expression, formal: flat.Type, env: Env) -> 
         expect(flat.Type(flat.Base.FUNCTION), value, f"`{argument}`")
         return value
     return _partial_call(argument, (), argument.span, formal, env)
+
+
+def _bound_further(
+    node: syntax.PartialApplication, own: str, formal: flat.Type, env: Env
+) -> flat.Expression:
+    """A function that was handed in, handed on with more of its inputs bound."""
+    signature = env.session.formals[own]
+    by_name = {v.name: v for v in signature.inputs}
+    bound: flat.Named = {}
+    for argument in node.named:
+        variable = input_of(by_name, argument.name, node.function, argument.span)
+        bound[argument.name] = type_argument(argument.value, variable, env)
+    name = str(node.function)
+    _bind_defaults(signature, name, formal, bound, node.span, env)
+    type_ = flat.Type(flat.Base.FUNCTION, name=own)
+    return flat.PartialCall(type_, node.span, name, tuple(bound.items()), tuple(by_name))
 
 
 def _partial_call(
@@ -101,7 +121,7 @@ def _partial_call(
     for argument in named:
         variable = input_of(by_name, argument.name, ref, argument.span)
         bound[argument.name] = type_argument(argument.value, variable, env)
-    _bind_defaults(info, formal, bound, span, env)
+    _bind_defaults(info.signature, info.name, formal, bound, span, env)
     for leaf in info.signature.captures.values():
         bound[leaf.name] = references.leaf_value(leaf, span, env)
     type_ = flat.Type(flat.Base.FUNCTION, name=info.signature.name)
@@ -109,21 +129,21 @@ def _partial_call(
 
 
 def _bind_defaults(
-    info: FunctionInfo, formal: flat.Type, bound: flat.Named, span: Span, env: Env
+    signature: Signature, name: str, formal: flat.Type, bound: flat.Named, span: Span, env: Env
 ) -> None:
     """Inputs that the formal input does not have get their defaults (12.4.2)."""
     wanted = env.session.formals[formal.name]
-    rest = [v for v in info.signature.inputs if v.name not in bound]
+    rest = [v for v in signature.inputs if v.name not in bound]
     for variable, other in zip(rest, wanted.inputs, strict=False):
         if not base_conforms(variable.type, other.type):
             raise mismatch(other.type, variable.type, f"the input `{variable.name}`", span)
     if len(rest) < len(wanted.inputs):
-        own = f"`{info.name}` has {counted(len(rest), 'open input')}"
+        own = f"`{name}` has {counted(len(rest), 'open input')}"
         raise error("F292", f"{own}, but `{wanted.name}` has {len(wanted.inputs)}", span)
     for variable in rest[len(wanted.inputs) :]:
-        value = default_of(info.signature, variable, bound, env)
+        value = default_of(signature, variable, bound, env)
         if value is None:
-            raise error("F290", f"`{info.name}` needs a value for `{variable.name}`", span)
+            raise error("F290", f"`{name}` needs a value for `{variable.name}`", span)
         bound[variable.name] = value
 
 

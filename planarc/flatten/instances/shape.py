@@ -14,7 +14,7 @@ from planarc.flatten.tree.modify import type_mod
 from planarc.flatten.tree.nodes import Element, Env, Leaf, Mod, Scope
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
-from planarc.flatten.values import evaluate
+from planarc.flatten.values import compute, evaluate
 from planarc.ir import flat, syntax
 
 Written = Sequence[tuple[syntax.Expression, Scope]]
@@ -89,7 +89,10 @@ def _deduced(
             value.span,
         )
     sizes = []
-    for (expression, scope), size in zip(written, value.type.dims, strict=True):
+    dims = value.type.dims
+    if None in dims and _is_open(written):
+        dims = _computed(value, written[0][1], dims)
+    for (expression, scope), size in zip(written, dims, strict=True):
         if _names_itself(expression, element.name) and size is not None:
             sizes.append(size)
         elif not isinstance(expression, syntax.Colon):
@@ -99,3 +102,12 @@ def _deduced(
         else:
             sizes.append(size)
     return tuple(sizes)
+
+
+def _computed(value: flat.Expression, scope: Scope, dims: flat.Dims) -> flat.Dims:
+    """The sizes that a value turns out to have, where it can be computed now."""
+    found = evaluate.try_value(value, Env(scope), mark=True)
+    if found is None:
+        return dims
+    sizes = compute.shape(found)
+    return (*sizes, *dims[len(sizes) :])
