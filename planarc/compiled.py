@@ -14,9 +14,10 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Backend
 from planarc.remembered import recall_slopes, remember_slopes
-from planarc.stages import to_slopes, without_collection
+from planarc.stages import to_code, to_slopes, without_collection
 
 if TYPE_CHECKING:
+    from planarc.core.clock import Clock
     from planarc.ir.derivatives import Scope
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
@@ -30,13 +31,21 @@ class Compiled(Data):
     code: str | bytes  # NumPy source, or a native object file
     warnings: tuple[Diagnostic, ...] = ()
     remembered: bool = False  # True when it came from the cache
+    lead: Compiled | None = None  # what leads to its start, where it has a simplified form
     _slopes: dict[Scope, str | bytes | None] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, program: Program, backend: Backend, clock: Clock | None = None) -> Compiled:
+        """A program that nothing was told of, with its code."""
+        return cls(program, backend, to_code(program, backend, clock))
 
     def load(self) -> Kernel:
         """A kernel with a workspace of its own."""
         from planarc.solve.kernels import load
 
-        return load(self.program, self.code, self.slopes)
+        lead = self.lead
+        way = None if lead is None else lambda: (lead.program, lead.load())
+        return load(self.program, self.code, self.slopes, way)
 
     def slopes(self, scope: Scope) -> str | bytes | None:
         """The code of derivatives; None where the model calls a function that has none."""

@@ -20,12 +20,14 @@
     mobility     Compiled            Mobility            probe/check.py
     redundancy   Dae, Mechanism      Program             probe/redundancy.py
     slopes       Program             code                compiled.py               slopes
+    lead         FlatModel           Compiled            compiler.py               models
 
 `recall` takes the place of everything from `open` to `print` while no file has changed.
 `check` goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`.
 With `redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
 program, looks at its start, and makes it again (at most five times) until nothing that is
 redundant is left in it. `slopes` is asked by a kernel while it runs, for derivatives in code.
+`lead` makes a second program where `homotopy` simplifies a start: its start leads to the first row.
 
 The stages stand in `stages.py`, each with its clock and its errors; they do not know each other.
 """
@@ -48,6 +50,7 @@ from planarc.request.request import Request, open_target
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
+    from planarc.ir.flat import FlatModel
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
     from planarc.ir.result import Result
@@ -61,7 +64,8 @@ def compile_model(
     with clock.phase("recall"):
         known = recall(request, backend)
     if known is not None:
-        return Compiled(known.program, backend, known.code, known.warnings, remembered=True)
+        lead = None if known.lead is None else Compiled(known.lead[0], backend, known.lead[1])
+        return Compiled(known.program, backend, known.code, known.warnings, True, lead)
     with stages.without_collection():
         target = open_target(request)
         model = stages.flatten(target, clock)
@@ -76,9 +80,19 @@ def compile_model(
             raise PlanarcError((*others, *problem.diagnostics)) from None
         program = replace(program, figures=model.figures)
         code = stages.to_code(program, backend, clock)
+        lead = find_lead(model, dae, backend, clock)
     warnings = (*warnings, *notes)
-    remember(request, backend, target, Remembered(program, code, warnings))
-    return Compiled(program, backend, code, warnings)
+    leading = None if lead is None else (lead.program, lead.code)
+    remember(request, backend, target, Remembered(program, code, warnings, leading))
+    return Compiled(program, backend, code, warnings, lead=lead)
+
+
+def find_lead(
+    model: FlatModel, dae: Dae, backend: Backend, clock: Clock | None = None
+) -> Compiled | None:
+    """What leads to the start of a model that has simplified forms (`homotopy`)."""
+    program = stages.to_lead(model, clock) if dae.simplified else None
+    return None if program is None else Compiled.of(program, backend, clock)
 
 
 def find_program(

@@ -33,6 +33,7 @@ class Remembered(Data):
     program: Program
     code: str | bytes
     warnings: tuple[Diagnostic, ...]
+    lead: tuple[Program, str | bytes] | None = None  # what leads to its start
 
 
 class Checked(Data):
@@ -60,20 +61,30 @@ def remember_check(request: Request, target: Target, checked: Checked) -> None:
 
 def recall(request: Request, backend: Backend) -> Remembered | None:
     """What this request was compiled to before, None when that is not known any more."""
-    from planarc.ir.store import loads
-
     found = _recall(_MODELS, _key(request, backend.value, *_machine(backend)))
     try:
-        return Remembered(loads(found[0]), found[1], found[2]) if found else None
+        return _loaded(*found) if found else None
     except Exception:  # an entry that cannot be read is no entry
         return None
+
+
+def _loaded(
+    program: bytes, code: str | bytes, warnings: tuple[Diagnostic, ...], *lead: Any
+) -> Remembered:
+    from planarc.ir.store import loads
+
+    leading = (loads(lead[0]), lead[1]) if lead else None
+    return Remembered(loads(program), code, warnings, leading)
 
 
 def remember(request: Request, backend: Backend, target: Target, made: Remembered) -> None:
     """Keep what was compiled, with the content of the files that it came from."""
     from planarc.ir.store import dumps
 
-    entry = (dumps(made.program, made.program.table), made.code, made.warnings)
+    entry: tuple[Any, ...] = (dumps(made.program, made.program.table), made.code, made.warnings)
+    if made.lead is not None:
+        program, code = made.lead
+        entry += (dumps(program, program.table), code)
     _remember(_MODELS, _key(request, backend.value, *_machine(backend)), target, entry)
 
 

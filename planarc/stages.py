@@ -74,6 +74,19 @@ def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
         return lower(model)
 
 
+def to_lead(model: FlatModel, clock: Clock | None = None) -> Program | None:
+    """The program that goes from `simplified` to `actual` of each `homotopy`; None where it has
+    no structure that is the same all the way."""
+    from planarc.lower.pipeline import lower
+
+    try:
+        with (clock or Clock()).phase("lower"):
+            dae = lower(model, blended=True)
+        return to_program(to_sorted(dae, clock), clock)
+    except PlanarcError:
+        return None
+
+
 def find_mechanism(dae: Dae) -> Mechanism | None:
     """The links and joints of a model, for insight; the run needs nothing of it."""
     from planarc.insight.attachment import locked

@@ -118,18 +118,21 @@ class Model:
     def __getstate__(self) -> dict[str, Any]:
         from planarc.ir.store import dumps
 
-        program = self.program
-        codes = {b: c.code for b, c in self._compiled.items()}
+        program, lead = self.program, self.compiled().lead
+        codes = {b: (c.code, c.lead and c.lead.code) for b, c in self._compiled.items()}
+        leading = None if lead is None else dumps(lead.program, lead.program.table)
         return {"request": self.request, "backend": self.backend, "warnings": self.warnings,
-                "program": dumps(program, program.table), "codes": codes}  # fmt: skip
+                "program": dumps(program, program.table), "lead": leading,
+                "codes": codes}  # fmt: skip
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         from planarc.ir.store import loads
 
         self.request, self.backend = state["request"], state["backend"]
-        program = loads(state["program"])
+        program, lead = loads(state["program"]), state["lead"] and loads(state["lead"])
         self._compiled = {
-            b: Compiled(program, b, code, state["warnings"]) for b, code in state["codes"].items()
+            b: Compiled(program, b, code, state["warnings"], lead=lead and Compiled(lead, b, way))
+            for b, (code, way) in state["codes"].items()
         }
         self._variants, self._variables, self._driven, self._otherwise = {}, None, {}, None
 
@@ -287,7 +290,8 @@ class Model:
         if backend not in self._compiled:
             known = next(iter(self._compiled.values()))
             code = to_code(known.program, backend)
-            self._compiled[backend] = replace(known, backend=backend, code=code)
+            lead = None if known.lead is None else Compiled.of(known.lead.program, backend)
+            self._compiled[backend] = replace(known, backend=backend, code=code, lead=lead)
         return self._compiled[backend]
 
     def with_parameters(

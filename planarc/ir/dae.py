@@ -29,6 +29,8 @@ TERMINAL = "$terminal"
 EDGE = "$edge"
 #: A parameter: the time at which the run starts, for start values that depend on it.
 START_TIME = "$start"
+#: The part of `actual` in what `homotopy` gives, of a model that leads to a start
+HOMOTOPY = "$homotopy"
 #: A parameter of models with redundant joints, which moves the forces that are open; with an
 #: index the multipliers that make these least squares (`structure.sharing`). None is a result.
 SHARING = "$sharing"
@@ -260,3 +262,4 @@ class Dae(Located):
     description: str = ""
     span: Span = NOWHERE
     warnings: tuple[Diagnostic, ...] = ()
+    simplified: bool = False  # True where simplified forms of `homotopy` were left out

@@ -7,6 +7,7 @@ its own, or None.
     formulas   derivatives by the expressions          kernels of generated code
     start      residuals and differences in one call   native kernels
     machine    addresses for an integrator in C        native kernels
+    lead       a way to the start                      models with simplified equations
 
 Example: an integrator with a Jacobian of its own takes the kernel's where it is offered.
 
@@ -16,10 +17,11 @@ Example: an integrator with a Jacobian of its own takes the kernel's where it is
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, MutableSequence, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from planarc.core.data import Data
+from planarc.ir.program import Program
 from planarc.runtime.history import History
 
 if TYPE_CHECKING:
@@ -91,12 +93,17 @@ class Machine(Protocol):
         `matrix_numbers` is the address of SUNDIALS' function that gives a matrix's numbers."""
 
 
+#: The program that leads to a start from simplified equations (`dae.HOMOTOPY`), loaded.
+Lead: TypeAlias = "Callable[[], tuple[Program, Kernel]]"
+
+
 class Capabilities(Data):
     """The abilities of a kernel besides evaluating; None where it lacks one."""
 
     formulas: Formulas | None = None
     start: StartForm | None = None
     machine: Machine | None = None
+    lead: Lead | None = None
 
 
 class Kernel(Protocol):

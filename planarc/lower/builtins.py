@@ -93,6 +93,19 @@ def _first(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
     return a[0]
 
 
+def _homotopy(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+    """What leads from the simplified form to the actual one, which need have no value yet where
+    that begins."""
+    t = scope.table
+    way = t.symbol(dae.HOMOTOPY)
+
+    def blend(actual: Expr, simplified: Expr) -> Expr:
+        mixed = t.add(t.mul(way, actual), t.mul(t.sub(t.one, way), simplified))
+        return t.if_(t.less_equal(way, t.zero), simplified, mixed)
+
+    return each(blend, *a)
+
+
 def _semi_linear(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     t = scope.table
     x, positive, negative = (expr(v) for v in a)
@@ -144,7 +157,7 @@ _BUILTINS: Mapping[str, Builtin] = {
     "initial": lambda scope, _a, _span: scope.table.symbol(dae.INITIAL),
     "terminal": lambda scope, _a, _span: scope.table.symbol(dae.TERMINAL),
     "delay": delays.delay,
-    "homotopy": _first,
+    "homotopy": _homotopy,
     "semiLinear": _semi_linear,
     "size": _size,
     "ndims": lambda scope, a, _span: scope.table.const(len(shape_of(a[0]))),

@@ -32,19 +32,21 @@ from planarc.lower.values import Text, Value, expr
 from planarc.runtime.tensor import Tensor
 
 
-def lower(source: flat.FlatModel) -> dae.Dae:
-    """The scalar model. Raises PlanarcError (codes L3xx)."""
+def lower(source: flat.FlatModel, blended: bool = False) -> dae.Dae:
+    """The scalar model; a `blended` one goes from `simplified` to `actual` of each `homotopy` with
+    the parameter `dae.HOMOTOPY`. Raises PlanarcError (codes L3xx)."""
     try:
-        return _lower(source)
+        return _lower(source, blended)
     except RecursionError:
         raise error(
             "L300", "an expression is nested too deeply", source.span, hint="split the expression"
         ) from None
 
 
-def _lower(source: flat.FlatModel) -> dae.Dae:
+def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     source = release_parameters(source)
-    model = Model(Exprs(), {f.name: f for f in source.functions}, inline)
+    model = Model(Exprs(), {f.name: f for f in source.functions}, inline, blended=blended)
+    way = _way(model) if blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))
     into = Lowered()
@@ -63,7 +65,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         name=source.name,
         table=model.table,
         variables=(*classified.variables, *(v for v, _ in model.delayed)),
-        parameters=(*start_time, *_freeze(model, classified.parameters)),
+        parameters=(*way, *start_time, *_freeze(model, classified.parameters)),
         equations=(*continuous, *(e for _, e in model.delayed)),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
@@ -82,6 +84,7 @@ def _lower(source: flat.FlatModel) -> dae.Dae:
         description=source.description,
         span=source.span,
         warnings=(*source.warnings, *model.warnings),
+        simplified=model.simplified,
     )
 
 
@@ -160,6 +163,12 @@ def _freeze(model: Model, parameters: Sequence[dae.Parameter]) -> Iterator[dae.P
     for p in parameters:
         frozen = p.name in model.frozen
         yield replace(p, structural=True, settable=False) if frozen else p
+
+
+def _way(model: Model) -> tuple[dae.Parameter, ...]:
+    """The parameter `dae.HOMOTOPY`."""
+    model.parameters.add(dae.HOMOTOPY)
+    return (dae.Parameter(dae.HOMOTOPY, dae.Kind.REAL, model.table.one, settable=True),)
 
 
 def _start_time(

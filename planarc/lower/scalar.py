@@ -243,6 +243,9 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
         case "pre":
             before = _unassigned(scope, e.arguments[0])
             return builtins.call(scope, "pre", (before,), e.span)
+        case "homotopy" if not scope.model.blended:
+            scope.model.simplified = True
+            return lower_expression(scope, e.arguments[0])
         case "edge" | "change":
             pair = lower_expression(scope, e.arguments[0]), _unassigned(scope, e.arguments[0])
             return builtins.call(scope, e.function, pair, e.span)

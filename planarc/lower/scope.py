@@ -73,6 +73,8 @@ class Model(Struct, dict=True):
     impure_calls: int = 0
     #: the phase of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
+    blended: bool = False  # `homotopy` gives actual and simplified values in parts
+    simplified: bool = False  # True when a simplified form was left out
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)
 
     @cached_property

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import isclose
+from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.interruption import Interruption
@@ -30,6 +31,7 @@ from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
+from planarc.solve.lead import lead, request_of
 from planarc.solve.messages import failure
 from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
@@ -44,6 +46,9 @@ from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, 
 from planarc.solve.start import sharing
 from planarc.solve.start.solve import solve_start
 from planarc.solve.states.exchange import GoOn, States
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
 
 Progress = Callable[[float], None]
 
@@ -107,27 +112,9 @@ class Run:
             if found.severity is Severity.ERROR:
                 raise PlanarcError(found)
             self.warnings.append(found)
-        self.events.begin(t)
-        self.delays.begin(t)
-        for _ in range(START_ROUNDS):
-            given = frozenset(self.request.starts)
-            start = solve_start(self.program, self.kernel, t, given, rescue=self.rescue)
-            self.kernel.accept(t)
-            self.states.choose(t, start.held[: len(self.program.candidates)])
-            y = self.states.values()
-            delayed = self.delays.settle_start(t)
-            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
-                break
-        else:
-            if delayed:
-                raise not_settled(self.program)
-            raise error(
-                "R433",
-                "the relations and the start values do not agree: they switch to and fro",
-                self.program.relations[0].span if len(self.program.relations) == 1 else None,
-                hint="write start values that lie clearly on one side of each relation",
-            )
-        self.held = start.held
+        self._open(t)
+        self.held = self.settle(t, self._led(t))
+        y = self.states.values()
         self.rescue.begun = True
         self.kernel.outputs(t, y)
         done = self.events.finish_start(t, y)
@@ -153,6 +140,49 @@ class Run:
             raise PlanarcError(self.ended)
         if self.program.sharing is not None and self.ended is None:
             self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
+
+    def _open(self, t: float) -> None:
+        self.events.begin(t)
+        self.delays.begin(t)
+
+    def settle(self, t: float, near: Vector | None = None) -> tuple[Held, ...]:
+        """Start values, near to a place that is known to be good, and what is true there."""
+        delayed: bool = False
+        for _ in range(START_ROUNDS):
+            given = frozenset(self.request.starts)
+            start = solve_start(self.program, self.kernel, t, given, rescue=self.rescue, near=near)
+            self.kernel.accept(t)
+            self.states.choose(t, start.held[: len(self.program.candidates)])
+            delayed = self.delays.settle_start(t)
+            y = self.states.values()
+            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
+                return start.held
+        if delayed:
+            raise not_settled(self.program)
+        raise error(
+            "R433",
+            "the relations and the start values do not agree: they switch to and fro",
+            self.program.relations[0].span if len(self.program.relations) == 1 else None,
+            hint="write start values that lie clearly on one side of each relation",
+        )
+
+    def _led(self, t: float) -> Vector | None:
+        """The candidates where the way from simplified equations ends, if there is one."""
+        load = self.kernel.capabilities.lead
+        if load is None:
+            return None
+        program, kernel = load()
+        run = Run(
+            program,
+            kernel,
+            request_of(program, self.program, self.kernel, self.request),
+            self.backend,
+        )
+        try:
+            run._open(t)
+            return lead(self.program, self.kernel, run, t)
+        finally:
+            run.close()
 
     def restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
         """Go on from here; the point becomes the one that nonlinear blocks start from."""

@@ -40,6 +40,7 @@ class Rescue:
         self.leapt: tuple[str, ...] = ()
         self.moved = 0.0
         self.begun = False
+        self.resting = False  # True where another root than the nearest would be no help
         self._left = MOST_FAILURES
 
     def overcome(self, t: float, call: Callable[[], int]) -> int:
@@ -47,7 +48,7 @@ class Rescue:
         flag = call()
         for _ in self.program.blocks:
             block = self._failed() if flag else -1
-            if block < 0:
+            if block < 0 or self.resting:
                 break
             flag = self._climb(t, block, call)
             if block in self.tried:

@@ -60,19 +60,24 @@ def solve_start(
     given: frozenset[int] = frozenset(),
     judge: Callable[[System, Vector], None] = refuse_redundancy,
     rescue: Rescue | None = None,
+    near: Vector | None = None,
 ) -> Start:
     """Leaves the workspace at the start values found. `given` are the slots of start values
     that the user sets for this run: they count as written. `judge` is shown the assembled
-    mechanism, before it is known whether it can move."""
+    mechanism, before it is known whether it can move. `near` are the candidates at a place that
+    is better as a guess than start values that nothing holds."""
     import numpy as np
 
-    guess = [float(kernel.w[c.start]) for c in program.candidates]
+    u0 = np.array([float(kernel.w[c.start]) for c in program.candidates])
     system = System(program, kernel, t, given, rescue=rescue)
     if not system.rows and not any(system.written(f) for f in program.fixed):
-        held = [True] * len(guess)
-        return _finish(system, np.array(guess), held, judge)
-    u0 = np.array(guess)
-    choice = choose_held(system, u0)
+        return _finish(system, u0, [True] * len(u0), judge)
+    if near is None:
+        choice = choose_held(system, u0)
+    else:
+        starts = u0
+        choice = choose_held(system, np.where([*map(system.written, program.candidates)], u0, near))
+        u0 = np.where(choice.held, starts, near)
     values = assemble(system.holding(choice.others), u0, choice)
     if values is None or not is_confirmed(system, values, choice):
         again = choose_closed(system, u0)
@@ -83,7 +88,7 @@ def solve_start(
     if values is None:
         raise start_failure.explain(system, u0, choice)
     if sharing.missed(system, values):
-        return solve_start(sharing.strict(program), kernel, t, given, judge, rescue)
+        return solve_start(sharing.strict(program), kernel, t, given, judge, rescue, near)
     refuse_singular(system, u0, values, choice)
     return _finish(system, values, choice.held, judge)
 

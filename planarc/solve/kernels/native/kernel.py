@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.frame import Frame, Mode, Number, Record
-from planarc.ir.kernel import Addresses, Capabilities
+from planarc.ir.kernel import Addresses, Capabilities, Lead
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -43,9 +43,14 @@ class NativeKernel(Derived):
     w: Any
 
     def __init__(
-        self, program: Program, code: bytes, slopes: Callable[[Scope], Any] | None = None
+        self,
+        program: Program,
+        code: bytes,
+        slopes: Callable[[Scope], Any] | None = None,
+        lead: Lead | None = None,
     ) -> None:
         super().__init__(program, slopes)
+        self._lead = lead
         self._engine = engine = _engine(code)
         made = find_layout(program)
         self._place = made.place
@@ -83,7 +88,7 @@ class NativeKernel(Derived):
 
     @property
     def capabilities(self) -> Capabilities:
-        return Capabilities(formulas=self, start=self, machine=self)
+        return Capabilities(formulas=self, start=self, machine=self, lead=self._lead)
 
     def _bind(self, engine: Engine) -> None:
         frame = ctypes.c_void_p(self._frame.ctypes.data)

@@ -10,7 +10,7 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.kernel import Capabilities
+from planarc.ir.kernel import Capabilities, Lead
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -39,9 +39,14 @@ class NumpyKernel(Derived):
     """See `planarc.ir.kernel.Kernel`."""
 
     def __init__(
-        self, program: Program, source: str, slopes: Callable[[Scope], Any] | None = None
+        self,
+        program: Program,
+        source: str,
+        slopes: Callable[[Scope], Any] | None = None,
+        lead: Lead | None = None,
     ) -> None:
         super().__init__(program, slopes)
+        self._lead = lead
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
         self.failed_equation = -1
@@ -74,7 +79,7 @@ class NumpyKernel(Derived):
 
     @property
     def capabilities(self) -> Capabilities:
-        return Capabilities(formulas=self)
+        return Capabilities(formulas=self, lead=self._lead)
 
     @property
     def open_block(self) -> int:
