@@ -200,7 +200,8 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
 
 
 def assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
-    condition, text = holds(scope, e.condition), message(scope, e.message)
+    condition = holds(scope, e.condition)
+    text = message(scope.where(scope.table.not_(condition)), e.message)
     return dae.Assertion(condition, text, e.warning, e.component, e.span)
 
 
@@ -213,6 +214,9 @@ def holds(scope: Scope, e: flat.Expression) -> Expr:
 
 
 def message(scope: Scope, e: flat.Expression) -> dae.Message:
+    """A text for the user, which is made where the scope's path comes to it."""
+    if scope.path is scope.table.false:
+        return dae.Message(())
     text = lower_expression(scope, e)
     return dae.Message(text.parts if isinstance(text, Text) else ())
 

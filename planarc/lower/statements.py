@@ -319,10 +319,8 @@ class Runner(Struct):
 
     def check(self, s: flat.Assert) -> None:
         here = self.here()
-        condition = scalar.holds(here, s.condition)
-        if condition is not self.scope.table.true:
-            text = scalar.message(here, s.message)
-            found = dae.Assertion(condition, text, s.warning, s.component, s.span)
+        found = scalar.assertion(here, s)
+        if found.condition is not self.scope.table.true:
             self.scope.model.assertions.append(found)
 
     def refuse(self, s: flat.Statement) -> None:

@@ -479,3 +479,23 @@ def test_a_function_that_was_handed_in_is_handed_on_with_an_input_bound(backend:
     expected = 100 * (10 * t + 0.5) + 5 + t
     assert result["a"] == pytest.approx(expected)
     assert result["b"] == pytest.approx(2 * expected)
+
+
+def test_the_text_of_an_assertion_is_made_only_where_it_is_shown(backend: Backend) -> None:
+    text = """model M
+      function told input Real x; output String s;
+      algorithm
+        assert(x > 2, "no text below two");
+        s := String(x);
+      end told;
+      Real x = time;
+    equation
+      assert(true, told(0));
+      assert(x < LIMIT, told(x), AssertionLevel.warning);
+      when time > 0.5 then
+        assert(x > 0.1, told(x));
+      end when;
+    end M;"""
+    assert run(text.replace("LIMIT", "2.5"), backend, stop=3).ended is None
+    ended = run(text.replace("LIMIT", "1"), backend, stop=3).ended
+    assert ended is not None and "no text below two" in ended.message

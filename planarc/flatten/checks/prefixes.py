@@ -5,7 +5,8 @@ Out:  errors F239, once for each declaration
 
     parameter, constant, discrete, input, output, flow, stream    not before a model or a block
     parameter, constant                     not before a connector
-    input, output, flow, stream             not before what has such a prefix inside
+    input, output                           not before what has a prefix of these four inside
+    flow, stream                            not before what has one of these two inside
     flow                                    before Reals only
 
 Reference: Modelica Language Specification 3.6, sections 4.4.2.2 and 9.3.
@@ -23,7 +24,12 @@ from planarc.ir import flat, syntax
 from planarc.ir.syntax import ClassKind
 
 _MODELS = (ClassKind.MODEL, ClassKind.BLOCK)
-_DIRECTIONS = ("input", "output", "flow", "stream")
+_CLASHING = {
+    "flow": ("flow", "stream"),
+    "stream": ("flow", "stream"),
+    "input": ("input", "output", "flow", "stream"),
+    "output": ("input", "output", "flow", "stream"),
+}
 
 
 def check_prefixes(instances: list[Instance], leaves: list[Leaf], session: Session) -> None:
@@ -58,8 +64,8 @@ def _component(instance: Instance, definition: syntax.Component) -> Iterator[Dia
     for word in sorted(refused):
         message = f"`{word}` cannot stand before a component of {kind}"
         yield Diagnostic("F239", message, definition.span, hint=f"remove `{word}`")
-    around = sorted((own | of_type).intersection(_DIRECTIONS) - refused)
-    inside = next(_directed(instance), None) if around else None
+    around = sorted((own | of_type).intersection(_CLASHING) - refused)
+    inside = next(_directed(instance, _CLASHING[around[0]]), None) if around else None
     if inside is not None:
         leaf, word = inside
         yield Diagnostic(
@@ -70,13 +76,13 @@ def _component(instance: Instance, definition: syntax.Component) -> Iterator[Dia
         )
 
 
-def _directed(instance: Instance) -> Iterator[tuple[Leaf, str]]:
-    """Variables that have a direction by their own declaration, with the word."""
+def _directed(instance: Instance, clashing: tuple[str, ...]) -> Iterator[tuple[Leaf, str]]:
+    """Variables that have one of the words by their own declaration, with the word."""
     for leaf in _leaves(instance):
         declared = leaf.element.definition
         if isinstance(declared, syntax.Component):
             types = (leaf.layout.causality.value, leaf.layout.flow.value)
-            words = [w for w in (*prefixes_of(declared), *types) if w in _DIRECTIONS]
+            words = [w for w in (*prefixes_of(declared), *types) if w in clashing]
             yield from ((leaf, word) for word in words[:1])
 
 

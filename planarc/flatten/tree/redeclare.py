@@ -11,7 +11,7 @@ The modifier of the constraining class stays under that of the redeclaration, an
 under that of the declaration where nothing is redeclared;
 without `constrainedby` the declaration itself is the constraint (7.3.2).
 
-Promises:  only replaceable elements are redeclared; the new class has every public
+Promises:  only replaceable elements are redeclared, or open sizes; the new class has every public
            component of the constraining one.
 Reference: Modelica Language Specification 3.6, sections 6.5 and 7.3.
 """
@@ -179,6 +179,26 @@ def inner_half(element: Element) -> Element:
     return element.inner
 
 
+def _only_sizes(element: Element, new: syntax.Component, scope: Scope) -> bool:
+    """Sizes that are left open may be redeclared where the class stays (7.3.3)."""
+    old = element.definition
+    assert isinstance(old, syntax.Component)
+    sizes = (*old.dimensions, *old.type_dimensions)
+    others = (*new.dimensions, *new.type_dimensions)
+    if old.prefixes.final or not any(isinstance(d, syntax.Colon) for d in sizes):
+        return False
+    if len(sizes) != len(others) or not all(map(_is_or_leaves_open, sizes, others)):
+        return False
+    own, other = lookup.find_class(element.scope, old.type), lookup.find_class(scope, new.type)
+    return own.definition is other.definition and old.variability is new.variability
+
+
+def _is_or_leaves_open(size: syntax.Expression, other: syntax.Expression) -> bool:
+    if isinstance(size, syntax.Integer) and isinstance(other, syntax.Integer):
+        return size.value == other.value
+    return isinstance(size, syntax.Colon)
+
+
 def _check_replaceable(element: Element, old: Span, new: Span) -> None:
     """Replaceable by its declaration, or by an earlier redeclaration that said so again."""
     prefixes, definition = element.definition.prefixes, element.definition
@@ -214,7 +234,8 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
         message = f"`{element.name}` is a component and is redeclared as a class"
         related = [Related("declared here", definition.span)]
         raise error("F240", message, new.name_span, related=related)
-    _check_replaceable(element, definition.span, new.span)
+    if not _only_sizes(element, new, redeclaration.scope):
+        _check_replaceable(element, definition.span, new.span)
     _check_fit(element, lookup.find_class(redeclaration.scope, new.type))
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)
     own = compile_modification(new.modification, redeclaration.scope)
