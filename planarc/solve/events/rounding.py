@@ -145,7 +145,8 @@ class Rounding:
         for _ in range(PASSES):
             self._temporaries.clear()
             self._errors = {
-                c.slot: EPSILON * abs(w[c.slot]) + d for c, d in zip(states, drift, strict=True)
+                c.slot: EPSILON * abs(float(w[c.slot])) + d
+                for c, d in zip(states, drift, strict=True)
             }
             for level in program.levels:
                 self._run(level)

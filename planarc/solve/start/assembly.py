@@ -11,6 +11,7 @@ there to where they were wanted.
 
 from __future__ import annotations
 
+from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.solve.start import newton
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+#: Of a start value, what Newton's method may leave as rounding.
+ROUNDING = 1e-14
 
 
 def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
@@ -46,6 +51,24 @@ def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
     return None if free is None else _move(system, free, u0, held)
 
 
+def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
+    """The candidates, those exactly at their guesses that lie there but for rounding: a speed of
+    -1e-31 would start friction that is to stick."""
+    import numpy as np
+
+    beside = (u != u0) & (abs(u - u0) <= ROUNDING * np.maximum(1.0, abs(u0)))
+    if not beside.any():
+        return u
+    rows, slopes = system(u), system.slopes(u)
+    if rows is None or slopes is None:
+        return u
+    sizes = abs(slopes)
+    rough = np.maximum(abs(rows), 4 * float_info.epsilon * (sizes @ abs(u)))
+    least = np.maximum(rough, newton.SMALL**2 * sizes.max(axis=1, initial=0.0))
+    moved = abs(rows[:, None] + slopes * (u0 - u))
+    return np.where(beside & (moved <= least[:, None]).all(axis=0), u0, u)
+
+
 def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
     u = u0.copy()
     for rows, columns in system.stages():
@@ -59,7 +82,7 @@ def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
             root = nearest_root(system, u, rows, columns, held)
         if not root.converged:
             return None
-        u = root.point
+        u = _unmoved(system, u0, root.point)
     return u
 
 

@@ -110,3 +110,39 @@ end M;
     )
     assert result["count"][-1] == 0
     assert result.statistics.events == 1
+
+
+STEADY = """
+model Held "A drive in steady state, held by friction: two filters, a spring, a bearing"
+  import Modelica.Mechanics.Rotational.Components.*;
+  Inertia motor(J=0.7), load(J=1.9);
+  SpringDamper shaft(c=830, d=2.3);
+  BearingFriction bearing(tau_pos=[0, 4; 10, 5]);
+  Modelica.Mechanics.Rotational.Sources.Torque drive;
+  Modelica.Mechanics.Rotational.Sources.ConstantTorque weight(tau_constant=-1.3);
+  Real i, u;
+equation
+  0.03*der(i) = 0.9 - i - 0.37*motor.w + 0.11*u;
+  0.7*der(u) = 0.41*i - u - 0.23*load.w + 0.05*load.phi;
+  drive.tau = 2.7*i;
+  connect(drive.flange, motor.flange_a);
+  connect(motor.flange_b, shaft.flange_a);
+  connect(shaft.flange_b, bearing.flange_a);
+  connect(bearing.flange_b, load.flange_a);
+  connect(weight.flange, load.flange_b);
+initial equation
+  der(i) = 0;
+  der(u) = 0;
+  motor.w - 0.3*load.w = 0;
+  motor.w + load.w = 0;
+  der(motor.w) = 0;
+end Held;
+"""
+
+
+def test_what_starts_at_rest_but_for_rounding_sticks(backend: Backend) -> None:
+    """The speeds are solved for with the rest, which leaves 1e-24 of them."""
+    result = run(STEADY, backend, stop=0.5)
+    assert result["load.w"][0] == result["motor.w"][0] == 0.0
+    assert not result["bearing.mode"].any()
+    assert result["i"][0] > 0.9
