@@ -442,12 +442,11 @@ class Run:
         if self.ended is not None:
             return
         self.events.finish()
-        t, y = self.integrator.t, self.integrator.y
         if self.events.present:  # nothing comes after it
+            t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)
             self._note(done.ended, done.warnings)
-            y = done.y
-        self._row_where_new(t, y)
+            self._row_where_new(t, done.y)
 
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
@@ -489,6 +488,7 @@ class Run:
         )
 
 
+@once
 def _followed(program: Program) -> tuple[int, ...]:
     """The slots of unknowns that follow a branch from point to point."""
     blocks = (b for b in program.blocks if not b.height and not b.linear)

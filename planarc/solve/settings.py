@@ -82,7 +82,7 @@ def resolve(program: Program, options: RunOptions) -> Request:
 
 def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     """Warnings of given values that lie outside of their bounds, or look like degrees (R409)."""
-    known, columns = _parameters(program), {c.name: c.unit for c in program.columns}
+    known, columns = _parameters(program), _units(program) if options.starts else {}
     found: list[tuple[str, str | None]] = []
     for name, value in options.values.items():
         low, high = known[name].minimum, known[name].maximum
@@ -265,6 +265,11 @@ def _startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, f
 @once
 def _parameters(program: Program) -> dict[str, ParameterSlot]:
     return {p.name: p for p in program.parameter_slots}
+
+
+@once
+def _units(program: Program) -> dict[str, str]:
+    return {c.name: c.unit for c in program.columns}
 
 
 def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:

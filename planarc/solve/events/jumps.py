@@ -13,6 +13,7 @@ Example: `Position(exact=true)` on a step.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.solve.once import once
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_part, owner
 from planarc.ir.program import Program
@@ -25,19 +26,18 @@ class Jumps:
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
-        slots = {c.name: c.slot for c in program.columns} | dict(program.slots)
-        positions = (n[8:-2] for n in program.slots if n.startswith("der(der("))
-        self._watched = [(n, slots[n]) for n in positions if n in slots]
+        self._watched = _positions(program)
         self._told = False
 
     def positions(self) -> list[float]:
-        return [float(self._kernel.w[slot]) for _, slot in self._watched]
+        w = self._kernel.w
+        return [float(w[slot]) for slot in self._watched.values()]
 
     def judge(self, t: float, before: list[float]) -> tuple[Diagnostic, ...]:
         """The warning, if the first position jumps at `t`."""
         if self._told:
             return ()
-        for (name, _), old, new in zip(self._watched, before, self.positions(), strict=True):
+        for name, old, new in zip(self._watched, before, self.positions(), strict=True):
             if abs(new - old) > _JUMP * max(1.0, abs(old), abs(new)):
                 self._told = True
                 return (self._jumped(name, old, new, t),)
@@ -53,3 +53,11 @@ class Jumps:
             Severity.WARNING,
             hint="move it without jumps, for example by `KinematicPTP2`",
         )
+
+
+@once
+def _positions(program: Program) -> dict[str, int]:
+    """The slots of positions, by name."""
+    slots = {c.name: c.slot for c in program.columns} | dict(program.slots)
+    positions = (n[8:-2] for n in program.slots if n.startswith("der(der("))
+    return {n: slots[n] for n in positions if n in slots}
