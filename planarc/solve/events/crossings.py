@@ -15,6 +15,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.events.instants import room
 from planarc.solve.events.rounding import Rounding
+from planarc.solve.once import once
 
 #: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14
@@ -47,8 +48,7 @@ class Crossings:
         self.heard = [0.0] * len(program.relations)
         self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
         self._rounding, self._start = Rounding(program, kernel), 0.0
-        tears = (x for b in program.blocks if not b.height for x in b.tears)
-        self._unknowns = [0, *(program.slots[repr(x)] for x in tears)]
+        self._unknowns = _unknowns(program)
 
     def truths(self) -> list[bool]:
         return [self.kernel.w[r.slot] != 0 for r in self.program.relations]
@@ -233,3 +233,10 @@ class Crossings:
     def amplitude(self, i: int, rise: float, since: float) -> float:
         """The height of a bounce that took the time `since`, as a part of the largest seen."""
         return abs(rise) / self._ahead * since / 4 / max(self.largest[i], 1e-300)
+
+
+@once
+def _unknowns(program: Program) -> tuple[int, ...]:
+    """The slots of the time and of the unknowns of blocks of the top."""
+    tears = (x for b in program.blocks if not b.height for x in b.tears)
+    return (0, *(program.slots[repr(x)] for x in tears))

@@ -82,6 +82,8 @@ class Delays:
 
     def begin(self, t: float) -> None:
         """Begin the past, before start values are solved for."""
+        if not self.present:
+            return
         self._history.start(t, self._last)
         self._free()
 

@@ -133,12 +133,11 @@ _BETWEEN = (2.0, 0.6180339887, 1.4142135623)
 
 def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
     """The zero functions of the relations of time alone."""
+    alone = {i: r.zero for i, r in enumerate(program.relations) if r.time_only}
+    if not alone:
+        return {}
     lets = {s.target: s.value for s in program.roots if isinstance(s, Let)}
-    return {
-        i: TimeFunction(program, kernel, relation.zero, lets)
-        for i, relation in enumerate(program.relations)
-        if relation.time_only
-    }
+    return {i: TimeFunction(program, kernel, zero, lets) for i, zero in alone.items()}
 
 
 def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:

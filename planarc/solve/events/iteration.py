@@ -97,6 +97,9 @@ class Events:
     def finish_start(self, t: float, y: Sequence[float]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         whens, done = self._whens, Processed(list(y))
+        if not self.present:
+            self._set_flag(INITIAL, False)
+            return done
         done.ended = whens.assign(t, whens.edges(initial=True))
         whens.act(t, whens.edges(initial=True), done, {})
         self._keep_pre()

@@ -13,10 +13,10 @@ Example: `Position(exact=true)` on a step.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.solve.once import once
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_part, owner
 from planarc.ir.program import Program
+from planarc.solve.once import once
 
 _JUMP = 1e-5  # in m or rad, or as a share of the larger value: smaller ones are rounding
 

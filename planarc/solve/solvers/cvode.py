@@ -79,6 +79,7 @@ MOST_PRODUCTS = 14
 #: Steps from one judgement of GMRES to the next, and from one of differences.
 JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
+_MADE = March(Outcome.BUDGET)
 _UNSOLVED = March(Outcome.FAILED, cause=Cause.BLOCK)
 
 #: Return flags of CVODE; every other failure is one of the setup.
@@ -310,12 +311,13 @@ class Cvode(Integrator):
     def step(self, limit: float) -> March:
         memory, time = self._session.memory, C.byref(self._time)
         flag = self._lib.CVode(memory, limit, self._vectors[0], time, ONE_STEP)
-        self._session.reraise()
+        if flag < 0:
+            self._session.reraise()
         return self._meaning(flag)
 
     def _meaning(self, flag: int) -> March:
         if flag in (0, WARNING):
-            return March(Outcome.BUDGET)
+            return _MADE
         if flag == _STOP_REACHED:
             return March(Outcome.LIMIT)
         if flag == _ROOT_FOUND:

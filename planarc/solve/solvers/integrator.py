@@ -154,14 +154,14 @@ class Integrator(ABC):
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         """March on; at `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""
-        kernel, past = self._kernel, self._settings.past
-        ydot = [0.0] * self._size
+        kernel, past, switches = self._kernel, self._settings.past, self._settings.relations
+        ydot, t = [0.0] * self._size, self.t
         for done in range(1, steps + 1):
-            begin = self.t
+            begin = t
             march = self.step(limit)
             if march.outcome is Outcome.FAILED:
                 return replace(march, steps=done - 1)
-            zeros = () if march.outcome is Outcome.ROOT else self._zeros()
+            zeros = self._zeros() if switches and march.outcome is not Outcome.ROOT else ()
             if zeros and self._dips.note(self.t, zeros):
                 march = self._dip() or march
             unsolved = March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import itemgetter, mul
 from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
@@ -39,13 +40,14 @@ class Poles:
         self.kernel, self.size = kernel, states
         self.places = np.zeros(2 * states, dtype=np.int64)
         self.trail = np.zeros(1 + 3 * states)
-        self.trail[0] = math.nan
-        self._slopes: list[float] = []  # of the last point, to tell quickly that no sign changed
+        self.begin([0] * (2 * states))
 
     def begin(self, places: Sequence[int]) -> None:
         """Go on anew, with these slots of the states and of their derivatives."""
         self.places[:] = places
-        self.trail[0], self._slopes = math.nan, []
+        self.trail[0] = math.nan
+        self._pick = itemgetter(0, *places)  # of the workspace: the time, states, derivatives
+        self._last: Sequence[float] = ()  # the last point that `note` took
 
     @property
     def point(self) -> tuple[float, list[float]]:
@@ -55,30 +57,27 @@ class Poles:
     def note(self) -> bool:
         """Take the point of the workspace, of a step's end or of the last row in the step; whether
         a pole lies before it."""
+        n, before = 1 + self.size, self._last
+        self._last = here = self._pick(self.kernel.w)
+        if not before or min(map(mul, before[n:], here[n:])) >= 0:
+            return False
         import numpy as np
 
-        n, before, (t, ends) = self.size, self._slopes, self._here()
-        self._slopes = ends[n:].tolist()
-        if not any(a * b < 0 for a, b in zip(before, self._slopes, strict=False)):
-            self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
-            return False
-        y0, f0, least = self.trail[1:].reshape(3, n)
-        y1, f1 = ends.reshape(2, n)
-        h = t - self.trail[0]
+        self.trail[: 2 * n - 1] = before
+        y0, f0, least = self.trail[1:].reshape(3, self.size)
+        y1, f1 = np.array(here[1:]).reshape(2, self.size)
+        h = here[0] - before[0]
         with np.errstate(all="ignore"):
             size = np.maximum(abs(f0), abs(f1))
             missed = abs(y1 - y0 - h * (f0 + f1) / 2)
             odd = (f0 * f1 < 0) & (size > least) & (missed > MISFIT * h * size)
-        if odd.any() and self.lies_before():
-            return True
-        self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
-        return False
+        return bool(odd.any()) and self.lies_before()
 
     def _here(self) -> tuple[float, Vector]:
         import numpy as np
 
-        w = self.kernel.w
-        return float(w[0]), np.array([w[s] for s in self.places.tolist()])
+        t, *ends = self._pick(self.kernel.w)
+        return float(t), np.array(ends)
 
     def lies_before(self) -> bool:
         """Whether a derivative that changes its sign between the last point and the workspace's has

@@ -74,9 +74,11 @@ class PairBlock(Block):
             f /= v
         size = e if e > f else f
         self._small = size < QUADRATIC and e == e
-        if self._small and (self._count >= self._most or self._is_last()):
-            self._finish()
-            return x
+        if self._small:
+            known = (u > 1.0 or e <= QUADRATIC * u) and (v > 1.0 or f <= QUADRATIC * v)
+            if known or self._count >= self._most or self._is_last():
+                self._finish()
+                return x
         if not (e < 1e300 and f < 1e300) or self._count >= self._most:
             self._checked(None, residuals, matrix)
         a, b, c, d = abs(a), abs(b), abs(c), abs(d)
