@@ -20,7 +20,7 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, Severity, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
@@ -243,6 +243,7 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
         match e:
             case flat.Equality():
                 for left, right in _equality(scope, e):
+                    _doubt_itself(scope, left, right, e.span)
                     yield set_discrete(left, right, e.span)
             case flat.Reinit():
                 yield from reinit(scope, e)
@@ -254,6 +255,15 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
                 yield from _conditional(scope, e)
             case _:
                 raise error("L346", "a when-clause cannot stand inside of another one", e.span)
+
+
+def _doubt_itself(scope: Scope, left: Expr, right: Expr, span: Span) -> None:
+    """Warn of `n = n + 1`, which is meant as the next value and says the same one."""
+    if left.is_symbol and left in symbols(right):
+        message = f"`{left}` is given a value by itself: `{span.text}` is an equation"
+        hint = f"write `pre({left})` on the right for the value before the event"
+        found = Diagnostic("L317", message, span, Severity.WARNING, hint=hint)
+        scope.model.warnings.append(found)
 
 
 def set_discrete(left: Expr, right: Expr, span: Span) -> dae.SetDiscrete:

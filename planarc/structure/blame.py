@@ -42,6 +42,7 @@ class Misfit(Data):
     rivals: tuple[Equation, ...]  # own equations of the same part, those too many among them
     undecided: tuple[str, ...]
     naming: tuple[Equation, ...]  # own equations of the part of the undecided
+    over: tuple[Equation, ...] = ()  # all of the part with too many
 
 
 def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
@@ -58,6 +59,7 @@ def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
         _closest(_own(dae, parts.over_equations), too_many),
         tuple(dae.variables[v].name for v in free),
         _own(dae, parts.under_equations),
+        tuple(dae.equations[e] for e in parts.over_equations),
     )
 
 
@@ -77,6 +79,8 @@ def explain_misfit(
     under: tuple[Diagnostic, ...] = ()
     if misfit.rivals:
         over = (_too_many(dae, misfit, head),)
+    elif misfit.too_many:
+        over = _set_in_whens(dae, misfit.over, head)
     known = {v.name: v for v in dae.variables}
     own = [n for n in misfit.undecided if places.is_own(dae, known[n].span)]
     open_inputs = [n for n in misfit.undecided if n in inputs]
@@ -156,6 +160,23 @@ def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
     missing = [v for v in own if v.name not in given]
     undecided = [_undecided([v.name for v in missing], missing[0], (), head)] if missing else []
     return (*twice, *undecided)
+
+
+def _set_in_whens(dae: Dae, over: Iterable[Equation], head: str) -> tuple[Diagnostic, ...]:
+    """Of what a when-clause of the user's sets and a connection gives, too."""
+    actions = (a for when in dae.whens for branch in when.branches for a in branch[-1])
+    places_of = {
+        a.name: a.span for a in actions if isinstance(a, SetDiscrete) and places.is_own(dae, a.span)
+    }
+    for equation in over:
+        for e in postorder((equation.left, equation.right)):
+            if e.is_symbol and e.name in places_of and places.is_own(dae, equation.span):
+                message = f"`{e.name}` gets its value in a when-clause and from {equation.shown}"
+                other = (Related(f"{equation.shown} stands here", equation.span),)
+                hint = "remove one of them"
+                place = places_of[e.name]
+                return (Diagnostic("S302", message + head, place, hint=hint, related=other),)
+    return ()
 
 
 def _given_twice(name: str, spans: Sequence[Span], head: str) -> Diagnostic:

@@ -63,7 +63,8 @@ def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
     """The pairs of single connectors of one connect equation."""
     left, right = _both(node, env)
     if left is None or right is None:
-        if left is not None or right is not None:
+        neither = left is None and right is None
+        if not neither or len(node.left.parts) == len(node.right.parts) == 2:
             _warn_absent(node.left if left is None else node.right, env)
         return []  # a conditional connector is not there
     pairs: list[tuple[object, object]] = [(left, right)]
@@ -90,7 +91,7 @@ def _both(node: syntax.Connect, env: Env) -> tuple[object | None, object | None]
 
 
 def _warn_absent(ref: syntax.Ref, env: Env) -> None:
-    """A connector of a component, switched off there, is connected to something that exists.
+    """A connector of a component, switched off there, is connected to that of another one.
 
     A class's own conditional connectors are connected to its inside without a word.
     """

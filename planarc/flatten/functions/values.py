@@ -20,13 +20,20 @@ from planarc.flatten.tree.nodes import Class, Env, Family, Instance, Leaf, Signa
 from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
 
+_INTEGRAL = "write `der(y) = x` for the integral y of x"
+#: What is said in another way than by a function.
+_OTHERWISE = {
+    **dict.fromkeys(("integral", "integrate", "int"), _INTEGRAL),
+    **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
+}
+
 
 def function_class(ref: syntax.Ref, env: Env) -> Class:
     """The class that the name of a called function means."""
     if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
         if len(ref.parts) == 1:
             names = [*builtins.names(), *naming.names_in_sight(env.scope)]
-            hint = did_you_mean(ref.parts[0].name, names)
+            hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
             raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
         raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
     view = references.resolve(ref, env)

@@ -33,6 +33,12 @@ def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcE
 _WHOLE = {
     "pi": "`Modelica.Constants.pi`",
     "PI": "`Modelica.Constants.pi`",
+    "rpm": "`Modelica.Units.Conversions.from_rpm(...)`: speeds are in rad/s",
+    "deg": "`Modelica.Units.Conversions.from_deg(...)`: angles are in rad",
+    **dict.fromkeys(("float", "double", "var", "real"), "`Real`"),
+    **dict.fromkeys(("int", "integer"), "`Integer`"),
+    **dict.fromkeys(("bool", "boolean"), "`Boolean`"),
+    **dict.fromkeys(("str", "string"), "`String`"),
     "world": "`inner PlanarMultiBody.World world;` among the declarations",
 }
 

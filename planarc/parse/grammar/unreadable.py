@@ -11,7 +11,7 @@ from planarc.core.source import Source, Span
 _HINTS = {
     "!": "write `<>` for not equal, `not` for the opposite",
     "&": "write `and`",
-    "|": "write `or`",
+    "|": "write `or`, and `abs(x)` for a size",
     "%": "write `mod(a, b)` for a remainder, `//` for a comment",
     "#": "write `//` for a comment",
     "~": "write `not`",
@@ -75,7 +75,9 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
             quotes = Once("P104", message, Span(source, begin, end), hint=hint, kind="quotes")
             errors.append(quotes)
             return end
-    errors.append(Diagnostic("P104", message, Span(source, begin, end), hint=hint))
+    found = Diagnostic("P104", message, Span(source, begin, end), hint=hint)
+    bars = Once("P104", message, found.span, hint=hint, kind="bars")  # two of them are one size
+    errors.append(bars if character == "|" else found)
     return end
 
 

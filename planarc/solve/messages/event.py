@@ -47,7 +47,9 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     """`values`: truths of relations and discrete values of the last iterations at `t`."""
     names = [_named(r) for r in program.relations]
     names += [f"`{d.name}`" for d in program.discretes]
-    spans = [r.span for r in program.relations] + [None for _ in program.discretes]
+    actions = (a for w in program.whens for branch in w.branches for a in branch[-1])
+    places = {a.name: a.span for a in actions if isinstance(a, SetDiscrete)}
+    spans = [*(r.span for r in program.relations), *(places.get(d.name) for d in program.discretes)]
     owners = [r.component for r in program.relations]
     owners += [d.name.rpartition(".")[0] for d in program.discretes]
     columns = zip(*values, strict=True)
