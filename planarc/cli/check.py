@@ -50,7 +50,7 @@ def check(
     if every:
         return _check_all(target, class_name, library, units, as_json)
     from planarc.core.clock import Clock
-    from planarc.probe.check import check_model
+    from planarc.probe.check import check_model, summary_of
 
     clock = Clock()
     request = replace(make_request(target, class_name, library), units=units)
@@ -66,28 +66,9 @@ def check(
         console.say(outcome.as_json())
         return 0
     console.complain(warnings)
-    console.say(
-        f"{found.name} is complete: {found.equations_before} equations for as many unknowns, "
-        f"{found.equations_after} after reduction, {found.states} states"
-    )
-    if found.mechanism is not None and found.mechanism.bodies:
-        console.say(_told(found.mechanism, found.mobility))
+    for line in summary_of(found):
+        console.say(line)
     return 0
-
-
-def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
-    from planarc.insight.facts import count_text
-
-    text = count_text(mechanism)
-    if mobility is None:
-        return text
-    told = "all conditions are independent"
-    if mobility.dependent:
-        verb = "condition follows" if mobility.dependent == 1 else "conditions follow"
-        told = f"{mobility.dependent} {verb} from the others"
-        if mobility.redundant is not None:
-            told += ", in every position: `--redundant accept` shares the forces"
-    return f"{text}, {mobility.rank} by rank at the start ({told})"
 
 
 def _counts(mechanism: Mechanism | None, mobility: Mobility | None) -> dict[str, int | None] | None:

@@ -24,6 +24,7 @@ from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
 from planarc.ir import syntax
 from planarc.probe.check import Seen, look_at
+from planarc.remembered import Checked
 from planarc.request.request import Target
 from planarc.request.uses import check_versions
 
@@ -58,7 +59,8 @@ def ask(wanted: Wanted) -> None:
 class Finding(Data):
     name: str
     diagnostics: tuple[Diagnostic, ...] = ()
-    seen: Seen | None = None
+    checked: Checked | None = None
+    seen: Seen | None = None  # until its facts are told
 
     @property
     def ok(self) -> bool:
@@ -100,7 +102,7 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
         mobility = seen.checked.mobility
         redundant = None if mobility is None else mobility.redundant
         more = () if redundant is None else (redundant,)
-        return Finding(name, (*seen.checked.warnings, *more), seen)
+        return Finding(name, (*seen.checked.warnings, *more), seen.checked, seen)
     except PlanarcError as problem:
         return Finding(name, tuple(problem.diagnostics))
     except Overtaken:

@@ -14,6 +14,7 @@ from pygls.uris import from_fs_path, to_fs_path
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Source, Span
 from planarc.editor.complete import Item, Sort
+from planarc.editor.fixes import Fix
 from planarc.editor.symbols import Symbol
 
 _SEVERITIES = {
@@ -133,6 +134,17 @@ def completion(item: Item, written: lsp.Range) -> lsp.CompletionItem:
         text_edit=lsp.TextEdit(written, item.insert or item.name),
         data={"class": item.of} if item.of else None,
     )
+
+
+def action(fix: Fix, told: lsp.Diagnostic, uri: str, units: Units) -> lsp.CodeAction:
+    kind, title = lsp.CodeActionKind.QuickFix, fix.title
+    if fix.accepts_redundancy:
+        accept = {"uri": uri, "redundant": "accept"}
+        command = lsp.Command(title, "planarc.simulate", arguments=[accept])
+        return lsp.CodeAction(title, kind, diagnostics=[told], command=command)
+    edits = [lsp.TextEdit(units.range(e.span), e.text) for e in fix.edits]
+    edit = lsp.WorkspaceEdit({uri: edits})
+    return lsp.CodeAction(title, kind, diagnostics=[told], edit=edit)
 
 
 def symbol(found: Symbol, units: Units) -> lsp.DocumentSymbol:

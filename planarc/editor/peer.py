@@ -16,18 +16,29 @@ from pathlib import Path
 from typing import Any
 
 from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, default_converter
+from pygls.protocol.json_rpc import JsonRPCNotification, JsonRPCRequestMessage
 from pygls.protocol.language_server import lsp_method
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.editor import convert
 from planarc.editor.convert import Units, path_of
+from planarc.editor.runs import Pages
 from planarc.editor.session import Session
 from planarc.editor.texts import Text
 
 _log = logging.getLogger("planarc.editor")
 _PARSE_ERROR = -32700
+
+
+class RequestFailed(JsonRpcException):
+    """A request that is right, but cannot be carried out; the client shows the reason."""
+
+    CODE = -32803
+    MESSAGE = "request failed"
+
 
 Handled = Generator[Any, Any, None]
 
@@ -47,6 +58,23 @@ class _Protocol(LanguageServerProtocol):
     def lsp_text_document__did_close(self, params: lsp.DidCloseTextDocumentParams) -> Handled:
         yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CLOSE], (params,), None
 
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """A message as an object; who sent a malformed question is told so."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as problem:
+            if data.get("id") is not None and "method" in data:
+                self._send_response(data["id"], error=problem.to_response_error())
+            raise
+
+
+def _converter() -> Any:
+    """The protocol's converter; the parameters of our own requests stay plain."""
+    converter: Any = default_converter()  # type: ignore[no-untyped-call]
+    for kind in (JsonRPCRequestMessage, JsonRPCNotification):
+        converter.register_structure_hook(kind, lambda data, cls: cls(**data))
+    return converter
+
 
 class Peer(LanguageServer):
     """What a client said of itself, and the session behind it."""
@@ -57,11 +85,12 @@ class Peer(LanguageServer):
             version("planarc"),
             text_document_sync_kind=lsp.TextDocumentSyncKind.Incremental,
             protocol_cls=_Protocol,
-            converter_factory=default_converter,
+            converter_factory=_converter,
         )
         self.units = Units()
         self.options: dict[str, Any] = {}
-        self.session = Session(self._published, self._failed, pause)
+        self.session = Session(self._published, self._learned, self._failed, pause)
+        self.pages = Pages()
         self._uris: dict[Path, str] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -127,6 +156,7 @@ class Peer(LanguageServer):
 
     def forget(self, uri: str) -> None:
         self.session.close(path_of(uri))
+        self.pages.close(path_of(uri))
         self._uris.pop(path_of(uri), None)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
@@ -139,6 +169,19 @@ class Peer(LanguageServer):
 
     def _failed(self, problem: Exception) -> None:
         _log.error("the check of a text failed", exc_info=problem)
+
+    def _learned(self, text: Text) -> None:
+        """Let the pages of a text follow, and the editor ask again for what stands beside it."""
+        try:
+            self.pages.follow(self.session.shelf, text)
+        except PlanarcError as problem:
+            _log.info("a live page cannot follow: %s", problem)
+        workspace = self.client_capabilities.workspace
+        if workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support:
+            self.in_loop(self._refresh)
+
+    def _refresh(self) -> None:
+        self.workspace_inlay_hint_refresh(None)
 
     def _published(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
         self.in_loop(lambda: self._tell(text, found, done))
@@ -159,8 +202,8 @@ class Peer(LanguageServer):
         classes = []
         for finding in self.session.findings(text.path).values():
             told: dict[str, object] = {"class": finding.name, "ok": finding.ok}
-            if finding.seen is not None:
-                found = finding.seen.checked
+            if finding.checked is not None:
+                found = finding.checked
                 told |= {"states": found.states, "equations": found.equations_after}
                 if found.mechanism is not None:
                     told["mobility"] = found.mechanism.mobility

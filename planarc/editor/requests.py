@@ -9,31 +9,24 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from lsprotocol import types as lsp
-from pygls.exceptions import JsonRpcException
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
-from planarc.editor import convert, tokens
+from planarc.editor import commands, convert, tokens
 from planarc.editor.complete import complete
 from planarc.editor.edits import formatted
+from planarc.editor.fixes import fixes_of
 from planarc.editor.folds import folds_of
+from planarc.editor.hints import hints_of, lenses_of
 from planarc.editor.hover import hover
 from planarc.editor.meaning import Meaning, meaning_at
-from planarc.editor.peer import Peer
+from planarc.editor.peer import Peer, RequestFailed
 from planarc.editor.references import uses_in, uses_of
 from planarc.editor.rename import Refusal, Renaming, check_place, rename
 from planarc.editor.signature import signature_at
 from planarc.editor.symbols import outline, search
 from planarc.editor.view import View
 from planarc.flatten.tree import sight
-
-#: The protocol's code of a request that is right, but cannot be carried out.
-FAILED = -32803
-
-
-class RequestFailed(JsonRpcException):
-    CODE = FAILED
-    MESSAGE = "request failed"
 
 
 def register(peer: Peer) -> None:
@@ -43,6 +36,7 @@ def register(peer: Peer) -> None:
     for method, slow in _SLOW.items():
         options = lsp.RenameOptions(True) if method == lsp.TEXT_DOCUMENT_RENAME else None
         peer.answer_slowly(method, slow, options)
+    commands.register(peer)
 
 
 def place(peer: Peer, params: Any) -> tuple[View, int]:
@@ -55,6 +49,14 @@ def _meaning(peer: Peer, params: Any) -> tuple[View, Meaning] | None:
     view, offset = place(peer, params)
     found = meaning_at(view, offset)
     return None if found is None or found[1] is None else (view, found[1])
+
+
+def _meaning_apart(peer: Peer, params: Any) -> Meaning | None:
+    """The meaning, looked up for another thread: a view is of one thread."""
+    text = peer.text_at(params.text_document.uri)
+    offset = peer.units.offset(text.source, params.position)
+    found = meaning_at(View(peer.session.shelf, text), offset)
+    return None if found is None else found[1]
 
 
 def _location(peer: Peer, span: Span) -> lsp.Location | None:
@@ -94,11 +96,11 @@ def _highlight(
 
 
 def _references(peer: Peer, params: lsp.ReferenceParams) -> list[lsp.Location] | None:
-    found = _meaning(peer, params)
+    found = _meaning_apart(peer, params)
     if found is None:
         return None
     session = peer.session
-    uses = uses_of(session.shelf, session.folders, found[1])
+    uses = uses_of(session.shelf, session.folders, found)
     if not params.context.include_declaration:
         uses = (u for u in uses if not u.declares)
     return [lsp.Location(peer.uri(u.text.path), peer.units.range(u.mention.span)) for u in uses]
@@ -117,11 +119,9 @@ def _prepare_rename(peer: Peer, params: lsp.PrepareRenameParams) -> lsp.Range | 
 
 
 def _rename(peer: Peer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    view, offset = place(peer, params)
-    found = meaning_at(view, offset)
     session = peer.session
     try:
-        meant = None if found is None else found[1]
+        meant = _meaning_apart(peer, params)
         renaming = rename(session.shelf, session.folders, meant, params.new_name)
         return _workspace_edit(peer, renaming, params.new_name)
     except Refusal as refusal:
@@ -210,6 +210,52 @@ def _format(peer: Peer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEd
     return [lsp.TextEdit(peer.units.range(e.span), e.text) for e in found]
 
 
+def _fixes(peer: Peer, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+    uri = params.text_document.uri
+    text = peer.text_at(uri)
+    start = peer.units.offset(text.source, params.range.start)
+    end = peer.units.offset(text.source, params.range.end)
+    found = []
+    for diagnostic in peer.session.diagnostics(text.path):
+        span = diagnostic.span
+        if span is None or span.source is not text.source or span.end < start or span.start > end:
+            continue
+        told = convert.diagnostic(diagnostic, peer.units, text.source)
+        for fix in fixes_of(text, diagnostic):
+            found.append(convert.action(fix, told, uri, peer.units))
+    return found
+
+
+def _hints(peer: Peer, params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
+    if peer.options.get("inlayHints") is False:
+        return []
+    text = peer.text_at(params.text_document.uri)
+    session = peer.session
+    start = peer.units.offset(text.source, params.range.start)
+    end = peer.units.offset(text.source, params.range.end)
+    known = {n: f for n in text.classes if (f := session.facts(text.path, n)) is not None}
+    return [
+        lsp.InlayHint(
+            peer.units.position(text.source, h.at), h.label, tooltip=h.tip, padding_left=True
+        )
+        for h in hints_of(text, session.findings(text.path), known, start, end)
+        if start <= h.at <= end
+    ]
+
+
+def _lenses(peer: Peer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+    uri = params.text_document.uri
+    text = peer.text_at(uri)
+    return [
+        lsp.CodeLens(
+            peer.units.range(lens.place),
+            lsp.Command(word, f"planarc.{word}", arguments=[{"uri": uri, "class": lens.name}]),
+        )
+        for lens in lenses_of(text)
+        for word in ("simulate", "view", "check")
+    ]
+
+
 def _quiet(handler: Callable[[Peer, Any], Any]) -> Callable[[Peer, Any], Any]:
     """An answer that is nothing where a file is gone or a class cannot be opened."""
 
@@ -238,6 +284,12 @@ _ANSWERS: dict[str, tuple[Callable[[Peer, Any], Any], Any]] = {
     lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: (_quiet(_tokens), _LEGEND),
     lsp.TEXT_DOCUMENT_FOLDING_RANGE: (_quiet(_folds), None),
     lsp.TEXT_DOCUMENT_FORMATTING: (_quiet(_format), None),
+    lsp.TEXT_DOCUMENT_CODE_ACTION: (
+        _quiet(_fixes),
+        lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]),
+    ),
+    lsp.TEXT_DOCUMENT_INLAY_HINT: (_quiet(_hints), None),
+    lsp.TEXT_DOCUMENT_CODE_LENS: (_quiet(_lenses), None),
 }
 #: Answers that may read many files: given by a thread of their own.
 _SLOW: dict[str, Callable[[Peer, Any], Any]] = {

@@ -42,6 +42,7 @@ def _watched(peer: Peer, params: lsp.DidChangeWatchedFilesParams) -> None:
 
 def _ended(peer: Peer, params: None) -> None:
     peer.session.stop()
+    peer.pages.stop()
 
 
 _LIFE: dict[str, Callable[..., Any]] = {

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Diagnostic
 from planarc.editor.check import Finding, Wanted, all_of, ask, check_text
 from planarc.editor.facts import Facts, facts_of
@@ -24,15 +26,20 @@ Publish = Callable[[Text, tuple[Diagnostic, ...], bool], None]
 
 class Session:
     def __init__(
-        self, publish: Publish, failed: Callable[[Exception], None], pause: float = 0.08
+        self,
+        publish: Publish,
+        learned: Callable[[Text], None],
+        failed: Callable[[Exception], None],
+        pause: float = 0.08,
     ) -> None:
         self.texts = Texts()
         self.shelf = Shelf(self.texts)
         self.folders: tuple[Path, ...] = ()
-        self._publish = publish
+        self._publish, self._learned = publish, learned
         self._findings: dict[Path, dict[str, Finding]] = {}
         self._views: dict[Path, View] = {}
         self._facts: dict[tuple[Path, str], Facts] = {}
+        self._told: dict[Path, tuple[Diagnostic, ...]] = {}
         self._touched: dict[Path, int] = {}
         self._worker = Worker(self._check, failed, pause)
 
@@ -61,6 +68,9 @@ class Session:
         self.texts.close(path)
         self._views.clear()
         self._findings.pop(path, None)
+        self._told.pop(path, None)
+        for key in [k for k in self._facts if k[0] == path]:
+            del self._facts[key]
 
     def stop(self) -> None:
         self._worker.stop()
@@ -86,6 +96,10 @@ class Session:
         """The last findings of a text's models by name."""
         return self._findings.get(path, {})
 
+    def diagnostics(self, path: Path) -> tuple[Diagnostic, ...]:
+        """The diagnostics of the last edition of a text that was checked."""
+        return self._told.get(path, ())
+
     def facts(self, path: Path, name: str) -> Facts | None:
         """What the last check of a class that was right told of its variables."""
         return self._facts.get((path, name))
@@ -105,9 +119,11 @@ class Session:
             if len(found) == 1:
                 self._publish(text, all_of(text, found), False)
         ask(wanted)
-        self._findings[path] = {f.name: f for f in found}
+        self._findings[path] = {f.name: replace(f, seen=None) for f in found}
+        self._told[path] = all_of(text, found)
         self._publish(text, all_of(text, found), True)
         for finding in found:
             ask(wanted)
             if finding.seen is not None:
                 self._facts[path, finding.name] = facts_of(finding.seen)
+        self._learned(text)

@@ -93,11 +93,15 @@ class Shelf:
         library.add_file(replace(text.tree, classes=tuple(unique.values()), within=None))
         return library
 
-    def roots(self, path: Path) -> tuple[Path, ...]:
-        """The roots of libraries: the package around a file, those of the settings, our own."""
+    def named(self, path: Path) -> tuple[Path, ...]:
+        """The package around a file, and the libraries of the settings that are there."""
         around = package_around(path)
         named = [p for p in self.libraries if p.exists()]
-        return roots_of(Request(libraries=(*((around,) if around else ()), *named)))
+        return (*((around,) if around else ()), *named)
+
+    def roots(self, path: Path) -> tuple[Path, ...]:
+        """The roots of libraries: those named, those of MODELICAPATH, our own."""
+        return roots_of(Request(libraries=self.named(path)))
 
     def _is_inside(self, library: Library, text: Text) -> bool:
         """True where the file of a text is found as one of a library's."""

@@ -113,8 +113,12 @@ class LiveServer:
             self._thread.join()
         self._server.server_close()
 
-    def _edited(self) -> None:
-        self.session.reload()
+    def follow(self, request: requests.Request) -> None:
+        """Show another edition of the model from now on."""
+        self._edited(request)
+
+    def _edited(self, request: requests.Request | None = None) -> None:
+        self.session.reload(request)
         for page in tuple(self._pages):
             page.put("edited")
 

@@ -109,10 +109,12 @@ class Session:
     def description(self) -> str:
         return self._base.model.description
 
-    def reload(self) -> None:
-        """Forget what was compiled, for a file was edited; the next answer tells of mistakes."""
+    def reload(self, request: Request | None = None) -> None:
+        """Forget what was compiled, for a file was edited, or a text that is no file yet; the
+        next answer tells of mistakes."""
         with self._lock:
             self._edition += 1
+            self._request = request or self._request
             try:
                 self._open()
                 self._trouble = None

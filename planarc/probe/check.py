@@ -13,6 +13,7 @@ of its four conditions is three, so that it moves with one degree of freedom.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -76,6 +77,31 @@ def look_at(target: Target, clock: Clock, start: bool = False) -> Seen:
             warnings = (*warnings, mechanism.locked)
         checked = replace(checked, mobility=found, warnings=warnings)
     return Seen(checked, flat, model)
+
+
+def summary_of(checked: Checked) -> Iterator[str]:
+    """What a check says of a model that is right, in a line or two."""
+    yield (
+        f"{checked.name} is complete: {checked.equations_before} equations for as many unknowns, "
+        f"{checked.equations_after} after reduction, {checked.states} states"
+    )
+    if checked.mechanism is not None and checked.mechanism.bodies:
+        yield _told(checked.mechanism, checked.mobility)
+
+
+def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
+    from planarc.insight.facts import count_text
+
+    text = count_text(mechanism)
+    if mobility is None:
+        return text
+    told = "all conditions are independent"
+    if mobility.dependent:
+        verb = "condition follows" if mobility.dependent == 1 else "conditions follow"
+        told = f"{mobility.dependent} {verb} from the others"
+        if mobility.redundant is not None:
+            told += ", in every position: `--redundant accept` shares the forces"
+    return f"{text}, {mobility.rank} by rank at the start ({told})"
 
 
 def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobility:

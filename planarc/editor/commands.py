@@ -1,0 +1,161 @@
+"""The commands that a client lets the server carry out, and planarc's own requests.
+
+planarc.simulate, planarc.check   {uri, class?}         {ok, text}, and a message
+planarc.view                      {uri, class?}         {url, class}, and the page is shown
+planarc.handbook                  {code}                {text}
+planarc/livePage, closePage       {uri, class?}         {url, class}
+planarc/partAt                    a position            {class, component}
+planarc/placeOf                   {uri, class, component}   a location
+planarc/models                    {textDocument}        [{class, range}]
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
+
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.options import Redundant
+from planarc.editor import runs
+from planarc.editor.convert import path_of
+from planarc.editor.hints import lenses_of
+from planarc.editor.meaning import name_place
+from planarc.editor.parts import part_at, place_of
+from planarc.editor.peer import Peer, RequestFailed
+
+Asked = dict[str, Any]
+
+
+def register(peer: Peer) -> None:
+    """Let a peer carry out the commands and answer the requests."""
+    for name, work in _COMMANDS.items():
+        peer.command(name)(_command(peer, work))
+    for method, answer in _REQUESTS.items():
+        peer.answer(method, _careful(answer))
+    for method, answer in _SLOW.items():
+        peer.answer_slowly(method, _careful(answer))
+
+
+def _command(peer: Peer, work: Callable[[Peer, Asked], Any]) -> Callable[..., Any]:
+    async def run(*arguments: Any) -> Any:
+        first = arguments[0] if arguments else None
+        return await asyncio.to_thread(_careful(work), peer, first)
+
+    return run
+
+
+def _careful(work: Callable[[Peer, Asked], Any]) -> Callable[[Peer, Any], Any]:
+    """Work that answers with the protocol's errors."""
+
+    def answer(peer: Peer, asked: Any) -> Any:
+        if not isinstance(asked, dict):
+            raise JsonRpcInvalidParams("one object is expected")
+        try:
+            return work(peer, asked)
+        except (KeyError, TypeError, AttributeError) as problem:
+            raise JsonRpcInvalidParams(f"{problem!r} is missing or wrong") from None
+        except (PlanarcError, OSError) as problem:
+            raise RequestFailed(str(problem)) from None
+
+    return answer
+
+
+def _document(asked: Asked) -> str:
+    document = asked.get("textDocument")
+    found = document["uri"] if isinstance(document, dict) else asked["uri"]
+    if not isinstance(found, str):
+        raise TypeError("uri")
+    return found
+
+
+def _say(peer: Peer, said: runs.Said) -> Asked:
+    kind = lsp.MessageType.Info if said.ok else lsp.MessageType.Error
+    peer.in_loop(lambda: peer.window_show_message(lsp.ShowMessageParams(kind, said.text)))
+    return {"ok": said.ok, "text": said.text}
+
+
+def _check(peer: Peer, asked: Asked) -> Asked:
+    shelf, text = peer.session.shelf, peer.text_at(_document(asked))
+    return _say(peer, runs.check(runs.request_of(shelf, text, asked.get("class"))))
+
+
+def _simulate(peer: Peer, asked: Asked) -> Asked:
+    shelf, text = peer.session.shelf, peer.text_at(_document(asked))
+    redundant = Redundant.ACCEPT if asked.get("redundant") == "accept" else Redundant.REFUSE
+    return _say(peer, runs.simulate(runs.request_of(shelf, text, asked.get("class"), redundant)))
+
+
+def _page(peer: Peer, asked: Asked) -> Asked:
+    text = peer.text_at(_document(asked))
+    address, name = peer.pages.open(peer.session.shelf, text, asked.get("class"))
+    return {"url": address, "class": name}
+
+
+def _view(peer: Peer, asked: Asked) -> Asked:
+    found = _page(peer, asked)
+    told = {**found, "uri": _document(asked)}
+    if peer.options.get("panel"):
+        peer.in_loop(lambda: peer.protocol.notify("planarc/showPage", told))
+    else:
+        shown = lsp.ShowDocumentParams(found["url"], external=True)
+        peer.in_loop(lambda: _show(peer, shown))
+    return found
+
+
+def _show(peer: Peer, shown: lsp.ShowDocumentParams) -> None:
+    peer.window_show_document(shown)
+
+
+def _close(peer: Peer, asked: Asked) -> None:
+    peer.pages.close(path_of(_document(asked)), asked.get("class"))
+
+
+def _handbook(peer: Peer, asked: Asked) -> Asked:
+    from planarc.catalog.explanations import Code, explain
+
+    found = explain(Code[asked["code"]])
+    blocks = [f"```{kind}\n{text.rstrip()}\n```" for kind, text in found.example]
+    title = f"## {found.code.name}: {found.code.value}"
+    return {"text": "\n\n".join([title, *found.cause, *blocks, f"Cure: {found.cure}"])}
+
+
+def _part_at(peer: Peer, asked: Asked) -> Asked | None:
+    text = peer.text_at(_document(asked))
+    where = lsp.Position(int(asked["position"]["line"]), int(asked["position"]["character"]))
+    found = part_at(peer.session.view(text), peer.units.offset(text.source, where))
+    return None if found is None else {"class": found[0], "component": found[1]}
+
+
+def _place_of(peer: Peer, asked: Asked) -> lsp.Location | None:
+    view = peer.session.view(peer.text_at(_document(asked)))
+    span = place_of(view, asked["class"], asked["component"])
+    if span is None or span.source.path is None:
+        return None
+    return lsp.Location(peer.uri(span.source.path), peer.units.range(span))
+
+
+def _models(peer: Peer, asked: Asked) -> list[Asked]:
+    text = peer.text_at(_document(asked))
+    ranges = {lens.name: name_place(text.classes[lens.name]) for lens in lenses_of(text)}
+    return [{"class": name, "range": peer.units.range(span)} for name, span in ranges.items()]
+
+
+_COMMANDS: dict[str, Callable[[Peer, Asked], Any]] = {
+    "planarc.simulate": _simulate,
+    "planarc.check": _check,
+    "planarc.view": _view,
+    "planarc.handbook": _handbook,
+}
+_SLOW: dict[str, Callable[[Peer, Asked], Any]] = {
+    "planarc/livePage": _page,
+    "planarc/closePage": _close,
+}
+_REQUESTS: dict[str, Callable[[Peer, Asked], Any]] = {
+    "planarc/partAt": _part_at,
+    "planarc/placeOf": _place_of,
+    "planarc/models": _models,
+}

@@ -1,0 +1,116 @@
+"""The commands of an editor: a model of a text checked or run, and its live page.
+
+In:   Shelf, Text, the name of a class
+Out:  a few words for a message; the address of a page
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from threading import Lock
+from time import perf_counter
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, usage_error
+from planarc.core.options import Redundant, RunOptions, fastest_backend
+from planarc.core.prose import counted, ticked
+from planarc.editor.check import models_of
+from planarc.editor.shelf import Shelf
+from planarc.editor.texts import Text
+from planarc.live.server import LiveServer
+from planarc.request.request import Request
+
+
+class Said(Data):
+    ok: bool
+    text: str
+
+
+def request_of(
+    shelf: Shelf, text: Text, name: str | None, redundant: Redundant = Redundant.REFUSE
+) -> Request:
+    """The request for a model of a text as it stands in the editor. Raises UsageError."""
+    models = models_of(text)
+    if name is None:
+        like = [n for n in models if _plain(n) == _plain(text.path.stem)] or list(models)
+        if len(like) != 1:
+            told = f"it holds {ticked(models)}" if models else "it holds no model"
+            raise usage_error("C106", f"`{text.path.name}` is not one model: {told}")
+        name = like[0]
+    return Request(
+        text.path, name, shelf.named(text.path), text=text.source.text, redundant=redundant
+    )
+
+
+def _plain(name: str) -> str:
+    return name.rpartition(".")[2].replace("_", "").replace("-", "").lower()
+
+
+def check(request: Request) -> Said:
+    """What `planarc check` says of a model."""
+    from planarc.probe.check import check_model, summary_of
+
+    try:
+        found = check_model(request)
+    except PlanarcError as problem:
+        return Said(False, str(problem))
+    return Said(True, "\n".join(summary_of(found)))
+
+
+def simulate(request: Request) -> Said:
+    """A model run from its start to its end."""
+    from planarc.compiler import compile_model, run
+
+    begin = perf_counter()
+    try:
+        backend = fastest_backend()
+        result = run(compile_model(request, backend), RunOptions(backend=backend))
+    except PlanarcError as problem:
+        return Said(False, str(problem))
+    seconds = perf_counter() - begin
+    events = f", {counted(len(result.events), 'event')}" if result.events else ""
+    told = f"{request.class_name} ran to t = {result.time[-1]:g} s in {seconds:.2f} s: "
+    return Said(True, told + f"{counted(len(result.time), 'row')}{events}")
+
+
+class Pages:
+    """The live pages beside texts, each of one model; they follow what is typed."""
+
+    def __init__(self) -> None:
+        self._open: dict[tuple[Path, str], LiveServer] = {}
+        self._lock = Lock()
+
+    def open(self, shelf: Shelf, text: Text, name: str | None) -> tuple[str, str]:
+        """The address of a model's page, and the model. Raises PlanarcError where it is wrong."""
+        from planarc.live.session import Session
+
+        request = request_of(shelf, text, name)
+        assert request.class_name is not None
+        key = text.path, request.class_name
+        with self._lock:
+            if key not in self._open:
+                page = LiveServer(Session(request, fastest_backend()), request, framed=True)
+                page.start()
+                self._open[key] = page
+            return self._open[key].address, request.class_name
+
+    def follow(self, shelf: Shelf, text: Text) -> None:
+        """Let the pages of a text show its present edition."""
+        for (_, name), page in self._of(text.path):
+            page.follow(request_of(shelf, text, name))
+
+    def close(self, path: Path, name: str | None = None) -> None:
+        """End the pages of a text, or that of one model."""
+        for key, page in self._of(path):
+            if name is None or key[1] == name:
+                with self._lock:
+                    self._open.pop(key, None)
+                page.stop()
+
+    def stop(self) -> None:
+        for path in {path for path, _ in self._open}:
+            self.close(path)
+
+    def _of(self, path: Path) -> list[tuple[tuple[Path, str], LiveServer]]:
+        with self._lock:
+            return [(key, page) for key, page in self._open.items() if key[0] == path]

@@ -1,0 +1,135 @@
+"""Quick fixes, hints, lenses, commands and planarc's own requests, over the protocol."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException
+from pytest_lsp import LanguageClient
+
+from tests.editor.conftest import EXAMPLES, Editor
+
+pytestmark = pytest.mark.asyncio
+FOUR_BAR = EXAMPLES / "four_bar.pmo"
+TEXT = FOUR_BAR.read_text("utf-8")
+WHOLE = lsp.Range(lsp.Position(0, 0), lsp.Position(10_000, 0))
+COMPUTED = """model M
+  parameter Integer n=2;
+  parameter Real L(unit="m")=0.5;
+  parameter Real A(unit="m2")=L*L;
+  Real x[n](each start=1, each fixed=true);
+equation
+  der(x) = -x;
+end M;
+"""
+
+
+def document(uri: str) -> lsp.TextDocumentIdentifier:
+    return lsp.TextDocumentIdentifier(uri)
+
+
+async def test_quick_fix(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR, TEXT.replace("revC.frame_a", "revC.frame_z"))
+    (found,) = await editor.checked(uri)
+    actions = await client.text_document_code_action_async(
+        lsp.CodeActionParams(document(uri), found.range, lsp.CodeActionContext([found]))
+    )
+    assert actions is not None and isinstance(actions[0], lsp.CodeAction)
+    assert [a.title for a in actions] == ["Write `frame_b`", "Write `frame_a`"]
+    edit = actions[1].edit
+    assert edit is not None and edit.changes is not None
+    assert [e.new_text for e in edit.changes[uri]] == ["frame_a"]
+
+
+async def test_hints_beside_the_text(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(Path("untitled:hints"), COMPUTED)
+    await editor.checked(uri)
+    labels: set[object] = set()
+    for _ in range(200):
+        found = await client.text_document_inlay_hint_async(
+            lsp.InlayHintParams(document(uri), WHOLE)
+        )
+        labels = {(h.position.line + 1, h.label) for h in found or ()}
+        if len(labels) == 3:
+            break
+    assert labels == {(1, "2 states"), (4, "= 0.25 m2"), (5, "[2]")}
+
+
+async def test_mobility_beside_the_name(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR)
+    await editor.checked(uri)
+    found = await client.text_document_inlay_hint_async(lsp.InlayHintParams(document(uri), WHOLE))
+    assert found is not None
+    assert found[0].label == "mobility 1, 2 states"
+    assert found[0].position == lsp.Position(0, len("model FourBar"))
+
+
+async def test_lenses_carry_commands_that_run(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(Path("untitled:lens"), COMPUTED)
+    lenses = await client.text_document_code_lens_async(lsp.CodeLensParams(document(uri)))
+    assert lenses is not None
+    commands = {lens.command.command: lens.command for lens in lenses if lens.command}
+    assert list(commands) == ["planarc.simulate", "planarc.view", "planarc.check"]
+    for name, words in (("planarc.check", "M is complete"), ("planarc.simulate", "M ran to t =")):
+        said = await client.workspace_execute_command_async(
+            lsp.ExecuteCommandParams(name, arguments=commands[name].arguments)
+        )
+        assert said["ok"] and words in said["text"]
+    assert any("M ran" in m.message for m in client.messages)
+
+
+async def test_a_command_without_what_it_needs_is_refused(client: LanguageClient) -> None:
+    Editor(client)
+    for arguments in ([], [3], [{}], [{"uri": 3}], [{"uri": "file:///nothing.pmo"}]):
+        with pytest.raises(JsonRpcException):
+            await client.workspace_execute_command_async(
+                lsp.ExecuteCommandParams("planarc.check", arguments=arguments)
+            )
+    with pytest.raises(JsonRpcException):
+        await client.workspace_execute_command_async(lsp.ExecuteCommandParams("planarc.no"))
+
+
+async def test_the_live_page_of_a_text(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR)
+    found = await client.protocol.send_request_async("planarc/livePage", {"uri": uri})
+    with urlopen(found.url, timeout=60) as answer:
+        assert b"FourBar" in answer.read()
+    again = await client.protocol.send_request_async("planarc/livePage", {"uri": uri})
+    assert again.url == found.url
+    await client.protocol.send_request_async("planarc/closePage", {"uri": uri})
+    with pytest.raises(OSError):
+        urlopen(found.url, timeout=5)
+
+
+async def test_parts_and_places(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR)
+    line = next(i for i, s in enumerate(TEXT.split("\n")) if "connect(coupler.frame_b" in s)
+    asked = {"textDocument": {"uri": uri}, "position": {"line": line, "character": 22}}
+    part = await client.protocol.send_request_async("planarc/partAt", asked)
+    assert part[1] == "coupler.frame_b"
+    place = await client.protocol.send_request_async(
+        "planarc/placeOf", {"uri": uri, "class": "FourBar", "component": "coupler"}
+    )
+    assert place.uri == uri
+    assert "coupler(r" in TEXT.split("\n")[place.range.start.line]
+    models = await client.protocol.send_request_async(
+        "planarc/models", {"textDocument": {"uri": uri}}
+    )
+    assert len(models) == 1
+
+
+async def test_the_handbook(client: LanguageClient) -> None:
+    Editor(client)
+    said = await client.workspace_execute_command_async(
+        lsp.ExecuteCommandParams("planarc.handbook", arguments=[{"code": "F210"}])
+    )
+    assert said["text"].startswith("## F210")
