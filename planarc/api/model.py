@@ -31,7 +31,7 @@ from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
 from planarc.core.prose import be, both
-from planarc.core.unknown import refuse_unknown, unknown_name
+from planarc.core.unknown import refuse_unknown, telling_keywords, unknown_name
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request, names_class
@@ -59,6 +59,7 @@ def recompiled(names: Collection[str]) -> str:
     return f"{both(names)} {be(len(names))} structural: the model is compiled again"
 
 
+@telling_keywords
 def load(
     source: str | Path,
     class_name: str | None = None,
@@ -194,6 +195,7 @@ class Model:
 
     # Runs
 
+    @telling_keywords
     def simulate(
         self,
         stop_time: float | None = None,
@@ -253,6 +255,9 @@ class Model:
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """Run the model, as `simulate` does, with options that were checked already."""
+        if not isinstance(options, RunOptions):
+            hint = "`simulate(stop_time=...)` runs the model"
+            raise usage_error("C202", f"`run` takes RunOptions, not `{options!r:.40}`", hint=hint)
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
@@ -329,6 +334,7 @@ class Model:
 
     # Analyses
 
+    @telling_keywords
     def linearize(
         self,
         at: float | str | Mapping[str, Value] | None = None,
@@ -346,6 +352,7 @@ class Model:
 
         return linearize(*self.asked(parameters, start), at, inputs, outputs)
 
+    @telling_keywords
     def equilibrium(
         self,
         *,
@@ -358,6 +365,7 @@ class Model:
 
         return find_equilibrium(*self.asked(parameters, start), inputs)
 
+    @telling_keywords
     def assemble(
         self,
         *,
@@ -370,6 +378,7 @@ class Model:
 
         return assemble(*self.asked(parameters, start), tries)
 
+    @telling_keywords
     def drive(
         self,
         motion: str | Mapping[str, Signal | str],
@@ -407,6 +416,7 @@ class Model:
             self._driven[key] = compile_driven(self, coordinates, efforts, texts)
         return self._driven[key]
 
+    @telling_keywords
     def sensitivities(
         self,
         parameters: Sequence[str],

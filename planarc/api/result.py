@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, overload
 from planarc.api.values import elements_of
 from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
-from planarc.core.unknown import unknown_name
+from planarc.core.unknown import telling_keywords, unknown_name
 from planarc.stages import study
 from planarc.view.storage import CannotWrite, with_ending, write_text
 
@@ -198,6 +198,7 @@ class Result:
         dataset: xarray.Dataset = module.Dataset(columns, coordinate, {"model": self.name})
         return dataset
 
+    @telling_keywords
     def to_csv(
         self,
         path: str | Path,
@@ -282,6 +283,7 @@ class Result:
         layers: str | Sequence[str] = (),
     ) -> Path: ...
 
+    @telling_keywords
     def animate(
         self,
         path: str | Path | None = None,
@@ -327,6 +329,7 @@ class Result:
         insight = study(self.rows, None if self._compiled is None else self._compiled.load())
         return render_page(self.rows, make_scene(self.rows), self._summary(), shown, insight)
 
+    @telling_keywords
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
         return Page(self._page(curves)).save(with_ending(Path(path), ".html", ".htm"))

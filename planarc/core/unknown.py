@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
+from functools import wraps
+from typing import ParamSpec, TypeVar
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import ticked
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class UnknownName(UsageError, KeyError):
@@ -30,3 +35,28 @@ def refuse_unknown(kind: str, names: Iterable[object], known: Collection[str]) -
     for name in names:
         if name not in known:
             raise unknown_name(kind, name, known)
+
+
+class UnknownKeyword(UsageError, TypeError):
+    """A function was called with a keyword that it does not have; the hint names the nearest."""
+
+
+def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
+    """A function that names the keywords nearest to a misspelt one."""
+    code = function.__code__
+    known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+
+    @wraps(function)
+    def call(*args: P.args, **given: P.kwargs) -> T:
+        for name in given:
+            if name not in known:
+                raise _unknown_keyword(function.__name__, name, known)
+        return function(*args, **given)
+
+    return call
+
+
+def _unknown_keyword(function: str, name: str, known: Iterable[str]) -> UnknownKeyword:
+    names = [n for n in known if n != "self"]
+    hint = did_you_mean(name, names) or f"choose among {ticked(names)}"
+    return UnknownKeyword(Diagnostic("C201", f"`{function}` has no keyword `{name}`", hint=hint))

@@ -15,6 +15,7 @@ import numpy as np
 
 from planarc.api.values import Value
 from planarc.core.diagnostic import usage_error
+from planarc.core.unknown import telling_keywords
 
 Point: TypeAlias = "Mapping[str, Value]"
 
@@ -34,6 +35,7 @@ def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     return [dict(zip(values, point, strict=True)) for point in product(*axes)]
 
 
+@telling_keywords
 def random(
     ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
 ) -> list[dict[str, float]]:
@@ -41,6 +43,7 @@ def random(
     return _scaled(ranges, np.random.default_rng(seed).random((_count(count), len(ranges))))
 
 
+@telling_keywords
 def latin_hypercube(
     ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
 ) -> list[dict[str, float]]:

@@ -24,7 +24,7 @@ from planarc.api.values import Value, finite, parameter_values, start_values
 from planarc.core import progress as drawn
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
-from planarc.core.unknown import UnknownName
+from planarc.core.unknown import UnknownName, telling_keywords
 from planarc.solve.settings import resolve
 from planarc.study.bundle import Outcome, Payload, Task
 from planarc.study.identity import identity
@@ -50,6 +50,7 @@ class StudyInterrupted(KeyboardInterrupt):
         self.study = study
 
 
+@telling_keywords
 def sweep(
     model: Model,
     points: Mapping[str, Sequence[Any]] | Iterable[Point],

@@ -66,3 +66,31 @@ def test_a_report_of_a_curve_that_is_not_there(tmp_path: Path) -> None:
 def test_a_handbook_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="V103"):
         write_handbook(tmp_path / "nowhere" / "handbook.html", "Parts", [])
+
+
+@pytest.mark.parametrize(
+    ("call", "said", "hint"),
+    [
+        (lambda m: m.simulate(stoptime=1), "`simulate` has no keyword `stoptime`", "stop_time"),
+        (lambda m: m.simulate(tol=1e-6), "`simulate` has no keyword `tol`", "tolerance"),
+        (lambda m: m.simulate(duration=1), "`simulate` has no keyword `duration`", "stop_time"),
+        (lambda m: m.linearize(qq=1), "`linearize` has no keyword `qq`", "choose among"),
+        (lambda m: planarc.load("x.pmo", library="y"), "`load` has no keyword", "libraries"),
+        (lambda m: planarc.sweep(m, {}, worker=2), "`sweep` has no keyword `worker`", "workers"),
+        (lambda m: planarc.random({"k": (1, 2)}, cnt=2), "`random` has no keyword", "count"),
+    ],
+)
+def test_a_misspelt_keyword_names_the_nearest(call: Any, said: str, hint: str) -> None:
+    model = planarc.load("model M parameter Real k = 1; Real x = k*time; end M;")
+    with pytest.raises(planarc.UsageError) as problem:
+        call(model)
+    assert isinstance(problem.value, TypeError)
+    (found,) = problem.value.diagnostics
+    assert found.code == "C201" and said in found.message and hint in (found.hint or "")
+
+
+def test_run_says_what_it_takes() -> None:
+    model = planarc.load("model M Real x = time; end M;")
+    with pytest.raises(planarc.UsageError, match="RunOptions") as problem:
+        model.run(3)  # type: ignore[arg-type]
+    assert "simulate(stop_time=...)" in (problem.value.diagnostics[0].hint or "")
