@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -149,6 +148,8 @@ def save(path: Path, write: Callable[[Path], object]) -> None:
 
 def _elsewhere(path: Path, write: Callable[[Path], object]) -> Path | None:
     with suppress(OSError):
+        import tempfile
+
         folder = Path(tempfile.mkdtemp(prefix="planarc-"))
         try:
             write(folder / path.name)

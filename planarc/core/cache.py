@@ -20,16 +20,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
-from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
+
+from planarc.core.digest import blake2b
 
 #: Bytes that all entries may take; the entries unused for longest go first.
 MAX_BYTES = 256 * 1024 * 1024
 #: The kinds of entries, and their names, until they are whole and then. Nothing else in the
 #: folder is planarc's.
-KINDS = ("checks", "grammar", "models", "native", "slopes", "syntax")
+KINDS = ("checks", "grammar", "models", "native", "pages", "slopes", "syntax")
 _FORMER = "bytecode"  # a kind that there was before there was a mark
 _NAME = re.compile(r"\.new-[0-9a-f]{16}|[0-9a-f]{40}")
 #: The mark also tells programs that save files to leave the folder out

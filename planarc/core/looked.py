@@ -7,12 +7,12 @@ found further out, and a model may ask for a file that is not there, or by a rel
 from __future__ import annotations
 
 import os
-from hashlib import blake2b
 from pathlib import Path
 from stat import S_IFMT
 
 from msgspec import Struct, field
 
+from planarc.core.digest import blake2b
 from planarc.core.source import SUFFIXES
 
 #: Folders with their listings; names as they were asked for, with what they meant.

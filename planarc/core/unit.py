@@ -11,14 +11,16 @@ Reference: Modelica Language Specification 3.6, chapter 19.
 from __future__ import annotations
 
 import re
-from fractions import Fraction
 from functools import lru_cache
 from math import pi
 from operator import add, sub
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 #: exponents of m, kg, s, A, K, mol, cd; only those of roots are no integers
-Dimension: TypeAlias = tuple[int | Fraction, ...]
+Dimension: TypeAlias = "tuple[int | Fraction, ...]"
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 NUMBER: Dimension = (0,) * len(_BASE)

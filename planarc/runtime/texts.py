@@ -7,7 +7,7 @@ number is made of its text alone. Text of a number: `text_of`; the empty text is
 
 from __future__ import annotations
 
-from hashlib import blake2b
+from planarc.core.digest import blake2b
 
 #: The format of a number that stands for a text. No format of a number begins so.
 TEXT = '"'

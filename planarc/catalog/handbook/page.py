@@ -13,13 +13,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
+from jinja2.bccache import Bucket
 from markupsafe import Markup
 
 from planarc.catalog.handbook.code import colored
 from planarc.catalog.handbook.icon import icon_svg
 from planarc.catalog.handbook.pages import ClassPage, Link
 from planarc.catalog.handbook.prose import clean
+from planarc.core import cache
 from planarc.core.diagnostic import usage_error
 
 _HERE = Path(__file__).parent
@@ -44,6 +46,7 @@ def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
         autoescape=True,
         undefined=StrictUndefined,
         keep_trailing_newline=True,
+        bytecode_cache=_Kept(),
     )
     templates.filters.update(
         clean=lambda text: Markup(clean(text, known)),
@@ -61,6 +64,19 @@ def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
         known=known,
         examples=_examples(pages),
     )
+
+
+class _Kept(BytecodeCache):
+    """The template as it was compiled before."""
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        known = cache.load("pages", cache.key(bucket.key, bucket.checksum))
+        if known is not None:
+            bucket.bytecode_from_string(known)
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        key = cache.key(bucket.key, bucket.checksum)
+        cache.store("pages", key, bucket.bytecode_to_string())
 
 
 def _examples(pages: Sequence[ClassPage]) -> dict[str, list[Link]]:

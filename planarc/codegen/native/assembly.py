@@ -132,8 +132,11 @@ class Variable:
         self._place.store(value)
 
 
-def function(signature: str) -> Callable[[Callable[..., None]], Callable[[], str]]:
-    """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text."""
+def function(
+    signature: str, seldom: bool = False
+) -> Callable[[Callable[..., None]], Callable[[], str]]:
+    """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text.
+    What is called `seldom` is compiled in the quickest way."""
     head, listed = signature.rstrip(")").split("(")
     result, name = head.split()
     arguments = [(t, n) for t, n in (a.split() for a in listed.split(", "))]
@@ -142,7 +145,7 @@ def function(signature: str) -> Callable[[Callable[..., None]], Callable[[], str
         def text() -> str:
             c = Code(name, result, arguments)
             write(c, *c.arguments)
-            return c.text()
+            return c.text("noinline optnone " if seldom else "")
 
         return text
 
@@ -159,11 +162,11 @@ class Code:
         self.lines: list[str] = []
         self._count = 0
 
-    def text(self) -> str:
+    def text(self, attributes: str = "") -> str:
         body = "\n".join(f"  {line}" if line[-1] != ":" else line for line in self.lines)
         places = "".join(f"  {line}\n" for line in self._places)
         # On Windows large frames would call a function that no library has.
-        attributes = 'nounwind "no-stack-arg-probe"'
+        attributes += 'nounwind "no-stack-arg-probe"'
         return f"{self._head} {attributes} {{\nentry:\n{places}{body}\n}}\n"
 
     # Instructions

@@ -31,7 +31,7 @@ def _counts(table: Value) -> list[Value]:
     return [table.load(INT, i) for i in range(1, _HEAD)]
 
 
-@function("i32 pc_point(ptr frame, ptr table, ptr row)")
+@function("i32 pc_point(ptr frame, ptr table, ptr row)", seldom=True)
 def _point(c: Code, frame: Value, table: Value, row: Value) -> None:
     w, _, _, area = open_frame(frame)
     moved, residuals, initial, variables = _counts(table)
@@ -51,7 +51,7 @@ def _point(c: Code, frame: Value, table: Value, row: Value) -> None:
     c.give(c.select(total.get().equals(0.0), c.constant(0, FLAG), c.constant(-1, FLAG)))
 
 
-@function("i32 pc_differences(ptr frame, ptr table, ptr out)")
+@function("i32 pc_differences(ptr frame, ptr table, ptr out)", seldom=True)
 def _differences(c: Code, frame: Value, table: Value, out: Value) -> None:
     w, _, _, _ = open_frame(frame)
     moved, residuals, initial, variables = _counts(table)

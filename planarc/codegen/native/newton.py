@@ -380,7 +380,7 @@ def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
         a.store(one, k * m + j)
 
 
-@function("i32 pc_open(ptr frame, ptr record)")
+@function("i32 pc_open(ptr frame, ptr record)", seldom=True)
 def _open(c: Code, frame: Value, record: Value) -> None:
     """See `solve.kernels.singular`. The rule of a modal block that is singular: unknowns
     that its equations leave open keep their accepted values (of a nonlinear one: their

@@ -19,6 +19,7 @@ from collections.abc import Callable, Collection
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
+from typing import TypeAlias
 
 from msgspec import Struct, field
 
@@ -32,7 +33,7 @@ from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
 #: None: not known, fits everything
-Known = Dimension | None
+Known: TypeAlias = "Dimension | None"
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})

@@ -16,11 +16,11 @@ Reference: A. V. Aho, R. Sethi, J. D. Ullman, Compilers, 1986, section 4.7.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from hashlib import blake2b
 from typing import Any, NamedTuple, TypeAlias
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.digest import blake2b
 from planarc.parse.grammar.lexer import Token
 
 #: States of the machine inside each other: a bound on the depth of a tree, other than by

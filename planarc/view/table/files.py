@@ -34,17 +34,18 @@ def write_table(
 
     Raises UsageError V501 (cannot write), V502 (unknown ending), V505 (nothing matches).
     """
-    from planarc.view.table import csv as table_csv
-    from planarc.view.table import mat as table_mat
-
     suffix = _suffix(path)
     refuse_no_match(result.program, only)
     columns = shown(result.program, only)
     with replacing(path) as file:
         if suffix == ".csv":
+            from planarc.view.table import csv as table_csv
+
             chosen = [c for c in columns if only is not None or not c.constant]
             table_csv.write(file, result, chosen, units)
         else:
+            from planarc.view.table import mat as table_mat
+
             table_mat.write(file, result, columns)
 
 
