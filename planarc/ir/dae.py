@@ -31,6 +31,8 @@ EDGE = "$edge"
 START_TIME = "$start"
 #: The part of `actual` in what `homotopy` gives, of a model that leads to a start
 HOMOTOPY = "$homotopy"
+#: Whole numbers are float64: beyond this one, not each of them can be told from its neighbours.
+LARGEST_INTEGER = 2**53 - 1
 #: A parameter of models with redundant joints, which moves the forces that are open; with an
 #: index the multipliers that make these least squares (`structure.sharing`). None is a result.
 SHARING = "$sharing"

@@ -40,7 +40,12 @@ def lower_expression(scope: Scope, e: flat.Expression) -> Value:
 
 
 def _literal(scope: Scope, e: flat.Literal) -> Value:
-    return Text((e.value,)) if isinstance(e.value, str) else scope.table.const(e.value)
+    if isinstance(e.value, str):
+        return Text((e.value,))
+    if type(e.value) is int and abs(e.value) > dae.LARGEST_INTEGER:
+        message = f"the Integer {e.value} is too large: beyond 2^53 not all are told apart"
+        raise error("L318", message, e.span, hint="write a Real, with a decimal point")
+    return scope.table.const(e.value)
 
 
 def _reference(scope: Scope, e: flat.Reference) -> Value:

@@ -19,7 +19,7 @@ from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
 from planarc.core.unit import looks_like_degrees, turns
-from planarc.ir.dae import START_TIME, Kind
+from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
 from planarc.solve.once import once
@@ -188,6 +188,8 @@ def _of_kind(parameter: ParameterSlot, value: float) -> float:
             raise _usage("R409", f"`{parameter.name}` takes true or false, not {number:g}")
         case Kind.INTEGER if number != int(number):
             raise _usage("R409", f"`{parameter.name}` takes an integer, not {number:g}")
+        case Kind.INTEGER if abs(number) > LARGEST_INTEGER:
+            raise _usage("R409", f"`{parameter.name}` takes an integer below 2^53, not {number:g}")
         case Kind.ENUMERATION if number not in range(1, len(parameter.literals) + 1):
             raise _usage(
                 "R409",

@@ -499,3 +499,32 @@ def test_the_text_of_an_assertion_is_made_only_where_it_is_shown(backend: Backen
     assert run(text.replace("LIMIT", "2.5"), backend, stop=3).ended is None
     ended = run(text.replace("LIMIT", "1"), backend, stop=3).ended
     assert ended is not None and "no text below two" in ended.message
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("model M Integer n = 9007199254740993; end M;", "L318"),
+        ("model M Integer n = -9007199254740991; end M;", None),
+        ("model M parameter Integer n = 3000000; Integer m = n*n*n; end M;", "R439"),
+        ("model M parameter Integer n = 3000000; parameter Integer m = n*n*n; end M;", "R439"),
+        (
+            "model M Integer n(start = 1, fixed = true); equation"
+            " when sample(0.1, 0.1) then n = 1000*pre(n) + 1; end when; end M;",
+            "R439",
+        ),
+    ],
+)
+def test_integers_are_exact_or_refused(backend: Backend, text: str, code: str | None) -> None:
+    try:
+        ended = run(text, backend).ended
+        found = None if ended is None else ended.code
+    except PlanarcError as problem:
+        found = problem.diagnostics[0].code
+    assert found == code
+
+
+def test_a_parameter_takes_no_integer_that_is_not_exact(backend: Backend) -> None:
+    model = compiler.compile_model(Request(text="model M parameter Integer n = 1; end M;"), backend)
+    with pytest.raises(PlanarcError, match="below 2\\^53"):
+        compiler.run(model, RunOptions(backend=backend, values={"n": 1e17}))

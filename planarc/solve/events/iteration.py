@@ -25,9 +25,9 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.ir.dae import INITIAL, TERMINAL
+from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
+from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import time_functions
 from planarc.solve.events.settling import (
@@ -38,7 +38,7 @@ from planarc.solve.events.settling import (
     snapshot,
 )
 from planarc.solve.events.whens import Processed, Whens
-from planarc.solve.messages.event import unsolved
+from planarc.solve.messages.event import inexact_integer, unsolved
 from planarc.solve.rescue.rescue import Rescue
 
 
@@ -52,6 +52,7 @@ class Events:
         )
         self.crossings = Crossings(program, kernel, span)
         self._whens = Whens(program, kernel)
+        self._integers = tuple(d for d in program.discretes if d.kind is Kind.INTEGER)
 
     # The start
 
@@ -97,11 +98,14 @@ class Events:
     def finish_start(self, t: float, y: Sequence[float]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         whens, done = self._whens, Processed(list(y))
+        given = (p for p in self.program.parameter_slots if p.kind is Kind.INTEGER)
+        self._refuse_inexact(t, done, given)
         if not self.present:
             self._set_flag(INITIAL, False)
             return done
-        done.ended = whens.assign(t, whens.edges(initial=True))
+        done.ended = done.ended or whens.assign(t, whens.edges(initial=True))
         whens.act(t, whens.edges(initial=True), done, {})
+        self._refuse_inexact(t, done, self._integers)
         self._keep_pre()
         self._set_flag(INITIAL, False)
         self.crossings.begin(t)
@@ -157,7 +161,17 @@ class Events:
             settling.endless(trail)
         if self._rescue.overcome(t, lambda: self.kernel.outputs(t, done.y)) != 0:
             settling.failed()
+        self._refuse_inexact(t, done, self._integers)
         return done
+
+    def _refuse_inexact(
+        self, t: float, done: Processed, integers: Iterable[DiscreteSlot | ParameterSlot]
+    ) -> None:
+        """End the run where an Integer is no longer exact."""
+        for d in integers:
+            value = float(self.kernel.w[d.slot])
+            if abs(value) > LARGEST_INTEGER and done.ended is None:
+                done.ended = inexact_integer(self.program, t, d.name, value)
 
     def _evaluate(self, t: float, y: Sequence[float]) -> int:
         return self._rescue.overcome(t, lambda: self.crossings.evaluate(t, y))

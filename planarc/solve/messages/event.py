@@ -146,6 +146,16 @@ def no_value(program: Program, t: float, name: str, action: SetDiscrete | Reinit
     return point_home(program, found, name.rpartition(".")[0])
 
 
+def inexact_integer(program: Program, t: float, name: str, value: float) -> Diagnostic:
+    found = Diagnostic(
+        "R439",
+        f"at t = {t:.6g} s the Integer `{name}` becomes {value:.6g}: beyond 2^53 not all "
+        "Integers are told apart",
+        hint="use a Real, or count anew from time to time",
+    )
+    return point_home(program, found, name.rpartition(".")[0])
+
+
 def assertion_diagnostic(
     program: Program, t: float, assertion: Assertion, message: str
 ) -> Diagnostic:
