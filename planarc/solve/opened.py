@@ -14,6 +14,7 @@ from planarc.core.source import NOWHERE
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import declaration
 from planarc.ir.program import Program
+from planarc.runtime import external
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
 from planarc.solve.rescue.rescue import Rescue
@@ -31,6 +32,7 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
 
 def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     """Parameters, what depends on them, start values, and inputs."""
+    external.begin_run()
     w = kernel.w
     for p in program.parameter_slots:
         if p.slot in request.values:

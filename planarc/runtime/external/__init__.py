@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib import import_module
+from sys import modules
 from typing import Any, TypeAlias
 
 Numbers: TypeAlias = Callable[[Sequence[float]], Sequence[float]]
@@ -28,19 +29,19 @@ _HERE = "planarc.runtime.external"
 #: The name of planarc's own function that puts texts together from their parts.
 JOINED = "planarc_text"
 
+#: The function that draws from a row of numbers, one after the other.
+_DRAWN = "ModelicaRandom_impureRandom_xorshift1024star"
 #: C name -> (module, function); modules are imported when first called.
 _NUMBERS = {
     "ModelicaRandom_xorshift64star": ("random", "xorshift64star"),
     "ModelicaRandom_xorshift128plus": ("random", "xorshift128plus"),
     "ModelicaRandom_xorshift1024star": ("random", "xorshift1024star"),
-    "ModelicaRandom_impureRandom_xorshift1024star": ("random", "fresh"),
+    _DRAWN: ("random", "drawn"),
     "ModelicaRandom_automaticGlobalSeed": ("random", "automatic_seed"),
     "ModelicaFFT_kiss_fftr": ("fourier", "real_spectrum"),
     JOINED: ("text", "joined"),
 }
-_IMPURE = frozenset(
-    {"ModelicaRandom_impureRandom_xorshift1024star", "ModelicaRandom_automaticGlobalSeed"}
-)
+_IMPURE = frozenset({_DRAWN, "ModelicaRandom_automaticGlobalSeed"})
 _TEXTS = {
     "ModelicaStrings_length": ("text", "length"),
     "ModelicaStrings_substring": ("text", "substring"),
@@ -97,6 +98,10 @@ def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
 
     Raises ValueError where the function has no value.
     """
+    return _run(name, arguments)
+
+
+def _run(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
     module, function = _NUMBERS[name]
     run: Numbers = getattr(import_module(f"{_HERE}.{module}"), function)
     return tuple(map(float, run(arguments)))
@@ -104,10 +109,18 @@ def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
 
 def number(name: str, output: int, arguments: Sequence[float]) -> float:
     """A result of a function of numbers, nan where it has no value."""
+    call = _run if name == _DRAWN else call_numbers
     try:
-        return call_numbers(name, tuple(map(float, arguments)))[output]
+        return call(name, tuple(map(float, arguments)))[output]
     except (ValueError, OverflowError):
         return float("nan")
+
+
+def begin_run() -> None:
+    """Let rows of numbers that an earlier run of this thread drew from begin anew."""
+    module = modules.get(f"{_HERE}.random")
+    if module is not None:
+        module.forget()
 
 
 def call_texts(name: str, arguments: Sequence[Any]) -> tuple[Any, ...]:

@@ -6,19 +6,21 @@ as a signed integer, gives a number in (0, 1].
 
 Reference: S. Vigna, "An experimental exploration of Marsaglia's xorshift generators,
 scrambled", ACM Trans. Math. Softw. 42(4), 2016; "Further scramblings of Marsaglia's
-xorshift generators", J. Comput. Appl. Math. 315, 2017. The counter of `fresh`: G. L.
-Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+xorshift generators", J. Comput. Appl. Math. 315, 2017.
 """
 
 from __future__ import annotations
 
+import math
 import os
-import struct
+import threading
 import time
 from collections.abc import Sequence
 
 _WORD = (1 << 64) - 1
 _HALF = (1 << 32) - 1
+#: A row without a local seed takes this prime number; its first numbers are not used.
+_NO_LOCAL_SEED, _WARM = 715827883, 10
 
 
 def xorshift64star(state: Sequence[float]) -> list[float]:
@@ -53,26 +55,56 @@ def xorshift1024star(state: Sequence[float]) -> list[float]:
     return [*(h for word in words for h in _halves(word)), place, _unit(drawn)]
 
 
-def fresh(arguments: Sequence[float]) -> list[float]:
-    """A number in (0, 1] from an identification, the place of the call and the time: another
-    one at each instant and place, and the same while an event is iterated."""
-    x = 0
-    for number in arguments:
-        (bits,) = struct.unpack("<Q", struct.pack("<d", number + 0.0))
-        x = _mixed((x ^ bits) + 0x9E3779B97F4A7C15 & _WORD)
-    return [((x >> 11) + 1) * 2.0**-53]
+class _Row:
+    """A row of numbers without a state of its own in the model: where it stands, and the last
+    instant and number of each place that draws from it."""
+
+    def __init__(self, seed: int) -> None:
+        state: list[float] = [_NO_LOCAL_SEED, seed]
+        for _ in range(_WARM):
+            state = xorshift64star(state)[:2]
+        while len(state) <= 32:
+            state += xorshift64star(state[-2:])[:2]
+        self._state, self._drawn = state[:33], dict[float, tuple[float, float]]()
+
+    def number(self, place: float, time: float) -> float:
+        """The next number; while an event is iterated, the same at its place."""
+        before, found = self._drawn.get(place, (math.nan, 0.0))
+        if before != time:
+            *self._state, found = xorshift1024star(self._state)
+            self._drawn[place] = time, found
+        return found
+
+
+class _Rows(threading.local):
+    """The rows of this thread's run, by their seeds."""
+
+    def __init__(self) -> None:
+        self.of: dict[int, _Row] = {}
+
+
+_rows = _Rows()
+
+
+def forget() -> None:
+    """A run begins: all rows stand at their beginning."""
+    _rows.of.clear()
+
+
+def drawn(arguments: Sequence[float]) -> list[float]:
+    """A number in (0, 1] by seed, the place of the call and the time: at each new instant and
+    place the next one of the row that the seed begins."""
+    seed, place, time = arguments
+    row = _rows.of.get(int(seed))
+    if row is None:
+        row = _rows.of[int(seed)] = _Row(int(seed))
+    return [row.number(place, time)]
 
 
 def automatic_seed(_arguments: Sequence[float]) -> list[float]:
     """An integer that differs from run to run: by the time and by the process."""
     milliseconds = time.time_ns() // 1_000_000
     return [_signed(milliseconds + 6007 * os.getpid())]
-
-
-def _mixed(x: int) -> int:
-    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & _WORD
-    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & _WORD
-    return x ^ (x >> 31)
 
 
 def _words(state: Sequence[float], count: int) -> list[int]:

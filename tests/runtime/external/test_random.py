@@ -86,3 +86,12 @@ def test_fresh_numbers_differ_by_time_place_and_seed_and_are_uniform() -> None:
     assert len(set(numbers)) == len(numbers)
     assert min(numbers) > 0 and max(numbers) <= 1
     assert abs(np.mean(numbers) - 0.5) < 4 * math.sqrt(1 / 12 / len(numbers))
+
+
+def test_places_draw_from_one_row_that_begins_anew_with_a_run() -> None:
+    name = "ModelicaRandom_impureRandom_xorshift1024star"
+    external.begin_run()
+    two = [external.number(name, 0, (7, place, t)) for t in (0.0, 0.1) for place in (1, 2)]
+    assert external.number(name, 0, (7, 1, 0.1)) == two[2]  # while an event is iterated
+    external.begin_run()
+    assert [external.number(name, 0, (7, 1, 0.3 * k)) for k in range(4)] == two
