@@ -10,8 +10,8 @@ import typer
 from planarc.cli.exits import Exit
 from planarc.core.extras import need
 
-#: Python's own thresholds of the search for cycles, which commands that end soon raise.
-_OFTEN = (700, 10, 10)
+#: The search for cycles between those that the server itself asks for when it is idle.
+_SELDOM = (200_000, 10, 10)
 
 
 def lsp(
@@ -30,6 +30,6 @@ def lsp(
     from planarc.editor.server import serve
 
     gc.freeze()
-    gc.set_threshold(*_OFTEN)
+    gc.set_threshold(*_SELDOM)
     serve(host, tcp)
     return Exit.DONE

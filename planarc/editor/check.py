@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from enum import Enum
 
 from msgspec.structs import replace
 
@@ -31,6 +32,7 @@ from planarc.request.uses import check_versions
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
 #: Codes of messages that say no more than that something is missing from a broken class.
 _COUNTS = ("F320", "F321", "S")
+_NO_VALUE = "F286"
 
 Wanted = Callable[[], bool]
 
@@ -95,20 +97,26 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
         warnings = tuple(check_versions(target.library, name))
         target = replace(target, warnings=warnings)
         with stages.without_collection():
-            if broken or _is_for_others(target):
+            ends = set(_connectors(target))
+            if broken or End.FLANGE in ends:
                 told = stages.flatten(target, _Patience(wanted=wanted)).warnings
-                return Finding(name, () if broken else told)
+                return Finding(name, () if broken else _for_users(told))
             seen = look_at(target, _Patience(wanted=wanted))
         mobility = seen.checked.mobility
         redundant = None if mobility is None else mobility.redundant
-        more = () if redundant is None else (redundant,)
-        return Finding(name, (*seen.checked.warnings, *more), seen.checked, seen)
+        told = (*seen.checked.warnings, *(() if redundant is None else (redundant,)))
+        return Finding(name, _for_users(told) if ends else told, seen.checked, seen)
     except PlanarcError as problem:
         return Finding(name, tuple(problem.diagnostics))
     except Overtaken:
         raise
     except Exception as problem:
         return Finding(name, (mistake(problem),))
+
+
+def _for_users(told: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """Warnings of a component, whose parameters get their values where it is used."""
+    return tuple(d for d in told if d.code != _NO_VALUE)
 
 
 def _is_sure(diagnostic: Diagnostic, good: syntax.ClassDef | None) -> bool:
@@ -122,26 +130,32 @@ def _is_sure(diagnostic: Diagnostic, good: syntax.ClassDef | None) -> bool:
     return word not in known
 
 
-def _is_for_others(target: Target) -> bool:
-    """True for a class with public connectors that nothing inside can complete."""
+class End(Enum):
+    """The kinds of public connectors: one with several variables, or a signal."""
+
+    FLANGE = 0
+    SIGNAL = 1
+
+
+def _connectors(target: Target) -> Iterator[End]:
+    """The kinds of a class's own public connectors, to which its user connects."""
     from planarc.flatten.pipeline import LENIENT, open_session
     from planarc.flatten.tree import lookup
     from planarc.flatten.tree.nodes import CONNECTOR_KINDS
-    from planarc.flatten.tree.sight import class_behind, open_class, scope_of
+    from planarc.flatten.tree.sight import open_class, opened, scope_of
 
     cls = open_class(open_session(target.library, LENIENT), target.class_name)
     if cls is None:
-        return False
+        return
     for _, element in lookup.components(scope_of(cls).instance):
         if element.protected:
             continue
         try:
-            layout = scope_of(class_behind(element)).instance.layout
+            layout = opened(element).layout
         except PlanarcError:
             continue
-        if layout.kind in CONNECTOR_KINDS and layout.builtin is None:
-            return True
-    return False
+        if layout.kind in CONNECTOR_KINDS:
+            yield End.FLANGE if layout.builtin is None else End.SIGNAL
 
 
 def _of_text(found: Iterable[Diagnostic], text: Text, name: str) -> Iterator[Diagnostic]:

@@ -233,8 +233,8 @@ def _members(scope: Scope, context: Context) -> Iterator[Item]:
 
 def _instance(scope: Scope, context: Context) -> Instance | None:
     """What the brackets around belong to, opened."""
-    elements = sight.find_path(scope, context.head)
-    if not context.head or len(elements) != len(context.head):
+    elements = sight.find_path(scope, context.head) if context.head else []
+    if not elements or len(elements) != len(context.head):
         return None
     try:
         instance = sight.opened(elements[-1])

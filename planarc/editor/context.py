@@ -206,7 +206,8 @@ def _frames(tokens: list[Token], section: str, begin: int) -> list[_Frame]:
             frame.position += 1
             frame.valued, frame.argument, frame.begin = False, "", at + 1
         elif kind in ("EQUAL", "ASSIGN"):
-            frame.argument = tokens[at - 1].text if at > begin else ""
+            named = frame.where in (Where.MODIFIER, Where.CALL)
+            frame.argument = tokens[at - 1].text if named else ""
             frame.valued = True
     return frames
 

@@ -7,6 +7,7 @@ published         called with a text and its diagnostics, from the worker's thre
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -35,7 +36,8 @@ class Session:
         self.texts = Texts()
         self.shelf = Shelf(self.texts)
         self.folders: tuple[Path, ...] = ()
-        self._publish, self._learned = publish, learned
+        self._publish, self._learned, self._failed = publish, learned, failed
+        self._tidied = False
         self._findings: dict[Path, dict[str, Finding]] = {}
         self._views: dict[Path, View] = {}
         self._facts: dict[tuple[Path, str], Facts] = {}
@@ -125,5 +127,23 @@ class Session:
         for finding in found:
             ask(wanted)
             if finding.seen is not None:
-                self._facts[path, finding.name] = facts_of(finding.seen)
+                self._learn(path, finding)
         self._learned(text)
+        found.clear()
+        ask(wanted)
+        self._tidy()
+
+    def _learn(self, path: Path, finding: Finding) -> None:
+        assert finding.seen is not None
+        try:
+            self._facts[path, finding.name] = facts_of(finding.seen)
+        except Exception as problem:  # told, and the next model is looked at
+            self._failed(problem)
+
+    def _tidy(self) -> None:
+        """Search for cycles while nobody types. What is there after the first check are libraries,
+        which stay: they are not searched again."""
+        gc.collect()
+        if not self._tidied:
+            gc.freeze()
+        self._tidied = True

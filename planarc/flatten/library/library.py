@@ -23,6 +23,7 @@ from pathlib import Path
 from msgspec import Struct, field
 
 from planarc.core.diagnostic import error
+from planarc.core.files import read_plain
 from planarc.core.looked import Looked
 from planarc.ir import syntax
 
@@ -52,6 +53,10 @@ class Entry(Struct, eq=False):
     def file(self) -> Path | None:
         """Its own file; None where it stands in that of another class, or was added."""
         return self._file
+
+    @property
+    def is_read(self) -> bool:
+        return self._definition is not None
 
     @property
     def definition(self) -> syntax.ClassDef:
@@ -208,6 +213,18 @@ class Library:
             return self.top_names()
         entry = self.entry(package)
         return () if entry is None else entry.child_names()
+
+    def may_hold(self, package: str, name: str) -> bool:
+        """False for a class whose file, not parsed yet, does not hold a name as text."""
+        entry = self.entry(package)
+        if entry is None or entry.folder is not None or entry.file is None or entry.is_read:
+            return entry is not None
+        try:
+            return (
+                re.search(rb"\b%s\b" % re.escape(name.encode()), read_plain(entry.file)) is not None
+            )
+        except OSError:
+            return True  # who reads it says what is wrong
 
     def top_names(self) -> tuple[str, ...]:
         names = [n for n in self._added if "." not in n]

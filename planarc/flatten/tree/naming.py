@@ -69,7 +69,7 @@ def _elsewhere(scope: Scope, name: str) -> str | None:
     for _ in range(_DEEPEST):
         inside = [f"{p}.{c}" for p in packages for c in library.class_names(p)]
         found += [full for full in inside if full.rpartition(".")[2] == name]
-        packages = [full for full in inside if ".Examples" not in full]
+        packages = [f for f in inside if ".Examples" not in f and library.may_hold(f, name)]
     return f"import it, or write {either(found[:3])}" if found else None
 
 

@@ -1,0 +1,115 @@
+"""Random edits of the examples: the server lives, and says in the end what `planarc check` says.
+
+`PLANARC_EDITS=10000` makes as many edits as one wants.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from lsprotocol import types as lsp
+from pytest_lsp import LanguageClient
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.source import Source
+from planarc.editor.convert import Units, diagnostic
+from planarc.probe.check import check_model
+from planarc.request.request import Request
+from tests.editor.conftest import EXAMPLES, Editor
+
+pytestmark = pytest.mark.asyncio
+EDITS = int(os.environ.get("PLANARC_EDITS", "120"))
+FILES = [p for p in sorted(EXAMPLES.rglob("*.pmo")) if "model" in p.read_text("utf-8")]
+PIECES = (
+    ";", "(", ")", "{", "}", "[", "]", '"', "'", ",", ".", "=", ":=", "end", "equation", "model X",
+    "connect(", "annotation(", "/*", "//", "\n", "\0", "é", "𝛗", "Real x;", "if ", "der(", "each ",
+    "extends ", "import A.*;", "1e", "inner ", "parameter Real k = 1;", "protected\n", "\t", "\\",
+    "when time > 1 then", "redeclare ", "within;", "algorithm\n", "\ufeff", "\r",
+)  # fmt: skip
+
+
+def edits(text: str, dice: random.Random) -> tuple[int, int, str]:
+    """A random edit: the range that goes, and what comes."""
+    at = dice.randrange(len(text) + 1)
+    kind = dice.random()
+    if kind < 0.4:
+        return at, at, dice.choice(PIECES)
+    if kind < 0.7:
+        return at, min(at + dice.randrange(1, 12), len(text)), ""
+    end = min(at + dice.randrange(1, 40), len(text))
+    return (at, at, text[at:end]) if kind < 0.85 else (at, end, dice.choice(PIECES))
+
+
+def place(text: str, at: int) -> lsp.Position:
+    line = text.rfind("\n", 0, at) + 1
+    return lsp.Position(text.count("\n", 0, at), len(text[line:at].encode("utf-16-le")) // 2)
+
+
+def said(path: Path, text: str) -> set[tuple[object, ...]]:
+    """What the command says of a text: codes, places and messages."""
+    return {_told(d, text) for d in _found(Request(path, None, text=text))}
+
+
+def _found(request: Request) -> Iterator[Diagnostic]:
+    try:
+        checked = check_model(request)
+    except PlanarcError as problem:
+        yield from problem.diagnostics
+        return
+    yield from checked.warnings
+    if checked.mobility is not None and checked.mobility.redundant is not None:
+        yield checked.mobility.redundant
+
+
+def _told(found: Diagnostic, text: str) -> tuple[object, ...]:
+    told = diagnostic(found, Units(), Source("", text))
+    return str(told.code), told.message, told.range.start.line, told.range.start.character
+
+
+async def test_random_edits(client: LanguageClient) -> None:
+    editor = Editor(client)
+    dice = random.Random(18)
+    version, made, compared = 1, 0, 0
+    while made < EDITS:
+        path = dice.choice(FILES)
+        text = original = path.read_text("utf-8")
+        version += 1
+        uri = editor.open(path, text, version)
+        for _ in range(dice.randrange(2, 40)):
+            start, end, new = edits(text, dice)
+            where = lsp.Range(place(text, start), place(text, end))
+            version += 1
+            made += 1
+            editor.edit(uri, [lsp.TextDocumentContentChangePartial(where, new)], version)
+            text = text[:start] + new + text[end:]
+            if dice.random() < 0.1:
+                at = place(text, dice.randrange(len(text) + 1))
+                asked = lsp.TextDocumentIdentifier(uri)
+                await client.text_document_hover_async(lsp.HoverParams(asked, at))
+                await client.text_document_completion_async(lsp.CompletionParams(asked, at))
+                await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(asked))
+            if dice.random() < 0.15:
+                version += 1
+                editor.change(uri, original, version)
+                text = original
+        found = await editor.checked(uri, version)
+        mine = {(str(d.code), d.message, *_start(d)) for d in found}
+        wanted = said(path, text)
+        syntax = {t for t in wanted if str(t[0]).startswith("P")}
+        if syntax:  # of others the command says nothing then
+            assert {t for t in mine if str(t[0]).startswith("P")} == syntax
+        elif not any(str(t[0]).startswith("C") for t in wanted):
+            assert {t[:2] for t in mine} >= {t[:2] for t in wanted}
+            compared += 1
+        client.text_document_did_close(
+            lsp.DidCloseTextDocumentParams(lsp.TextDocumentIdentifier(uri))
+        )
+    assert await editor.checked(editor.open(FILES[0], version=version + 1), version + 1) == []
+
+
+def _start(found: lsp.Diagnostic) -> tuple[int, int]:
+    return found.range.start.line, found.range.start.character
