@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +76,11 @@ def load(
     forces, in N and N.m at all frames of all joints, those of least squares are taken.
     Raises PlanarcError with all diagnostics when the model is wrong.
     """
+    if not isinstance(class_name, str | None):
+        raise usage_error("C202", f"the name of a class is a text, not {class_name!r}")
     given = (libraries,) if isinstance(libraries, str | Path) else libraries
+    if not isinstance(given, Iterable) or not all(isinstance(p, str | Path) for p in given):
+        raise usage_error("C202", f"`libraries` takes folders, not {libraries!r}")
     folders = tuple(Path(p) for p in given)
     if isinstance(source, Path):
         request = Request(source, class_name, folders)

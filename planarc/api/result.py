@@ -13,7 +13,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from planarc.api.values import elements_of
+from planarc.api.values import count, elements_of, finite
 from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
 from planarc.core.unknown import telling_keywords, unknown_name
@@ -218,9 +218,7 @@ class Result:
     ) -> Path:
         from planarc.view.table.files import write_table
 
-        if not isinstance(where, str | os.PathLike):
-            raise usage_error("C202", f"a file has a path, not {where!r}", hint='give "run.csv"')
-        path = Path(where)
+        path = _path(where, "run.csv")
         only = None
         if variables is not None:
             names = "|".join(re.escape(n) for n in self.select(variables))
@@ -313,13 +311,18 @@ class Result:
         from planarc.view.picture.make import PictureOptions, write_picture
         from planarc.view.picture.motion import When
 
-        when = When(begin, end, speed, rate)
+        begin, end, speed, at = (
+            None if value is None else finite(name, value)
+            for name, value in (("begin", begin), ("end", end), ("speed", speed), ("at", at))
+        )
+        when, width = When(begin, end, speed, finite("rate", rate)), count("width", width) or width
         options = PictureOptions(when, at, width, dark, _several(traces), _several(layers))
         found: Sequence[Layer] = ()
         if layers:
             found = study(self.rows).layers
-        write_picture(Path(path), self.rows, options, found)
-        return Path(path)
+        file = _path(path, "run.svg")
+        write_picture(file, self.rows, options, found)
+        return file
 
     def _page(self, curves: Sequence[str] | None) -> str:
         from planarc.view.page.report import render_page
@@ -332,7 +335,7 @@ class Result:
     @telling_keywords
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
         """Write that page to a file of its own, which needs no network."""
-        return Page(self._page(curves)).save(with_ending(Path(path), ".html", ".htm"))
+        return Page(self._page(curves)).save(with_ending(_path(path, "run.html"), ".html", ".htm"))
 
     def _summary(self) -> tuple[tuple[str, str], ...]:
         s = self.statistics
@@ -346,6 +349,12 @@ class Result:
 
     def _repr_html_(self) -> str:
         return self.animate()._repr_html_()
+
+
+def _path(where: object, example: str) -> Path:
+    if not isinstance(where, str | os.PathLike):
+        raise usage_error("C202", f"a file has a path, not {where!r}", hint=f'give "{example}"')
+    return Path(where)
 
 
 def _several(names: str | Sequence[str]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Generic, TypeVar
 
 from planarc.core.data import Data
+from planarc.core.diagnostic import usage_error
 from planarc.core.prose import shortened
 from planarc.core.unknown import refuse_unknown
 from planarc.ir.kernel import Kernel
@@ -50,6 +51,12 @@ class Names(Mapping[str, Item], Generic[Item]):
     def __getitem__(self, name: str) -> Item:
         refuse_unknown(self._kind, (name,), self._items)
         return self._items[name]
+
+    def __setitem__(self, name: str, value: object) -> None:
+        refuse_unknown(self._kind, (name,), self._items)
+        way = "parameters" if self._kind == "parameter" else "start"
+        hint = f'give a run another one: simulate({way}={{"{name}": ...}})'
+        raise usage_error("C202", f"`{name}` keeps its value: a model never changes", hint=hint)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)

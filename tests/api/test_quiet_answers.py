@@ -77,7 +77,25 @@ def test_no_file_has_the_ending_of_another_kind(
 
 
 def test_a_number_is_no_path(result: planarc.Result) -> None:
-    assert "not 3" in refused(lambda: result.to_csv(3), "C202")  # type: ignore[arg-type]
+    for write in (result.to_csv, result.report, result.animate):
+        assert "not 3" in refused(lambda: write(3), "C202")  # type: ignore[operator] # noqa: B023
+
+
+@pytest.mark.parametrize("wrong", [{"width": "wide"}, {"speed": "fast"}, {"at": [1]}])
+def test_sizes_and_times_of_pictures_are_numbers(
+    result: planarc.Result, tmp_path: Path, wrong: dict[str, Any]
+) -> None:
+    (name,) = wrong
+    assert f"`{name}`" in refused(lambda: result.animate(tmp_path / "x.svg", **wrong), "C202")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [({"class_name": 7}, "7"), ({"libraries": 3}, "3"), ({"libraries": [3]}, "3")],
+)
+def test_names_and_folders_are_texts(wrong: dict[str, Any], told: str) -> None:
+    text = "model M\n  Real x = time;\nend M;"
+    assert f"not {told}" in refused(lambda: planarc.load(text, **wrong), "C202").replace("[", "")
 
 
 def test_a_name_without_ending_gets_one(result: planarc.Result, tmp_path: Path) -> None:
@@ -151,3 +169,14 @@ def test_a_block_on_a_level_slide_rests_in_neutral_equilibrium(
 def test_what_cannot_move_rests_stably() -> None:
     still = "model Still\n  Real x = 1;\nend Still;\n"
     assert planarc.load(still).equilibrium().kind == "stable"
+
+
+def test_a_model_never_changes() -> None:
+    model = planarc.load("model M\n  parameter Real a = 1;\n  Real x = a*time;\nend M;")
+
+    def assign(names: Any, name: str) -> None:
+        names[name] = 2
+
+    assert 'parameters={"a": ...}' in refused(lambda: assign(model.parameters, "a"), "C202")
+    assert 'start={"x": ...}' in refused(lambda: assign(model.variables, "x"), "C202")
+    assert "there is no" in refused(lambda: assign(model.parameters, "q"), "C201")

@@ -101,6 +101,10 @@ def _compile_element(argument: syntax.ElementModification, scope: Scope, each: i
     for _ in argument.name[1:]:
         each = None if each is None else each + 1
     if argument.modification is None:
+        if not argument.final:
+            message = f"the modifier `{argument.name[-1]}` has no value, and says nothing"
+            hint = f"write `{argument.span.text} = ...`"
+            scope.session.warn("F225", message, argument.span, hint)
         mod = Mod(final=argument.final, span=argument.span)
     else:
         mod = _compile(argument.modification, scope, each, argument.final)
