@@ -70,11 +70,14 @@ def load(
 ) -> Model:
     """A model from a file, a class of a library (`PlanarMultiBody.Examples...`), or a text.
 
-    `class_name` names the class in a file or text that holds several; `backend` is
-    `native` or `numpy` (by default native where llvmlite is installed). `redundant="accept"`:
-    joints may hold the same motion more than once, as a third parallel bar does; of their
-    forces, in N and N.m at all frames of all joints, those of least squares are taken.
-    Raises PlanarcError with all diagnostics when the model is wrong.
+    `class_name` names the class in a file or text that holds several; `libraries` are folders to
+    look in first; `backend` is `native` or `numpy` (by default native where llvmlite is installed).
+    `redundant="accept"`: joints may hold the same motion more than once, as a third parallel bar
+    does; of their forces, in N and N.m at all frames of all joints, those of least squares are
+    taken.
+
+    Raises UsageError (C206) where nothing of the kind is there, and PlanarcError with all
+    diagnostics when the model is wrong.
     """
     if not isinstance(class_name, str | None):
         raise usage_error("C202", f"the name of a class is a text, not {class_name!r}")
@@ -106,7 +109,11 @@ def load(
 
 
 class Model:
-    """See the head of this file."""
+    """A compiled model, as `planarc.load` gives it.
+
+    It is compiled once. Runs with other parameters and start values use the same code, and each
+    has a workspace of its own, so that several threads may share one model. It can be pickled.
+    """
 
     def __init__(self, request: Request, backend: Backend) -> None:
         self.request, self.backend = request, backend
@@ -149,25 +156,37 @@ class Model:
 
     @property
     def name(self) -> str:
+        """The full name of the class."""
         return self.program.name
 
     @property
     def description(self) -> str:
+        """The text behind the name of the class, empty where there is none."""
         return self.program.description
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
+        """What the compiler warned of."""
         return self.compiled().warnings
 
     @property
     def parameters(self) -> Names[Parameter]:
+        """The parameters by their names, an array's elements one by one, in SI units.
+
+        Each has `value` (the default), `unit`, `description`, `settable`, `structural`, `kind` and
+        `literals`. A name that is not there raises UnknownName.
+        """
         kernel = self.compiled().load()
         kernel.parameters()
         return Names("parameter", parameters_of(self.program, kernel))
 
     @property
     def variables(self) -> Names[Variable]:
-        """All variables that are no parameters, with start values and values at the start."""
+        """All variables that are no parameters, in SI units.
+
+        Each has `start` (None where it follows from others), `value` (at the start of a run with
+        default values), `unit`, `description` and `kind`.
+        """
         if self._variables is None:
             self._variables = self._find_variables()
         return Names("variable", self._variables)
@@ -181,10 +200,12 @@ class Model:
 
     @property
     def inputs(self) -> tuple[str, ...]:
+        """The names of the inputs, which `simulate(inputs=...)` takes."""
         return self.program.inputs
 
     @property
     def outputs(self) -> tuple[str, ...]:
+        """The names of the outputs."""
         return self.program.outputs
 
     def _find_variables(self) -> dict[str, Variable]:
@@ -219,10 +240,16 @@ class Model:
     ) -> Result:
         """Run the model; what is not given is as the model's experiment annotation says.
 
-        `parameters` and `start` set values by name (SI units), `inputs` are numbers,
-        functions of time or tables. `redundant`: see `planarc.load`; by default as the model
-        was loaded. Raises UsageError for a wrong request, PlanarcError
-        where there is no start, RunStopped (with the `result` so far) where the run fails.
+        Times are in s; `tolerance` is the relative error of a step. The result has a row at every
+        `interval` (s), or `intervals` + 1 of them, and two at each event. `parameters` and `start`
+        set values by name (SI units; an array takes a sequence), `inputs` are numbers, functions of
+        time or tables. `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf`
+        and, with a `fixed_step` (s), `euler` and `rk4`. `redundant`: see `planarc.load`; by default
+        as the model was loaded. `progress` is called with the time that is reached.
+
+        Raises UnknownName for a name that is not there, UsageError for a wrong request,
+        PlanarcError where there is no start, RunStopped (with the `result` so far) where the run
+        fails. Warns Recompiled where a parameter is structural.
         """
         if progress is not None and not callable(progress):
             raise usage_error(
@@ -350,7 +377,9 @@ class Model:
     ) -> Linearization:
         """The linear model at a point: the start (default), a time, or given start values.
 
-        `at="equilibrium"` looks for the nearest stable equilibrium first.
+        `at="equilibrium"` looks for the nearest stable equilibrium first. With n states, m inputs
+        and p `outputs` the matrices A, B, C and D have the shapes (n, n), (n, m), (p, n), (p, m).
+        Raises PlanarcError where there is no start there, R474 for a model with delays.
         """
         from planarc.api.analysis.linearize import linearize
 
@@ -364,7 +393,10 @@ class Model:
         start: Mapping[str, Value] | None = None,
         inputs: Mapping[str, Signal] | None = None,
     ) -> Equilibrium:
-        """A state of rest near the start: stable, where there is a way down to one."""
+        """A state of rest near the start: stable, where there is a way down to one.
+
+        Raises PlanarcError (R471) where none is found.
+        """
         from planarc.api.analysis.equilibrium import find_equilibrium
 
         return find_equilibrium(*self.asked(parameters, start), inputs)
@@ -377,7 +409,11 @@ class Model:
         start: Mapping[str, Value] | None = None,
         tries: int = 200,
     ) -> tuple[Assembly, ...]:
-        """All ways to put the mechanism together that many guesses find."""
+        """All ways to put the mechanism together that many guesses find, the nearest first.
+
+        What is fixed at the start stays. The guesses are the same each time. Raises PlanarcError
+        (R472) where there is no way.
+        """
         from planarc.api.analysis.assemble import assemble
 
         return assemble(*self.asked(parameters, start), tries)
@@ -398,7 +434,11 @@ class Model:
         """Inverse dynamics: the effort that a motion of joint coordinates needs.
 
         `model.drive("crank.phi", f)`: `f` is a function of time, a table, three functions
-        (position, velocity, acceleration), or a text in Modelica such as `"sin(2*time)"`.
+        (position, velocity, acceleration), or a text in Modelica such as `"sin(2*time)"`. Several
+        coordinates come as a mapping. The effort is in N.m for an angle, in N for a length.
+
+        Raises UnknownName for a coordinate that is not there, UsageError for a motion that is not
+        known at some time (C212) or that cannot be read (C246).
         """
         from planarc.api.analysis.drive import drive
 
@@ -432,7 +472,14 @@ class Model:
         values: Mapping[str, Value] | None = None,
         start: Mapping[str, Value] | None = None,
     ) -> Sensitivities:
-        """Derivatives of all variables with respect to some parameters, over time."""
+        """Derivatives of all variables with respect to some parameters, over time.
+
+        `values` are other values of parameters, around which the derivatives are taken. The
+        equations of the sensitivities are integrated beside the motion, as exactly as that.
+
+        Raises UnknownName, UsageError (C244, C253), and PlanarcError (R473) where a sensitivity
+        cannot be followed, as through an event whose instant depends on the parameter.
+        """
         from planarc.api.analysis.sensitivity import sensitivities
 
         times = start_time, stop_time, tolerance, intervals

@@ -43,7 +43,13 @@ class Result:
 
     Values are in SI units, as `unit(name)` says. A variable that does not change has an
     array too. The name of an array, `result["body.r_0"]`, gives an array with one more axis
-    for each of its subscripts. Going through a result gives the names of its variables.
+    for each of its subscripts, here of the shape (rows, 2). Going through a result gives the names
+    of its variables; `len` is the number of rows.
+
+    `time` (s) rises, and occurs twice at an event: before it and after it. `events` lists these
+    instants with their causes, `states` what was integrated, and from when on; `start` tells what
+    became of each start value, `statistics` the effort. `warnings` are messages of the run, and
+    `ended` is the reason why it ended before its time, None if it did not.
     """
 
     def __init__(self, rows: Rows, compiled: Compiled | None = None) -> None:
@@ -115,6 +121,7 @@ class Result:
 
     @property
     def units(self) -> dict[str, str]:
+        """The unit of each variable by its name."""
         return {n: c.unit for n, c in self.rows.columns.items()}
 
     def unit(self, name: str) -> str:
@@ -122,6 +129,7 @@ class Result:
         return "s" if name == "time" else self.rows.columns[self._scalars([name])[0]].unit
 
     def description(self, name: str) -> str:
+        """The text behind the declaration of a variable."""
         return self.rows.columns[self._scalars([name])[0]].description
 
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
@@ -206,11 +214,15 @@ class Result:
         *,
         units: bool = False,
     ) -> Path:
-        """All variables, or some; with `units` in the head of each column."""
+        """Write a table: all variables, or some; with `units` in the head of each column.
+
+        The first column is the time, values are in SI units, with all their digits. Gives the path.
+        Raises UnknownName, and UsageError where the file cannot be written.
+        """
         return self._write(path, ".csv", variables, units)
 
     def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
-        """MATLAB level 4, as Modelica tools share it."""
+        """Write MATLAB level 4, as Modelica tools share it; it holds constants, too."""
         return self._write(path, ".mat", variables, False)
 
     def _write(

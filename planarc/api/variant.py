@@ -20,6 +20,7 @@ from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
 from planarc.core.source import decode
+from planarc.flatten.tree.predefined import NAMES as PREDEFINED
 from planarc.ir.program import ParameterSlot, Program
 from planarc.request.reader import content_of
 from planarc.request.request import Request, open_target
@@ -151,7 +152,10 @@ def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:
         case "enumeration":
             if not 1 <= value <= len(parameter.literals) or value != int(value):
                 raise usage_error("C204", f"`{parameter.name}` has no literal number {value:g}")
-            return f".{type_name}.{parameter.literals[int(value) - 1]}"
+            outermost = (
+                "" if type_name in PREDEFINED else "."
+            )  # a leading dot does not lead to these
+            return f"{outermost}{type_name}.{parameter.literals[int(value) - 1]}"
     return repr(float(value))
 
 

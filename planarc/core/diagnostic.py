@@ -32,7 +32,11 @@ class Related(Data):
 
 
 class Diagnostic(Data):
-    """One message. `message` is lower case, names in backticks; `hint` an imperative."""
+    """One message. `message` is lower case, names in backticks; `hint` an imperative.
+
+    `code` is a key: `planarc explain CODE`. `span` is the place in a text, None where there is
+    none, and `related` are further places.
+    """
 
     code: str
     message: str

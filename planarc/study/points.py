@@ -21,7 +21,7 @@ Point: TypeAlias = "Mapping[str, Value]"
 
 
 def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Every combination; the last name changes fastest. Raises UsageError (C230)."""
+    """Every combination; the last name changes fastest. Raises UsageError (C230, C239)."""
     if not isinstance(values, Mapping):
         raise usage_error("C230", f"a grid takes values by name, not {type(values).__name__}")
     axes: list[list[Any]] = []
@@ -39,7 +39,10 @@ def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
 def random(
     ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
 ) -> list[dict[str, float]]:
-    """`count` points, independent and uniform within the ranges."""
+    """`count` points, independent and uniform within the ranges, the same for the same `seed`.
+
+    Raises UsageError: C237 for a range that is none, C238 for a count below 1.
+    """
     return _scaled(ranges, np.random.default_rng(seed).random((_count(count), len(ranges))))
 
 
@@ -47,7 +50,10 @@ def random(
 def latin_hypercube(
     ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
 ) -> list[dict[str, float]]:
-    """`count` points, of which one lies in each of `count` slices of every range."""
+    """`count` points, of which one lies in each of `count` slices of every range.
+
+    They cover the ranges more evenly than independent ones. Raises UsageError as `random` does.
+    """
     from scipy.stats import qmc
 
     return _scaled(ranges, qmc.LatinHypercube(len(ranges), rng=seed).random(_count(count)))

@@ -75,8 +75,13 @@ def sweep(
     of a start value (`crank.phi.start`). `metric`: see `planarc.study.metric`; by default the
     states at the end. `workers`: processes, by default one a core. `client`: a Dask client,
     whose workers do it instead. `limit`: seconds that one run may take
-    in a process of its own (with `workers=1` there is none).
-    Raises UsageError for names that are not there and for structural parameters.
+    in a process of its own (with `workers=1` there is none). `journal`: a file that keeps finished
+    points. `progress`: True draws a bar; a function is called with the numbers of finished, of all
+    and of failed points.
+
+    Raises UnknownName and UsageError before anything runs: for names that are not there and for
+    structural parameters. A point that fails is a row of `failures`. Raises StudyInterrupted at
+    Ctrl-C, with the study so far.
     """
     limit = _asked(model, client, limit)
     table = _points(points)

@@ -140,3 +140,16 @@ def test_a_computed_parameter_names_those_that_may_be_set() -> None:
     model = planarc.load(f"{text} Real x = c; end Area;")
     with pytest.raises(UsageError, match="`c` cannot be set: it is computed from `a` and `b`"):
         model.simulate(0, parameters={"c": 1.0})
+
+
+def test_a_literal_of_a_predefined_enumeration() -> None:
+    text = """model Asked
+      parameter StateSelect choice = StateSelect.avoid;
+      Real x(start=1, fixed=true, stateSelect=choice);
+      Real y = 2*x;
+    equation
+      der(x) = -y;
+    end Asked;"""
+    with pytest.warns(Recompiled):
+        result = planarc.load(text).simulate(1, parameters={"choice": "always"})
+    assert result.parameters["choice"] == 5

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urldefrag
 
+import planarc
 from planarc.catalog.explanations import Code
 from planarc.cli.app import COMMANDS
 from planarc_docs.library import LIBRARIES, has_own_page
@@ -68,6 +69,7 @@ def links_hold(pages: dict[Path, _Page]) -> None:
 
 def everything_has_a_place(site: Path, pages: dict[Path, _Page]) -> None:
     anchors = set().union(*(page.anchors for page in pages.values()))
+    assert {f"planarc.{name}" for name in planarc.__all__} <= anchors
     assert {code.name.lower() for code in Code} <= anchors
     assert {p.stem for p in (site / "commands").glob("*.html")} == COMMANDS.keys()
     for library in LIBRARIES:

@@ -1,7 +1,7 @@
 """What this site adds to Sphinx: pictures of mechanisms, and pages made from planarc itself.
 
 In:   the pages of `docs/`, the libraries, the commands, the codes of diagnostics
-Out:  directives `motion`, `curves` and `measured`; the folders `library`, `commands`, `codes`
+Out:  directives `motion`, `curves`, `measured`, `papers`; folders `library`, `commands`, `codes`
 
 A block ```` ```modelica NAME ```` is a file of its page, and is shown with that name.
 """
@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Entry point of Sphinx."""
     from planarc_docs.measured import Measured
+    from planarc_docs.papers import Papers
     from planarc_docs.pictures import Curves, Motion
 
-    for name, directive in {"motion": Motion, "curves": Curves, "measured": Measured}.items():
+    own = {"motion": Motion, "curves": Curves, "measured": Measured, "papers": Papers}
+    for name, directive in own.items():
         app.add_directive(name, directive)
     app.connect("builder-inited", _make_pages)
     app.connect("source-read", _name_files)

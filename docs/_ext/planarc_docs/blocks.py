@@ -38,12 +38,18 @@ def blocks_of(page: str) -> Iterator[Block]:
         yield Block(language, (argument or "").strip(), text, *found.span(3), line)
 
 
+def write_file(block: Block, folder: Path) -> Path:
+    """Write one file of a page; its name may lead into folders."""
+    path = folder / block.argument
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(block.text, encoding="utf-8", newline="\n")
+    return path
+
+
 def write_files(page: str, folder: Path) -> Mapping[str, Path]:
     """Write the files of a page into a folder."""
     named = [b for b in blocks_of(page) if b.language == "modelica" and b.argument]
-    for block in named:
-        (folder / block.argument).write_text(block.text, encoding="utf-8", newline="\n")
-    return {b.argument: folder / b.argument for b in named}
+    return {b.argument: write_file(b, folder) for b in named}
 
 
 def with_captions(page: str) -> str:

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from planarc.cli.app import run
-from planarc_docs.blocks import Block, blocks_of
+from planarc_docs.blocks import Block, blocks_of, write_file
 
 ROOT = Path(__file__).parents[3]
 _WIDTH = "96"
@@ -49,7 +49,7 @@ def play(page: str, folder: Path) -> Iterator[Played]:
         for block, following in zip(blocks, [*blocks[1:], None], strict=False):
             match block.language:
                 case "modelica" if block.argument:
-                    Path(block.argument).write_text(block.text, "utf-8", newline="\n")
+                    write_file(block, folder)
                 case "console":
                     yield Played(block, "".join(map(_answer, _commands(block.text))))
                 case "python":
@@ -85,7 +85,7 @@ def _script(page: str, block: Block, following: Block | None, names: dict[str, A
     with redirect_stdout(caught):
         exec(code, names)
     told = following is not None and following.language == "text"
-    if following is not None and told and not page[block.end + 3 : following.begin - 7].strip():
+    if following is not None and told and not page[block.end + 3 : following.begin - 8].strip():
         return Played(following, caught.getvalue())
     return Played(Block("text", "", "", block.end + 3, block.end + 3, block.line), _new(caught))
 

@@ -65,7 +65,12 @@ class Mode(Data):
 
 
 class Linearization(Data, eq=False):
-    """Matrices with the names of their rows and columns, and the point (`time`, `values`)."""
+    """Matrices with the names of their rows and columns, and the point (`time`, `values`).
+
+    dx/dt = A x + B u,  y = C x + D u, where x, u and y are deviations from the point, of `states`,
+    `inputs` and `outputs`, in SI units. `derivatives` tells whether they come from `formulas` or
+    from `differences`.
+    """
 
     A: Vector
     B: Vector

@@ -51,7 +51,11 @@ RUN_STEP, RUN_TOLERANCE = 1e-4, 1e-11
 
 
 class Sensitivities(Data):
-    """`s["crank.phi", "rod.L"]` is d(crank.phi)/d(rod.L) over `time`; `values` the motion."""
+    """`s["crank.phi", "rod.L"]` is d(crank.phi)/d(rod.L) over `time`; `values` the motion.
+
+    Units are that of the variable over that of the parameter. `data` has the shape
+    (rows, variables, parameters), in the order of `names` and `parameters`.
+    """
 
     time: Vector
     parameters: tuple[str, ...]
@@ -75,6 +79,7 @@ class Sensitivities(Data):
         return found
 
     def values(self, variable: str) -> Vector:
+        """The motion itself: a variable over `time`."""
         refuse_unknown("variable", (variable,), self.names)
         found: Vector = self.motion[:, self.names.index(variable)]
         return found
