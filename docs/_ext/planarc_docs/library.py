@@ -82,10 +82,11 @@ class _Book:
     def _body(self, page: ClassPage) -> Iterator[str]:
         said = plain(page.comment).rstrip(".")
         yield f"*{page.kind}* {code(page.name)}" + (f": {said}.\n" if said else "\n")
-        for word, text in page.head:
-            yield f"**{plain(word)}**\n\n{fence('text', text)}"
         if self._apart(page):
             yield from self._picture(page)
+        for word, text in page.head:
+            if word != "Check":  # for those who work on the library
+                yield f"{plain(word)}\n: {_laid(text)}\n"
         yield _info(page)
         if page.bases:
             yield f"Extends {', '.join(map(self._link, page.bases))}.\n"
@@ -156,6 +157,12 @@ def _target(page: ClassPage) -> str:
 
 
 def _info(page: ClassPage) -> str:
-    """The library's own text, on one line, so that no mark in it means anything."""
-    text = " ".join(clean(page.info, ()).split())
-    return f"<div>{text}</div>\n" if text else ""
+    """The library's own text: HTML, in which no mark of Markdown means anything."""
+    lines = (line for line in clean(page.info, ()).splitlines() if line.strip())
+    text = "\n".join(lines)  # an empty line would end the HTML
+    return f"<div>\n{text}\n</div>\n" if text else ""
+
+
+def _laid(text: str) -> str:
+    """Lines of a law one below the other, as code."""
+    return "\\\n  ".join(code(line) for line in text.splitlines())

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-_MARKS = re.compile(r"([\\`*_{}\[\]<>#|$~^])")
+_MARKS = re.compile(r"([\\`*_{}\[\]<>#$~^])")
 
 
 def write_folder(folder: Path, pages: Mapping[str, str]) -> None:
@@ -27,15 +27,15 @@ def plain(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """A text as code within a line or the cell of a table."""
-    shown = " ".join(text.split()).replace("|", "\\|")
+    """A text as code within a line."""
+    shown = " ".join(text.split())
     ticks = "``" if "`" in shown else "`"
     return f"{ticks}{shown}{ticks}" if shown else ""
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table without the columns that are empty in every row."""
-    lines = [tuple(row) for row in rows]
+    lines = [tuple(cell.replace("|", "\\|") for cell in row) for row in rows]
     kept = [i for i in range(len(head)) if any(row[i] for row in lines)]
     shown = [tuple(head[i] for i in kept), tuple("---" for _ in kept)]
     shown += [tuple(row[i] for i in kept) for row in lines]
