@@ -48,7 +48,8 @@ class Number(IntEnum):
     STATES = 2  # how many
     OPEN = 3  # index of a modal block that left unknowns open, or -1
     SHIFTED = 4  # how many zero functions may be moved
-    FIRST_STATE = 5
+    CONTENT = 5  # 1 where blocks of the top may keep values at which their slopes are singular
+    FIRST_STATE = 6
 
 
 class Mode(IntEnum):

@@ -149,6 +149,10 @@ class Kernel(Protocol):
     def settle(self, block: int, values: Sequence[float]) -> None:
         """Let a block of the top start from other values, until the next accepted point."""
 
+    def be_content(self) -> None:
+        """Until `parameters` runs, let a block of the top keep values that leave nothing of its
+        residuals, though its slopes are singular there."""
+
     def parameters(self) -> int:
         """Run the list `parameters`."""
 

@@ -21,7 +21,9 @@ Others take steps until one is so small that the next would be its square:
 A step that does not lessen the residuals is halved, `HALVINGS` times at most.
 The solve fails (and a smaller step of the integrator may help) when the matrix is
 singular, after too many steps, or when no part of a step lessens the residuals; but after
-a small step this is rounding, and the solve ends there. Below the top it also fails when
+a small step this is rounding, and the solve ends there. In the top it also ends where the
+matrix is singular and residuals are exactly zero, x = sin(x) from x = 0, when no other root
+was found (`Kernel.be_content`). Below the top it also fails when
 the result lies further than `FAR` from where it started.
 
 A *modal* block of the top, whose matrix changes with truths at events, may be singular

@@ -157,8 +157,9 @@ class Degrees:
         self._memo: dict[Expr, int] = {}
 
     def define(self, symbol: Expr, value: Expr) -> None:
-        """`symbol` stands for `value` from now on."""
-        self._of_symbol[symbol] = self(value)
+        """`symbol` stands for `value` from now on; it is an unknown of the block even where this is
+        a number, and no number of its matrix."""
+        self._of_symbol[symbol] = max(1, self(value))
 
     def __call__(self, root: Expr) -> int:
         return fold(root, self._memo, self._degree)

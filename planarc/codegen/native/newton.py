@@ -213,17 +213,30 @@ def _eliminate(
     ended: Callable[[], None] | None = None,
 ) -> None:
     """The change from matrix and right side; where there is none, the function ends, after a
-    small step with success."""
+    small step or in the top without residuals with success."""
     flag = c.variable(c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m), FLAG)
     with c.when(flag.get().equals(UNSOLVED) & b.modal):
         flag.set(c.call(FLAG, "pc_open", frame, record))
     if ended is not None:
-        small = b.state.load(REAL, TINY) > 0.0
-        with c.when(flag.get().equals(UNSOLVED) & small, leaves=True):
+        with c.when(flag.get().equals(UNSOLVED) & (_is_small(b) | _is_met(c, b)), leaves=True):
             ended()
     with c.when(flag.get() < 0, leaves=True):
         b.numbers.store(b.index, Number.FAILED)
         c.give(flag.get())
+
+
+def _is_small(b: Block) -> Value:
+    """Whether the last step was."""
+    return b.state.load(REAL, TINY) > 0.0
+
+
+def _is_met(c: Code, b: Block) -> Value:
+    """Whether nothing is left of a block of the top, and that is enough."""
+    most = c.variable(0.0)
+    with c.loop(b.m) as i:
+        most.set(c.largest(most.get(), c.absolute(b.residuals.load(REAL, i))))
+    content = b.numbers.load(INT, Number.CONTENT).equals(1)
+    return most.get().equals(0.0) & content & ~b.below
 
 
 def _fail(c: Code, b: Block) -> None:

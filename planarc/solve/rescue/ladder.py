@@ -187,7 +187,8 @@ def newton(f: Function, x: Vector) -> Vector | None:
         x, r = following
         if small and _vanish(r, slopes, x):
             return x
-    return None
+    # A root where slopes vanish too is never reached: each step goes a part of the way.
+    return x if (abs(step) <= SAME * abs(x).clip(1.0)).all() else None
 
 
 def _shortened(

@@ -79,6 +79,9 @@ class Rescue:
                     self._solved(t, block, found.way, guess)
                     return flag
         self.kernel.settle(block, guess.tolist())
+        if self._is_met(t, block, guess):
+            self.kernel.be_content()
+            return call()
         self.tried.add(block)
         self._left -= 1
         return call()
@@ -100,6 +103,11 @@ class Rescue:
                 self._solved(t, block, way, guess)
                 return True
         return False
+
+    def _is_met(self, t: float, block: int, guess: Vector) -> bool:
+        """Whether the guess itself is a root, at which slopes are singular."""
+        found = BlockFunction(self.program, self.kernel, t, block)(guess)
+        return found is not None and not found.any()
 
     def _tears(self, block: int) -> Vector:
         import numpy as np

@@ -14,10 +14,11 @@ from __future__ import annotations
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
+from planarc.solve.rescue.ladder import climb
 from planarc.solve.start import newton
 from planarc.solve.start.branch import nearest_root
 from planarc.solve.start.held import Choice, places
-from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.stage import Part, solve_stage
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
@@ -48,7 +49,21 @@ def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
     if found:
         return min(found, key=lambda v: float(np.linalg.norm(v - u0)))
     free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
-    return None if free is None else _move(system, free, u0, held)
+    values = None if free is None else _move(system, free, u0, held)
+    return _climb(system, u0, held) if values is None else values
+
+
+def _climb(system: System, u0: Vector, held: Flags) -> Vector | None:
+    """Initial equations solved by all ways that there are, where these give all that is free."""
+    rows, columns = list(range(system.rows)), [i for i, h in enumerate(held) if not h]
+    if not system.initial_rows or len(rows) != len(columns):
+        return None
+    part = Part(system, u0, rows, columns)
+    for found in climb(part, u0[columns]):
+        root = solve_stage(system, part.point(found.point), rows, columns)
+        if root.converged:
+            return root.point
+    return None
 
 
 def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:

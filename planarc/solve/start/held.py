@@ -18,7 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.ir.program import FixedSlot
+from planarc.ir.program import FixedSlot, Program
 from planarc.solve.start import newton
 from planarc.solve.start.branch import agreed_place
 from planarc.solve.start.stage import solve_stage
@@ -55,8 +55,13 @@ def choose_held(system: System, u: Vector) -> Choice:
     if outcome is None or not outcome.plain:
         outcome = choose_closed(system, u) or outcome
     if outcome is None:
-        return Choice(tuple(c.fixed for c in system.program.candidates))
+        return choose_fixed(system.program)
     return outcome.choice
+
+
+def choose_fixed(program: Program) -> Choice:
+    """What is fixed, and nothing else."""
+    return Choice(tuple(c.fixed for c in program.candidates))
 
 
 def choose_closed(system: System, u: Vector) -> _Outcome | None:

@@ -39,7 +39,7 @@ from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import failure as start_failure
 from planarc.solve.start import sharing
 from planarc.solve.start.assembly import assemble
-from planarc.solve.start.held import choose_closed, choose_held, is_confirmed
+from planarc.solve.start.held import choose_closed, choose_fixed, choose_held, is_confirmed
 from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.singular import refuse_singular
 from planarc.solve.start.system import System
@@ -84,6 +84,12 @@ def solve_start(
         if again is not None and again.choice != choice:
             choice = again.choice
             values = assemble(system.holding(choice.others), u0, choice)
+    wished = choice.others or any(
+        h and not c.fixed for h, c in zip(choice.held, program.candidates, strict=True)
+    )
+    if values is None and wished and len(u0) <= system.rows:  # what is not fixed is a guess
+        choice = choose_fixed(program)
+        values = assemble(system, u0, choice)
     system = system.holding(choice.others)
     if values is None:
         raise start_failure.explain(system, u0, choice)

@@ -54,8 +54,8 @@ class Part:
         self._full[self._columns] = z
         return self._full.copy()
 
-    def __call__(self, z: Vector) -> Vector | None:
-        self._full[self._columns] = z
+    def __call__(self, x: Vector) -> Vector | None:
+        self._full[self._columns] = x
         found = self._system.values(self._full, self._slots)
         if found is None:
             return None
@@ -66,8 +66,8 @@ class Part:
             pulled *= self._factor
         return values
 
-    def slopes(self, z: Vector) -> Vector | None:
-        self._full[self._columns] = z
+    def slopes(self, x: Vector) -> Vector | None:
+        self._full[self._columns] = x
         found = self._system.slopes(self._full, self._columns, self._slots)
         if found is None:
             return None

@@ -101,3 +101,52 @@ initial equation
         )
         found = [result[name][0] for name in "abc"]
         assert found == pytest.approx([2, 3, 2], abs=1e-8)
+
+
+def test_initial_equations_are_met_far_from_their_guesses(backend: str) -> None:
+    """x + y = 1550 and x*y = 6e5 for 750 and 800; at the guesses, zeros, slopes are singular."""
+    result = run(
+        """
+  Real x, y;
+initial equation
+  x*y = 6e5;
+  x + y = 1550;
+equation
+  der(x) = 0;
+  der(y) = 0;""",
+        backend,
+    )
+    assert sorted([result["x"][0], result["y"][0]]) == pytest.approx([750, 800], rel=1e-9)
+
+
+def test_start_values_beside_enough_initial_equations_are_guesses(backend: str) -> None:
+    """The double root x = y = 1 of x + y = 2 and x*y = 1 leaves a direction open; it is no freedom
+    in which x = 0 could be held."""
+    result = run(
+        """
+  Real x(start=0), y(start=0);
+initial equation
+  x*y = 1;
+  x + y = 2;
+equation
+  der(x) = -x;
+  der(y) = -y;""",
+        backend,
+    )
+    assert [result["x"][0], result["y"][0]] == pytest.approx([1, 1], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("equations", "start", "root"),
+    [
+        ("x = y + 1; x - 1 = sin(y);", (1, 0), (1, 0)),  # a triple root, from itself
+        ("y*(x^2 + 1) = 0; y*x = y^2;", (3, 0), (3, 0)),  # every x solves them
+        ("(x - 2*y)^2 = 0; (x - y)^2 = 0;", (1, 1), (0, 0)),  # slopes end with the residuals
+    ],
+)
+def test_roots_where_slopes_vanish(
+    equations: str, start: tuple[float, float], root: tuple[float, float], backend: str
+) -> None:
+    text = f"  Real x(start={start[0]}), y(start={start[1]});\nequation\n  {equations}"
+    result = run(text, backend, stop=0.0)
+    assert [result["x"][0], result["y"][0]] == pytest.approx(root, abs=1e-4)

@@ -135,6 +135,9 @@ class NativeKernel(Derived):
         self._settled[block] = values
         self._accepted[self._tears(block)] = values
 
+    def be_content(self) -> None:
+        self._numbers[Number.CONTENT] = 1
+
     def _tears(self, block: int) -> slice:
         """The places of a block's values in `accepted`."""
         record = self._place.records[block]
@@ -179,6 +182,7 @@ class NativeKernel(Derived):
     def parameters(self) -> int:
         self._started = False
         self._settled.clear()
+        self._numbers[Number.CONTENT] = 0
         return self._call_parameters(float(self.w[0]))
 
     def select(self, selection: Sequence[int]) -> None:

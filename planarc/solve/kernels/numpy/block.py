@@ -54,6 +54,7 @@ class Block:
         self.open = False  # the equations left unknowns open when it was solved last
         self.lapack = True  # to solve three unknowns and more
         self.lenient = False  # where it cannot be solved its unknowns are zero
+        self.content = False  # values that leave nothing are enough where slopes are singular
         self.residuals: Sequence[float] = ()
         self.matrix: Rows = ()
         self._w = w
@@ -181,7 +182,7 @@ class Block:
         found = solve_linear(matrix, residuals, self.lapack)
         if found is None and self._modal:
             found = self._solve_open(matrix, residuals, [0.0] * len(residuals))
-        if found is None and self._small:
+        if found is None and (self._small or self._is_met(residuals)):
             self._finish()
             return x
         change = self._checked(found, residuals, matrix)
@@ -228,6 +229,9 @@ class Block:
             self.done = True
             return [0.0] * len(residuals)
         raise UnsolvedError(self.index)
+
+    def _is_met(self, residuals: Sequence[float]) -> bool:
+        return self.content and not self._below and not any(residuals)
 
     def _is_last(self) -> bool:
         """Whether a small step is so beside each unknown, or beside the terms of each equation."""

@@ -97,6 +97,10 @@ class NumpyKernel(Derived):
         self._settled[block] = values
         self._blocks[block].begin(values)
 
+    def be_content(self, content: bool = True) -> None:
+        for block in self._blocks:
+            block.content = content
+
     def expect_few_points(self) -> None:
         """Solve without LAPACK: importing it would take longer than all solutions."""
         for block in self._blocks:
@@ -116,6 +120,7 @@ class NumpyKernel(Derived):
     def parameters(self) -> int:
         self._started = False
         self._settled.clear()
+        self.be_content(False)
         return self._run("parameters")[0]
 
     def select(self, selection: Sequence[int]) -> None:
