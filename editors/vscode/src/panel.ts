@@ -39,9 +39,9 @@ export class Panels implements vscode.Disposable {
       if (known.url === page.url) return;
     }
     const frame = known?.view ?? into ?? Panel.create(page.class);
-    const external = await vscode.env.asExternalUri(vscode.Uri.parse(page.url, true));
+    const external = await outside(page.url);
     const made = known ?? new Panel(model, frame, (component) => void this.goTo(model, component));
-    made.fill(page.url, external.toString(true));
+    made.fill(page.url, external);
     if (known) return;
     this.open.set(key(model), made);
     frame.onDidDispose(() => {
@@ -182,6 +182,14 @@ frame.src = address;
 </script>
 </body>
 </html>`;
+}
+
+/** The address under which the editor's own frame finds a page: its port may be forwarded, and
+ * some editors keep of an address no more than that. */
+async function outside(address: string): Promise<string> {
+  const { origin, pathname } = new URL(address);
+  const forwarded = await vscode.env.asExternalUri(vscode.Uri.parse(`${origin}/`, true));
+  return forwarded.toString(true).replace(/\/+$/, "") + pathname;
 }
 
 /** A component and those that it is in, from the inside out: a.b[1].c, a.b[1], a. */

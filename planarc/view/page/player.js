@@ -344,7 +344,9 @@ planarc.createPlayer = function (element, scene, options = {}) {
       return item && planarc.posed(item, reader, pose) ? { ...pose } : null;
     },
     light(component) {
+      // Of a part that is not drawn, what it is in.
       lit = component;
+      while (lit && !items.some((item) => planarc.within(item.component, lit))) lit = lit.replace(/\.?[^.]*$/, "");
       ask();
     },
     pick(x, y) {

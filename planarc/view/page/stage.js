@@ -139,7 +139,7 @@ planarc.createStage = function (canvas) {
     for (const item of items) {
       if (!planarc.posed(item, reader, pose)) continue;
       world();
-      if (lit && within(item.component, lit)) {
+      if (lit && planarc.within(item.component, lit)) {
         context.shadowColor = colors.accent;
         context.shadowBlur = 18 * ratio;
       }
@@ -154,21 +154,25 @@ planarc.createStage = function (canvas) {
   }
 
   function pick(items, reader, x, y) {
-    // The component of the topmost item that covers something near a point of the canvas.
-    const near = 9; // pixels in a square around the point
+    // The component of the topmost item under a point of the canvas, or else close to it.
+    return touched(items, reader, x, y, 1) ?? touched(items, reader, x, y, 9);
+  }
+
+  function touched(items, reader, x, y, size) {
+    // The topmost item that covers something of a square around a point, sizes in pixels.
     const glass = document.createElement("canvas");
-    glass.width = near;
-    glass.height = near;
+    glass.width = size;
+    glass.height = size;
     const target = glass.getContext("2d", { willReadFrequently: true });
     const pose = {};
     for (const item of [...items].reverse()) {
       if (!planarc.posed(item, reader, pose)) continue;
       const k = view.scale;
       target.setTransform(
-        k, 0, 0, -k, width / 2 - view.x * k - x + near / 2, height / 2 + view.y * k - y + near / 2,
+        k, 0, 0, -k, width / 2 - view.x * k - x + size / 2, height / 2 + view.y * k - y + size / 2,
       );
       paint(target, pose, 1 / k);
-      if (target.getImageData(0, 0, near, near).data.some((byte) => byte > 0)) return item.component;
+      if (target.getImageData(0, 0, size, size).data.some((byte) => byte > 0)) return item.component;
     }
     return null;
   }
@@ -178,10 +182,10 @@ planarc.createStage = function (canvas) {
   return { view, fit, zoom, move, draw, pick, measure, dress };
 };
 
-function within(name, component) {
+planarc.within = function (name, component) {
   // True for a component itself, what is in it, and its elements.
   return name.startsWith(component) && ["", ".", "["].includes(name.charAt(component.length));
-}
+};
 
 planarc.length = function (metres) {
   // A length as people say it: 5 cm, 200 mm, 2 km.

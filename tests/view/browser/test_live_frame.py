@@ -170,8 +170,9 @@ def test_the_component_under_the_cursor_is_lit_up(
     screenshot(page, "live-panel-lit")
     page.evaluate("light('coup')")  # part of a name is no component
     assert pixels(frame) == plain
-    page.evaluate("light('coupler.shape')")
-    assert pixels(frame) == lit
+    for name in ("coupler.shape", "coupler.frame_b"):  # of what is not drawn, what it is in
+        page.evaluate(f"light('{name}')")
+        assert pixels(frame) == lit
     page.evaluate("frame.contentWindow.postMessage({ type: 'planarc/lit', component: 7 }, '*')")
     page.evaluate("frame.contentWindow.postMessage(null, '*')")
     assert pixels(frame) == lit
