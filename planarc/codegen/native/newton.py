@@ -218,7 +218,10 @@ def _eliminate(
     with c.when(flag.get().equals(UNSOLVED) & b.modal):
         flag.set(c.call(FLAG, "pc_open", frame, record))
     if ended is not None:
-        with c.when(flag.get().equals(UNSOLVED) & (_is_small(b) | _is_met(c, b)), leaves=True):
+        with (
+            c.when(flag.get().equals(UNSOLVED)),
+            c.when(_is_small(b) | _is_met(c, b), leaves=True),
+        ):
             ended()
     with c.when(flag.get() < 0, leaves=True):
         b.numbers.store(b.index, Number.FAILED)
