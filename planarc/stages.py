@@ -39,10 +39,12 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     from planarc.flatten.pipeline import flatten as run_stage
     from planarc.flatten.typing.units import UnitCheck
 
-    seconds = (clock or Clock()).seconds
+    clock = clock or Clock()
+    seconds = clock.seconds
     begin, parsed = perf_counter(), target.reader.seconds
     try:
-        model = run_stage(target.library, target.class_name, UnitCheck(target.units.value))
+        units = UnitCheck(target.units.value)
+        model = run_stage(target.library, target.class_name, units, clock.watch)
         return replace(model, warnings=(*target.warnings, *model.warnings))
     except Unbalanced as problem:
         raise _who_is_to_blame(problem) from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
@@ -13,9 +13,13 @@ class Clock(Struct):
     """Wall seconds spent in each phase, in the order in which they began."""
 
     seconds: dict[str, float] = field(default_factory=dict)
+    #: called before each phase, and often in long ones; it raises where nobody waits any more
+    watch: Callable[[], None] | None = None
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
+        if self.watch is not None:
+            self.watch()
         begin = perf_counter()
         try:
             yield

@@ -11,7 +11,6 @@ A component with connectors of its own is flattened, but not solved alone: it is
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from enum import Enum
 
 from msgspec.structs import replace
@@ -39,18 +38,6 @@ Wanted = Callable[[], bool]
 
 class Overtaken(Exception):
     """A later edition makes this work superfluous."""
-
-
-class _Patience(Clock):
-    """A clock that looks before each stage whether its end is still waited for."""
-
-    wanted: Wanted = lambda: True
-
-    @contextmanager
-    def phase(self, name: str) -> Iterator[None]:
-        ask(self.wanted)
-        with Clock.phase(self, name):
-            yield
 
 
 def ask(wanted: Wanted) -> None:
@@ -99,9 +86,9 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
         with stages.without_collection():
             ends = set(_connectors(target))
             if broken or End.FLANGE in ends:
-                told = stages.flatten(target, _Patience(wanted=wanted)).warnings
+                told = stages.flatten(target, Clock(watch=lambda: ask(wanted))).warnings
                 return Finding(name, () if broken else _for_users(told))
-            seen = look_at(target, _Patience(wanted=wanted))
+            seen = look_at(target, Clock(watch=lambda: ask(wanted)))
         mobility = seen.checked.mobility
         redundant = None if mobility is None else mobility.redundant
         told = (*seen.checked.warnings, *(() if redundant is None else (redundant,)))

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from msgspec.structs import replace
@@ -46,7 +46,18 @@ from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance
 from planarc.flatten.tree.inherit import make_layout
 from planarc.flatten.tree.lookup import member
-from planarc.flatten.tree.nodes import NO_MOD, Class, Instance, Layout, Makers, Part, Scope, Session
+from planarc.flatten.tree.nodes import (
+    NO_MOD,
+    Class,
+    Element,
+    Instance,
+    Layout,
+    Makers,
+    Node,
+    Part,
+    Scope,
+    Session,
+)
 from planarc.flatten.tree.redeclare import make_class
 from planarc.flatten.tree.sight import lenient_layout
 from planarc.flatten.typing.expressions import type_expression
@@ -75,9 +86,15 @@ MAKERS = Makers(
 LENIENT = replace(MAKERS, layout=lenient_layout)
 
 
-def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN) -> flat.FlatModel:
-    """Flatten a model. Raises PlanarcError with all errors found."""
-    session = open_session(library)
+def flatten(
+    library: Library,
+    class_name: str,
+    units: UnitCheck = UnitCheck.WARN,
+    watch: Callable[[], None] | None = None,
+) -> flat.FlatModel:
+    """Flatten a model. Raises PlanarcError with all errors found, and what `watch` raises, which is
+    called for each component."""
+    session = open_session(library, MAKERS if watch is None else _watched(watch))
     try:
         with _large_work():
             model, imbalance = _flatten(session, class_name)
@@ -96,6 +113,14 @@ def flatten(library: Library, class_name: str, units: UnitCheck = UnitCheck.WARN
     called = (f.external for f in model.functions if f.external)
     library.looked.open_questions = any(map(is_of_files, called))
     return replace(model, warnings=_ordered(session.warnings))
+
+
+def _watched(watch: Callable[[], None]) -> Makers:
+    def node(element: Element) -> Node:
+        watch()
+        return make_node(element)
+
+    return replace(MAKERS, node=node)
 
 
 def _compare_units(model: flat.FlatModel, units: UnitCheck, session: Session) -> None:

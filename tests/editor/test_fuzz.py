@@ -73,7 +73,7 @@ def _told(found: Diagnostic, text: str) -> tuple[object, ...]:
 async def test_random_edits(client: LanguageClient) -> None:
     editor = Editor(client)
     dice = random.Random(18)
-    version, made, compared = 1, 0, 0
+    version, made = 1, 0
     while made < EDITS:
         path = dice.choice(FILES)
         text = original = path.read_text("utf-8")
@@ -99,12 +99,11 @@ async def test_random_edits(client: LanguageClient) -> None:
         found = await editor.checked(uri, version)
         mine = {(str(d.code), d.message, *_start(d)) for d in found}
         wanted = said(path, text)
-        syntax = {t for t in wanted if str(t[0]).startswith("P")}
-        if syntax:  # of others the command says nothing then
-            assert {t for t in mine if str(t[0]).startswith("P")} == syntax
+        if any(str(t[0]).startswith("P") for t in wanted):
+            # Of the rest the command says nothing then; annotations are read by the check.
+            assert mine >= wanted
         elif not any(str(t[0]).startswith("C") for t in wanted):
             assert {t[:2] for t in mine} >= {t[:2] for t in wanted}
-            compared += 1
         client.text_document_did_close(
             lsp.DidCloseTextDocumentParams(lsp.TextDocumentIdentifier(uri))
         )
