@@ -13,12 +13,14 @@ from msgspec import field
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Backend
-from planarc.remembered import recall_slopes, remember_slopes
-from planarc.stages import to_code, to_slopes, without_collection
+from planarc.remembered import Remembered, recall_slopes, remember_slopes
+from planarc.stages import to_code, to_lead, to_slopes, without_collection
 
 if TYPE_CHECKING:
     from planarc.core.clock import Clock
+    from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
+    from planarc.ir.flat import FlatModel
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
 
@@ -35,9 +37,27 @@ class Compiled(Data):
     _slopes: dict[Scope, str | bytes | None] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, program: Program, backend: Backend, clock: Clock | None = None) -> Compiled:
-        """A program that nothing was told of, with its code."""
-        return cls(program, backend, to_code(program, backend, clock))
+    def of(
+        cls,
+        program: Program,
+        backend: Backend,
+        clock: Clock | None = None,
+        warnings: tuple[Diagnostic, ...] = (),
+        lead: Compiled | None = None,
+    ) -> Compiled:
+        """A program with its code."""
+        return cls(program, backend, to_code(program, backend, clock), warnings, lead=lead)
+
+    @classmethod
+    def recalled(cls, known: Remembered, backend: Backend) -> Compiled:
+        """What an earlier process compiled."""
+        lead = None if known.lead is None else cls.recalled(known.lead, backend)
+        return cls(known.program, backend, known.code, known.warnings, True, lead)
+
+    def as_remembered(self) -> Remembered:
+        """What a later process needs of it."""
+        lead = None if self.lead is None else self.lead.as_remembered()
+        return Remembered(self.program, self.code, self.warnings, lead)
 
     def load(self) -> Kernel:
         """A kernel with a workspace of its own."""
@@ -61,3 +81,11 @@ class Compiled(Data):
             known = made.encode() if isinstance(made, str) else made
             remember_slopes(self.program, self.code, scope, known)
         return (known if self.backend is Backend.NATIVE else known.decode()) or None
+
+
+def find_lead(
+    model: FlatModel, dae: Dae, backend: Backend, clock: Clock | None = None
+) -> Compiled | None:
+    """What leads to the start of a model that has simplified forms (`homotopy`)."""
+    program = to_lead(model, clock) if dae.simplified else None
+    return None if program is None else Compiled.of(program, backend, clock)

@@ -20,14 +20,13 @@
     mobility     Compiled            Mobility            probe/check.py
     redundancy   Dae, Mechanism      Program             probe/redundancy.py
     slopes       Program             code                compiled.py               slopes
-    lead         FlatModel           Compiled            compiler.py               models
+    lead         FlatModel           Compiled            compiled.py               models
 
 `recall` takes the place of everything from `open` to `print` while no file has changed.
 `check` goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`.
 With `redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
-program, looks at its start, and makes it again (at most five times) until nothing that is
-redundant is left in it. `slopes` is asked by a kernel while it runs, for derivatives in code.
-`lead` makes a second program where `homotopy` simplifies a start: its start leads to the first row.
+program, looks at its start, and again (at most five times) until nothing redundant is left in it.
+Kernels ask for `slopes` while they run. `lead` is the way to a start that `homotopy` simplifies.
 
 The stages stand in `stages.py`, each with its clock and its errors; they do not know each other.
 """
@@ -41,16 +40,15 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc import stages
-from planarc.compiled import Compiled
+from planarc.compiled import Compiled, find_lead
 from planarc.core.clock import Clock
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.options import Backend, Redundant, RunOptions
-from planarc.remembered import Remembered, recall, remember
+from planarc.remembered import recall, remember
 from planarc.request.request import Request, open_target
 
 if TYPE_CHECKING:
     from planarc.ir.dae import Dae
-    from planarc.ir.flat import FlatModel
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
     from planarc.ir.result import Result
@@ -64,8 +62,7 @@ def compile_model(
     with clock.phase("recall"):
         known = recall(request, backend)
     if known is not None:
-        lead = None if known.lead is None else Compiled(known.lead[0], backend, known.lead[1])
-        return Compiled(known.program, backend, known.code, known.warnings, True, lead)
+        return Compiled.recalled(known, backend)
     with stages.without_collection():
         target = open_target(request)
         model = stages.flatten(target, clock)
@@ -74,25 +71,13 @@ def compile_model(
             dae = stages.to_dae(model, clock)
             warnings = dae.warnings
             program, notes = find_program(dae, request.redundant, clock)
-        except PlanarcError as problem:  # a warning may tell what led to it
-            told = {(e.code, e.span) for e in problem.diagnostics}
-            others = (w for w in warnings if (w.code, w.span) not in told)
-            raise PlanarcError((*others, *problem.diagnostics)) from None
+        except PlanarcError as problem:
+            raise problem.after(warnings) from None
         program = replace(program, figures=model.figures)
-        code = stages.to_code(program, backend, clock)
         lead = find_lead(model, dae, backend, clock)
-    warnings = (*warnings, *notes)
-    leading = None if lead is None else (lead.program, lead.code)
-    remember(request, backend, target, Remembered(program, code, warnings, leading))
-    return Compiled(program, backend, code, warnings, lead=lead)
-
-
-def find_lead(
-    model: FlatModel, dae: Dae, backend: Backend, clock: Clock | None = None
-) -> Compiled | None:
-    """What leads to the start of a model that has simplified forms (`homotopy`)."""
-    program = stages.to_lead(model, clock) if dae.simplified else None
-    return None if program is None else Compiled.of(program, backend, clock)
+        compiled = Compiled.of(program, backend, clock, (*warnings, *notes), lead)
+    remember(request, backend, target, compiled.as_remembered())
+    return compiled
 
 
 def find_program(

@@ -33,7 +33,7 @@ class Remembered(Data):
     program: Program
     code: str | bytes
     warnings: tuple[Diagnostic, ...]
-    lead: tuple[Program, str | bytes] | None = None  # what leads to its start
+    lead: Remembered | None = None  # what leads to its start
 
 
 class Checked(Data):
@@ -73,19 +73,20 @@ def _loaded(
 ) -> Remembered:
     from planarc.ir.store import loads
 
-    leading = (loads(lead[0]), lead[1]) if lead else None
-    return Remembered(loads(program), code, warnings, leading)
+    return Remembered(loads(program), code, warnings, _loaded(*lead) if lead else None)
 
 
 def remember(request: Request, backend: Backend, target: Target, made: Remembered) -> None:
     """Keep what was compiled, with the content of the files that it came from."""
+    key = _key(request, backend.value, *_machine(backend))
+    _remember(_MODELS, key, target, _entry(made))
+
+
+def _entry(made: Remembered) -> tuple[Any, ...]:
     from planarc.ir.store import dumps
 
-    entry: tuple[Any, ...] = (dumps(made.program, made.program.table), made.code, made.warnings)
-    if made.lead is not None:
-        program, code = made.lead
-        entry += (dumps(program, program.table), code)
-    _remember(_MODELS, _key(request, backend.value, *_machine(backend)), target, entry)
+    lead = () if made.lead is None else _entry(made.lead)
+    return dumps(made.program, made.program.table), made.code, made.warnings, *lead
 
 
 def recall_slopes(program: Program, code: str | bytes, scope: Scope) -> bytes | None:

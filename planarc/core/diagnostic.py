@@ -64,6 +64,12 @@ class PlanarcError(Exception):
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
         super().__init__(self.diagnostics)
 
+    def after(self, warnings: Iterable[Diagnostic]) -> PlanarcError:
+        """The same error behind warnings, of which one may tell what led to it."""
+        told = {(e.code, e.span) for e in self.diagnostics}
+        others = (w for w in warnings if (w.code, w.span) not in told)
+        return PlanarcError((*others, *self.diagnostics))
+
     def __str__(self) -> str:
         return render_all(self.diagnostics).rstrip("\n")
 
