@@ -442,8 +442,7 @@ class Run:
         self._check_asserts(True)
         if self.ended is not None:
             return
-        self.events.finish()
-        if self.events.present:  # nothing comes after it
+        if self.events.finish():  # nothing comes after it
             t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)
             self._note(done.ended, done.warnings)

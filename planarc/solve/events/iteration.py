@@ -186,8 +186,10 @@ class Events:
         ]
         return tuple(texts)
 
-    def finish(self) -> None:
+    def finish(self) -> bool:
+        """Whether anything may happen at the end."""
         self._set_flag(TERMINAL, True)
+        return self.present or TERMINAL in self.program.slots
 
     # Bookkeeping
 

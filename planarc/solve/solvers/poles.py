@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from operator import itemgetter, mul
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
@@ -48,6 +48,7 @@ class Poles:
         self.trail[0] = math.nan
         self._pick = itemgetter(0, *places)  # of the workspace: the time, states, derivatives
         self._last: Sequence[float] = ()  # the last point that `note` took
+        self._falling: list[bool] = []  # which derivatives are negative there
 
     @property
     def point(self) -> tuple[float, list[float]]:
@@ -57,9 +58,10 @@ class Poles:
     def note(self) -> bool:
         """Take the point of the workspace, of a step's end or of the last row in the step; whether
         a pole lies before it."""
-        n, before = 1 + self.size, self._last
+        n, before, were = 1 + self.size, self._last, self._falling
         self._last = here = self._pick(self.kernel.w)
-        if not before or min(map(mul, before[n:], here[n:])) >= 0:
+        self._falling = falling = [slope < 0 for slope in here[n:]]
+        if falling == were or not before:
             return False
         import numpy as np
 
@@ -86,7 +88,7 @@ class Poles:
 
         n, (begin, start), (t, ends) = self.size, self.point, self._here()
         f0, (y, f1) = self.trail[1 + n : 1 + 2 * n].copy(), ends.reshape(2, n)
-        odd, size = f0 * f1 < 0, np.maximum(abs(f0), abs(f1))
+        odd, size = np.sign(f0) * np.sign(f1) < 0, np.maximum(abs(f0), abs(f1))
         for i in np.flatnonzero(odd).tolist():
             if self._grows(i, f0[i], size[i], (begin, start), (t, y.tolist())):
                 return True
