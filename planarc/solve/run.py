@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.interruption import Interruption
-from planarc.ir.dae import TERMINAL
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
@@ -447,8 +446,6 @@ class Run:
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)
             self._note(done.ended, done.warnings)
             self._row_where_new(t, done.y)
-        elif TERMINAL in self.program.slots:
-            self._row_where_new(self.integrator.t, self.integrator.y)
 
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
