@@ -5,7 +5,8 @@ Out:  Finding   of each model: its diagnostics, and what it was made to, for `fa
 
 A class that is broken is only searched for wrong names and types, in its mended text: what was
 left out of it makes equations too few. What its mistakes of syntax hide is not told twice.
-A component with connectors of its own is flattened, but not solved alone: it is for others.
+A component with connectors of its own is flattened, but not solved alone: it is for others. So is a
+block of a package; one that stands by itself is solved as the command does.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ from planarc.request.uses import check_versions
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
 #: Codes of messages that say no more than that something is missing from a broken class.
 _COUNTS = ("F320", "F321", "S")
-_NO_VALUE = "F286"
+#: What whoever uses a component gives it: values of parameters, and what is `inner`.
+_GIVEN = ("F262", "F286")
 
 Wanted = Callable[[], bool]
 
@@ -85,7 +87,7 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
         target = replace(target, warnings=warnings)
         with stages.without_collection():
             ends = set(_connectors(target))
-            if broken or End.FLANGE in ends:
+            if broken or End.FLANGE in ends or (ends and "." in name):
                 told = stages.flatten(target, Clock(watch=lambda: ask(wanted))).warnings
                 return Finding(name, () if broken else _for_users(told))
             seen = look_at(target, Clock(watch=lambda: ask(wanted)))
@@ -102,8 +104,8 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
 
 
 def _for_users(told: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """Warnings of a component, whose parameters get their values where it is used."""
-    return tuple(d for d in told if d.code != _NO_VALUE)
+    """Warnings of a component, which gets the rest where it is used."""
+    return tuple(d for d in told if d.code not in _GIVEN)
 
 
 def _is_sure(diagnostic: Diagnostic, good: syntax.ClassDef | None) -> bool:

@@ -13,6 +13,7 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Source, Span
+from planarc.editor import handbook
 from planarc.editor.complete import Item, Sort
 from planarc.editor.fixes import Fix
 from planarc.editor.symbols import Symbol
@@ -22,8 +23,6 @@ _SEVERITIES = {
     Severity.WARNING: lsp.DiagnosticSeverity.Warning,
     Severity.NOTE: lsp.DiagnosticSeverity.Information,
 }
-#: The handbook's page of a code.
-EXPLAINED = "https://planarc.readthedocs.io/en/latest/codes/{letter}.html#{code}"
 
 
 def path_of(uri: str) -> Path:
@@ -85,13 +84,13 @@ def diagnostic(found: Diagnostic, units: Units, source: Source) -> lsp.Diagnosti
         for r in found.related
         if r.span is not None and (where := units.location(r.span)) is not None
     ]
-    href = EXPLAINED.format(letter=found.code[0], code=found.code.lower())
+    href = handbook.link(found.code)
     return lsp.Diagnostic(
         units.range(span),
         message,
         severity=_SEVERITIES[found.severity],
         code=found.code,
-        code_description=lsp.CodeDescription(href),
+        code_description=None if href is None else lsp.CodeDescription(href),
         source="planarc",
         related_information=related or None,
     )

@@ -28,6 +28,8 @@ async def test_a_wrong_name_is_told_with_its_place_and_code(client: LanguageClie
     assert line[found.range.start.character : found.range.end.character] == "revC.frame_z"
     assert "frame_a" in found.message
     assert found.code_description is not None
+    page, _, section = found.code_description.href.removeprefix("file://").partition("#")
+    assert f'id="{section}"' in Path(page).read_text("utf-8")
 
 
 async def test_edits_arrive_in_the_units_of_the_client(client: LanguageClient) -> None:
@@ -84,3 +86,11 @@ async def test_others_see_the_last_good_class(client: LanguageClient) -> None:
     found = await editor.checked(uri, 2)
     assert {d.code for d in found if str(d.code)[0] != "P"} == set()
     assert found != []
+
+
+async def test_a_component_of_a_library_is_not_told_what_its_user_gives(
+    client: LanguageClient,
+) -> None:
+    editor = Editor(client)
+    path = EXAMPLES.parent / "stdlib" / "PlanarMultiBody" / "Parts" / "Body.pmo"
+    assert await editor.checked(editor.open(path)) == []
