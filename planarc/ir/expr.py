@@ -150,6 +150,10 @@ class Exprs:
         found = self._nodes[_SYMBOL].get(key)
         return self._new(key, _SYMBOL, (), key) if found is None else found
 
+    def knows(self, name: str) -> bool:
+        """Whether there is a symbol of this name."""
+        return (name, 0) in self._nodes[_SYMBOL]
+
     def der(self, symbol: Expr) -> Expr:
         """The symbol differentiated once more."""
         return self.symbol(symbol.name, symbol.order + 1)

@@ -39,6 +39,7 @@ from planarc.solve.events.settling import (
 )
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages.event import inexact_integer, unsolved
+from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 
 
@@ -98,8 +99,7 @@ class Events:
     def finish_start(self, t: float, y: Sequence[float]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         whens, done = self._whens, Processed(list(y))
-        given = (p for p in self.program.parameter_slots if p.kind is Kind.INTEGER)
-        self._refuse_inexact(t, done, given)
+        self._refuse_inexact(t, done, _integers(self.program))
         if not self.present:
             self._set_flag(INITIAL, False)
             return done
@@ -168,10 +168,10 @@ class Events:
         self, t: float, done: Processed, integers: Iterable[DiscreteSlot | ParameterSlot]
     ) -> None:
         """End the run where an Integer is no longer exact."""
+        w = self.kernel.w
         for d in integers:
-            value = float(self.kernel.w[d.slot])
-            if abs(value) > LARGEST_INTEGER and done.ended is None:
-                done.ended = inexact_integer(self.program, t, d.name, value)
+            if not -LARGEST_INTEGER <= w[d.slot] <= LARGEST_INTEGER and done.ended is None:
+                done.ended = inexact_integer(self.program, t, d.name, float(w[d.slot]))
 
     def _evaluate(self, t: float, y: Sequence[float]) -> int:
         return self._rescue.overcome(t, lambda: self.crossings.evaluate(t, y))
@@ -189,7 +189,7 @@ class Events:
     def finish(self) -> bool:
         """Whether anything may happen at the end."""
         self._set_flag(TERMINAL, True)
-        return self.present or TERMINAL in self.program.slots
+        return self.present or self.program.table.knows(TERMINAL)
 
     # Bookkeeping
 
@@ -205,3 +205,8 @@ class Events:
         slot = self.program.slots.get(name)
         if slot is not None:
             self.kernel.w[slot] = float(value)
+
+
+@once
+def _integers(program: Program) -> tuple[ParameterSlot, ...]:
+    return tuple(p for p in program.parameter_slots if p.kind is Kind.INTEGER)

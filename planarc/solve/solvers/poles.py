@@ -122,4 +122,6 @@ class Poles:
                 high, ends[1] = part, abs(ydot[i])
             if min(ends) > GROWTH * size:
                 return True
+            if max(ends) < size / LARGER:  # it goes through zero
+                return False
         return False
