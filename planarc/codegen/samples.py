@@ -40,6 +40,7 @@ _CLOSED = 1e-9  # a step that closes a loop well enough
 class Samples:
     def __init__(self, sorted: SortedDae) -> None:
         self._values: dict[Expr, Values] = {}
+        self._formulas = self._anew()
         self._spread = np.array(SPREAD)
         self._random = np.random.default_rng(1)
         table = sorted.dae.table
@@ -49,13 +50,23 @@ class Samples:
                 self.set(table.symbol(p.name), self.value(p.value))
             self._starts = {c.symbol: self.value(c.start or table.zero) for c in sorted.candidates}
 
+    def _anew(self) -> RowValues:
+        """Values of formulas, none of them known yet."""
+        return RowValues(lambda e: self._values.get(e, 0.0), lambda e, args: math.nan)
+
     def set(self, symbol: Expr, values: Values) -> None:
         self._values[symbol] = values
+        if symbol in self._formulas:
+            self._formulas = self._anew()
 
     def value(self, root: Expr) -> Values:
         """The formula at all positions; unknown leaves (events, discrete values) are 0."""
-        value = RowValues(lambda e: self._values.get(e, 0.0), lambda e, args: math.nan)
-        return np.broadcast_to(np.asarray(value(root), float), self._spread.shape)
+        found = self._number(root)
+        return found if found.ndim else np.broadcast_to(found, self._spread.shape)
+
+    def _number(self, root: Expr) -> Values:
+        """The same, without dimensions where it is the same everywhere."""
+        return np.asarray(self._formulas(root), float)
 
     def assign(self, target: Expr, value: Expr) -> None:
         with np.errstate(all="ignore"):
@@ -94,7 +105,7 @@ class Samples:
             total: Any = np.zeros((len(SPREAD), n))
             for s, slope in f.slopes:
                 if s in tangents:
-                    total = total + self.value(slope)[:, None] * tangents[s]
+                    total = total + self._number(slope)[..., None] * tangents[s]
             if f.target is None:
                 rows.append(total)
             else:

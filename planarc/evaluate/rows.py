@@ -61,6 +61,10 @@ class RowValues:
     def __call__(self, root: Expr) -> Any:
         return fold(root, self._values, self._of)
 
+    def __contains__(self, e: Expr) -> bool:
+        """Whether the value was asked for, or that of something made of it."""
+        return e in self._values
+
     def _of(self, e: Expr) -> Any:
         args = [self._values[a] for a in e.args]
         match e.op:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain
+from math import prod
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Related, error
@@ -169,13 +170,11 @@ def _default(model: Model, v: flat.Variable) -> Value:
 
 def _spread(model: Model, value: Value, v: flat.Variable) -> tuple[Expr, ...]:
     """The value of each scalar of a variable; a scalar value stands for all (`each`)."""
-    dims = fixed_dims(v.type)
-    items = elements(value)
-    names = scalar_names(v.name, dims)
+    items, size = elements(value), prod(fixed_dims(v.type))
     if not isinstance(value, Tensor):
-        items = items * len(names)
-    if len(items) != len(names):
-        raise error("L331", f"`{v.name}` has {len(names)} entries, its value {len(items)}", v.span)
+        items = items * size
+    if len(items) != size:
+        raise error("L331", f"`{v.name}` has {size} entries, its value {len(items)}", v.span)
     return tuple(number(model.table, e) for e in items)
 
 
@@ -272,7 +271,6 @@ def _is_fixed(v: flat.Variable, value: Expr | None) -> bool:
 
 def _limits(model: Model, v: flat.Variable, e: flat.Expression | None) -> tuple[Expr | None, ...]:
     """An attribute for each scalar of a variable."""
-    names = scalar_names(v.name, fixed_dims(v.type))
     if e is None:
-        return (None,) * len(names)
+        return (None,) * prod(fixed_dims(v.type))
     return _spread(model, lower_expression(Scope(model, events=False), e), v)

@@ -5,8 +5,8 @@ A scalar value is an `Expr` itself. Arrays are `Tensor`s of them.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import product
 from typing import TypeAlias
 
 from planarc.core.data import Data
@@ -57,18 +57,14 @@ def exprs(value: Value) -> tuple[Expr, ...]:
     return tuple(expr(v) for v in elements(value))
 
 
-def subscripts(dims: Sequence[int]) -> Iterator[tuple[int, ...]]:
-    """All subscripts of an array, counted from 1, the last fastest."""
-    return itertools.product(*(range(1, n + 1) for n in dims))
-
-
 def scalar_names(name: str, dims: Sequence[int]) -> tuple[str, ...]:
     """`r` of dimensions (2,) is `r[1]`, `r[2]`."""
     if not dims:
         return (name,)
-    return tuple(f"{name}[{','.join(map(str, s))}]" for s in subscripts(dims))
+    numbers = (map(str, range(1, n + 1)) for n in dims)
+    return tuple([f"{name}[{','.join(s)}]" for s in product(*numbers)])
 
 
 def fixed_dims(type_: flat.Type) -> tuple[int, ...]:
     """The dimensions of a variable of the model, which are all known."""
-    return tuple(n for n in type_.dims if n is not None)
+    return tuple([n for n in type_.dims if n is not None]) if type_.dims else ()

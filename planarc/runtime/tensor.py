@@ -71,7 +71,7 @@ def each(function: Callable[..., V], *values: V) -> V:
         return function(*values)
     size = math.prod(shape)
     columns = [v.items if isinstance(v, Tensor) else (v,) * size for v in values]
-    items = tuple(function(*row) for row in zip(*columns, strict=True))
+    items = tuple([function(*row) for row in zip(*columns, strict=True)])
     return cast(V, Tensor(shape, items))
 
 
