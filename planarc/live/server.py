@@ -212,7 +212,9 @@ class LiveServer:
                 self._pages.remove(page)
                 self.session.leave(name)
 
-        return Response(lines(), mimetype="text/event-stream")
+        # What forwards the port must hand each line on: it may not pack them together.
+        headers = {"Cache-Control": "no-store, no-transform"}
+        return Response(lines(), mimetype="text/event-stream", headers=headers)
 
     # Files
 

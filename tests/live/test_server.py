@@ -195,6 +195,7 @@ def test_the_page_is_told_of_an_edit(ask: Ask, server: LiveServer, swing: Reques
     line.request("GET", f"/{server.token}/events?page=a")
     events = line.getresponse()
     assert events.getheader("Content-Type", "").startswith("text/event-stream")
+    assert "no-transform" in events.getheader("Cache-Control", "")
     assert events.readline() == b": open\n"
     before = ask("run", {}).json["key"]
     assert swing.file is not None
