@@ -36,6 +36,7 @@ from planarc.solve.events.settling import (
     Snapshot,
     most_iterations,
     snapshot,
+    taker,
 )
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages.event import inexact_integer, unsolved
@@ -53,6 +54,8 @@ class Events:
         )
         self.crossings = Crossings(program, kernel, span)
         self._whens = Whens(program, kernel)
+        self._values = taker([d.slot for d in program.discretes])
+        self._before = taker([d.pre for d in program.discretes])
         self._integers = tuple(d for d in program.discretes if d.kind is Kind.INTEGER)
 
     # The start
@@ -198,8 +201,10 @@ class Events:
 
     def _keep_pre(self) -> None:
         w = self.kernel.w
-        for d in self.program.discretes:
-            w[d.pre] = w[d.slot]
+        values, before = self._values(w), self._before(w)
+        if values != before:
+            for d, value in zip(self.program.discretes, values, strict=True):
+                w[d.pre] = value
 
     def _set_flag(self, name: str, value: bool) -> None:
         slot = self.program.slots.get(name)

@@ -19,8 +19,9 @@ Reference: Modelica 3.6, appendix B; for friction: M. Otter, H. Elmqvist, S. E. 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 from typing import TypeAlias
 
 from planarc.ir.dae import Kind
@@ -30,6 +31,7 @@ from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
+from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 
 #: Iterations at one instant before it is called endless.
@@ -57,8 +59,19 @@ def most_iterations(program: Program) -> int:
 
 
 def snapshot(program: Program, kernel: Kernel) -> Snapshot:
-    w = kernel.w
-    return (*(w[r.slot] for r in program.relations), *(w[d.slot] for d in program.discretes))
+    return _switching(program)(kernel.w)
+
+
+@once
+def _switching(program: Program) -> Callable[[Sequence[float]], Snapshot]:
+    return taker([*(r.slot for r in program.relations), *(d.slot for d in program.discretes)])
+
+
+def taker(slots: Sequence[int]) -> Callable[[Sequence[float]], Snapshot]:
+    """A function that takes the values of slots out of a workspace."""
+    if len(slots) > 1:
+        return itemgetter(*slots)
+    return lambda w: tuple(w[slot] for slot in slots)
 
 
 class Settling:
