@@ -29,6 +29,7 @@ myst_heading_anchors = 3
 
 # Docstrings are plain text in which names stand in backticks.
 default_role = "code"
+smartquotes = False  # `--option` is no dash
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"

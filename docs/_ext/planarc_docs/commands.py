@@ -8,7 +8,7 @@ from typing import Any
 from typer.main import get_command
 
 from planarc.cli.app import COMMANDS, make_app
-from planarc_docs.written import code, fence, plain, table
+from planarc_docs.written import code, fence, prose, table
 
 
 def command_pages() -> Iterator[tuple[str, str]]:
@@ -26,9 +26,9 @@ def _page(name: str, command: Any) -> str:
     options = [p for p in params if p.param_type_name == "option"]
     parts = [f"# planarc {name}\n", *_paragraphs(command.help), fence("text", usage)]
     if arguments:
-        rows = [(code(_variable(p)), plain(p.help or "")) for p in arguments]
+        rows = [(code(_variable(p)), prose(p.help or "")) for p in arguments]
         parts += ["## Arguments\n", table(("argument", "meaning"), rows)]
-    rows3 = [(_names(p), plain(p.help or ""), _default(p, context)) for p in options]
+    rows3 = [(_names(p), prose(p.help or ""), _default(p, context)) for p in options]
     parts += ["## Options\n", table(("option", "meaning", "default"), rows3)]
     examples = "\n".join(f"$ {line.strip()}" for line in COMMANDS[name])
     return "\n".join([*parts, "## Examples\n", fence("console", examples)])
@@ -36,7 +36,7 @@ def _page(name: str, command: Any) -> str:
 
 def _paragraphs(text: str) -> Iterator[str]:
     for paragraph in text.split("\n\n"):
-        yield plain(paragraph) + "\n"
+        yield prose(paragraph) + "\n"
 
 
 def _variable(argument: Any) -> str:

@@ -6,7 +6,7 @@ classes stand together on the page of their package.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from planarc.catalog.handbook.gather import gather
 from planarc.catalog.handbook.icon import icon_svg
@@ -23,9 +23,10 @@ _PACKAGE = ("package",)
 
 def library_pages() -> Iterator[tuple[str, str]]:
     """Names and texts of the pages."""
-    for library in LIBRARIES:
-        classes, names = open_classes(library, None)
-        yield from _Book(gather(classes, names), whole=library == LIBRARIES[0]).pages()
+    books = [_Book(gather(*open_classes(name, None)), name == LIBRARIES[0]) for name in LIBRARIES]
+    everywhere = {name: page for book in books for name, page in book.known.items()}
+    for book in books:
+        yield from book.pages(everywhere)
 
 
 def has_own_page(page: ClassPage) -> bool:
@@ -39,12 +40,15 @@ class _Book:
     def __init__(self, pages: Sequence[ClassPage], whole: bool) -> None:
         # A class within a model is a part of that model, whose source shows it.
         inner = {child for p in pages if p.kind not in _PACKAGE for child in p.children}
-        self._known = {page.name: page for page in pages if page.name not in inner}
+        self.known = {page.name: page for page in pages if page.name not in inner}
         self._whole = whole
+        self._linked: Mapping[str, ClassPage] = self.known
         self._shows = models_that_show(pages) if whole else []
 
-    def pages(self) -> Iterator[tuple[str, str]]:
-        for name, page in self._known.items():
+    def pages(self, everywhere: Mapping[str, ClassPage]) -> Iterator[tuple[str, str]]:
+        """Names and texts; links lead to the classes of `everywhere`."""
+        self._linked = everywhere
+        for name, page in self.known.items():
             if page.kind in _PACKAGE:
                 yield name, "\n".join(self._package(page))
             elif self._apart(page):
@@ -54,7 +58,7 @@ class _Book:
         return self._whole and has_own_page(page)
 
     def _package(self, page: ClassPage) -> Iterator[str]:
-        inner = [self._known[n] for n in page.children if n in self._known]
+        inner = [self.known[n] for n in page.children if n in self.known]
         yield f"{_target(page)}# {plain(_last(page.name) if '.' in page.name else page.name)}\n"
         yield f"`{page.name}`: {plain(page.comment)}.\n"
         yield _info(page)
@@ -138,7 +142,7 @@ class _Book:
         )
 
     def _link(self, link: Link) -> str:
-        found = self._known.get(link.target or "")
+        found = self._linked.get(link.target or "")
         if found is None:
             return plain(link.text)
         return f"[{plain(link.text)}](#{_label(found)})"

@@ -26,6 +26,12 @@ def plain(text: str) -> str:
     return _MARKS.sub(r"\\\1", " ".join(text.split()))
 
 
+def prose(text: str) -> str:
+    """A text in which backticks alone mean something."""
+    parts = re.split(r"(`[^`]*`)", " ".join(text.split()))
+    return "".join(p if p.startswith("`") else _MARKS.sub(r"\\\1", p) for p in parts)
+
+
 def code(text: str) -> str:
     """A text as code within a line."""
     shown = " ".join(text.split())
