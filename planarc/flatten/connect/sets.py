@@ -30,7 +30,7 @@ from planarc.flatten.connect.inputs import is_public_input
 from planarc.flatten.connect.rooting import Pair, Rooting, equality_of
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import expect
-from planarc.flatten.terms.select import all_indices, array, integer, pick
+from planarc.flatten.terms.select import all_indices, array, integer, pick, string
 from planarc.flatten.tree.nodes import Env, Instance, Leaf, Session
 from planarc.flatten.typing.references import node_value
 from planarc.ir import flat, syntax
@@ -39,7 +39,7 @@ from planarc.ir import flat, syntax
 class Connected(Struct):
     """The equations and sets that all connections of a model give."""
 
-    equations: list[flat.Equality] = field(default_factory=list)
+    equations: list[flat.Equality | flat.Assert] = field(default_factory=list)
     physical: list[tuple[str, ...]] = field(default_factory=list)
     #: variables of expandable connectors that nothing uses, which are therefore not there
     unused: set[str] = field(default_factory=set)
@@ -138,10 +138,10 @@ def _is_physical(side: Side) -> bool:
     return False
 
 
-def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
+def set_equations(joined: list[Member], span: Span) -> Sequence[flat.Equality | flat.Assert]:
     """The equations of one set."""
     if joined[0].leaf.variability <= flat.Variability.PARAMETER:
-        return []
+        return _same_values(joined, span)
     if joined[0].is_flow:
         return [_flow_equation(joined, span if span is not NOWHERE else joined[0].leaf.span)]
     first = joined[0].reference(span)
@@ -153,6 +153,21 @@ def set_equations(joined: list[Member], span: Span) -> list[flat.Equality]:
         names.add(other.key[0])
         equations.append(flat.Equality(span, "", first, other.reference(span), generated=True))
     return equations
+
+
+def _same_values(joined: list[Member], span: Span) -> list[flat.Assert]:
+    """Parameters and constants of connectors that are connected must agree (9.2)."""
+    first, *others = ((m.leaf.name, m.reference(span)) for m in joined)
+    asserts = []
+    for name, value in others:
+        message = string(
+            f"`{first[0]}` and `{name}` are connected, but have different values", span
+        )
+        for index in all_indices(tuple(d or 0 for d in value.type.dims)):
+            pair = (pick(v, index) for v in (first[1], value))
+            condition = flat.Binary(flat.BOOLEAN, span, "==", *pair)
+            asserts.append(flat.Assert(span, "", condition, message))
+    return asserts
 
 
 def _flow_equation(joined: list[Member], span: Span) -> flat.Equality:
