@@ -9,11 +9,13 @@ import logging
 import os
 import sys
 from collections.abc import Callable
+from socket import create_server, socket
 from typing import Any
 
 from lsprotocol import types as lsp
 from pygls.exceptions import PyglsError
 
+from planarc.core.diagnostic import usage_error
 from planarc.editor import convert, requests
 from planarc.editor.convert import path_of
 from planarc.editor.peer import Peer
@@ -67,13 +69,18 @@ def make_server(pause: float = 0.08) -> Peer:
 
 
 def serve(host: str = "127.0.0.1", port: int | None = None) -> None:
-    """Speak with one client, over TCP where a port is given, else over the standard streams."""
+    """Speak with one client, over TCP where a port is given, else over the standard streams.
+
+    Raises UsageError C280 where the port is taken.
+    """
     # A key is answered while a check runs: threads take turns oftener than Python's 5 ms.
     sys.setswitchinterval(0.001)
     peer = make_server()
     try:
         if port is not None:
-            peer.start_tcp(host, port)
+            connection = _accept(host, port)
+            with connection, connection.makefile("rb") as read, connection.makefile("wb") as write:
+                peer.start_io(read, write)
             return
         # What a library might print must not get between the messages.
         with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
@@ -81,3 +88,14 @@ def serve(host: str = "127.0.0.1", port: int | None = None) -> None:
             peer.start_io(None, out)
     except PyglsError as problem:
         _log.error("%s", problem)
+
+
+def _accept(host: str, port: int) -> socket:
+    """The connection of the first client."""
+    try:
+        with create_server((host, port)) as listener:
+            return listener.accept()[0]
+    except OSError as problem:
+        reason = (problem.strerror or str(problem)).lower()
+        hint = "choose another one with `--tcp`"
+        raise usage_error("C280", f"cannot listen on port {port}: {reason}", hint=hint) from None

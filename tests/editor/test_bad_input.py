@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ import pytest
 from lsprotocol import types as lsp
 from pytest_lsp import LanguageClient
 
-from tests.editor.conftest import EXAMPLES, Editor, codes
+from tests.editor.conftest import EXAMPLES, PATIENCE, Editor, codes
 
 USES = "model M\n  Lib.Part p;\n  Real x=p.k;\nend M;\n"
 PART = "within Lib;\nmodel Part\n  parameter Real k=1;\nend Part;\n"
@@ -140,11 +142,39 @@ def asked(number: int | None, method: str, params: object) -> bytes:
     return message(json.dumps(told if number is None else {**told, "id": number}))
 
 
+START = (
+    asked(1, "initialize", {"processId": None, "rootUri": None, "capabilities": {}}),
+    asked(None, "initialized", {}),
+)
+
+
+def test_one_client_over_tcp() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "planarc", "lsp", "--tcp", str(port)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE) as server:
+        client = _connected(port)
+        with client, client.makefile("rb") as answers:
+            client.sendall(b"".join(START) + asked(2, "shutdown", None) + asked(None, "exit", None))
+            told = [a for a in _answers(answers.read()) if "id" in a]
+        assert [a["id"] for a in told] == [1, 2]
+        assert server.wait(PATIENCE) == 0
+        assert server.stderr is not None and server.stderr.read() == b""
+
+
+def _connected(port: int) -> socket.socket:
+    for _ in range(600):
+        try:
+            return socket.create_connection(("127.0.0.1", port))
+        except OSError:
+            time.sleep(0.1)
+    raise AssertionError("nobody listens")
+
+
 def test_malformed_messages_are_answered_and_survived() -> None:
     uri = (EXAMPLES / "pendulum.pmo").as_uri()
     sent = [
-        asked(1, "initialize", {"processId": None, "rootUri": None, "capabilities": {}}),
-        asked(None, "initialized", {}),
+        *START,
         message("{ this is no JSON"),
         asked(2, "textDocument/hover", {"textDocument": 3}),
         asked(3, "textDocument/noSuchThing", {}),
