@@ -172,9 +172,8 @@ class Events:
     ) -> None:
         """End the run where an Integer is no longer exact."""
         w = self.kernel.w
-        for d in integers:
-            if not -LARGEST_INTEGER <= w[d.slot] <= LARGEST_INTEGER and done.ended is None:
-                done.ended = inexact_integer(self.program, t, d.name, float(w[d.slot]))
+        for d in [d for d in integers if abs(w[d.slot]) > LARGEST_INTEGER][:1]:
+            done.ended = done.ended or inexact_integer(self.program, t, d.name, float(w[d.slot]))
 
     def _evaluate(self, t: float, y: Sequence[float]) -> int:
         return self._rescue.overcome(t, lambda: self.crossings.evaluate(t, y))

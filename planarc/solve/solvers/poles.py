@@ -27,6 +27,8 @@ HALVINGS = 40
 GROWTH = 1e3
 #: Derivatives must be so many times larger before ends are looked between once more.
 LARGER = 4.0
+#: Whether zero lies above a number.
+_IS_ABOVE = (0.0).__gt__
 
 
 class Poles:
@@ -60,7 +62,7 @@ class Poles:
         a pole lies before it."""
         n, before, were = 1 + self.size, self._last, self._falling
         self._last = here = self._pick(self.kernel.w)
-        self._falling = falling = [slope < 0 for slope in here[n:]]
+        self._falling = falling = [*map(_IS_ABOVE, here[n:])]
         if falling == were or not before:
             return False
         import numpy as np

@@ -73,12 +73,14 @@ class PairBlock(Block):
         if v > 1.0:
             f /= v
         size = e if e > f else f
-        self._small = size < QUADRATIC and e == e
-        if self._small:
+        if size < QUADRATIC and e == e:
+            self._small = True
             known = (u > 1.0 or e <= QUADRATIC * u) and (v > 1.0 or f <= QUADRATIC * v)
             if known or self._count >= self._most or self._is_last():
                 self._finish()
                 return x
+        elif self._small:
+            self._small = False
         if not (e < 1e300 and f < 1e300) or self._count >= self._most:
             self._checked(None, residuals, matrix)
         a, b, c, d = abs(a), abs(b), abs(c), abs(d)
