@@ -31,6 +31,9 @@ Factor: TypeAlias = tuple[Expr, int]  # base and exponent
 Monomial: TypeAlias = frozenset[Factor]
 Sum: TypeAlias = dict[Monomial, float]
 
+# Where it counts: an enumeration looks up its members by a function.
+_ADD, _MUL, _NEG, _POW = Op.ADD, Op.MUL, Op.NEG, Op.POW
+
 #: Length above which sums are left alone, so that the time stays linear in the model.
 LONGEST = 24
 #: Number of known sums that are compared for one part of a sum.
@@ -68,7 +71,7 @@ class Factoring:
 
     def learn(self, symbol: Expr, value: Expr) -> None:
         """Note that the symbol holds the value from here on."""
-        if value.op is Op.ADD and len(value.args) <= LONGEST:
+        if value.op is _ADD and len(value.args) <= LONGEST:
             terms = _sum(value)
             if len(terms) > 1 and frozenset() not in terms:
                 self._known.setdefault(next(iter(terms)), []).append((symbol, terms))
@@ -78,13 +81,14 @@ class Factoring:
         done: dict[Expr, Expr] = {}
 
         def shortened(e: Expr) -> Expr:
-            args = tuple(done[a] for a in e.args)
-            return self._shorten(self._table.rebuild(e, args) if args else e)
+            if not e.args:
+                return e
+            return self._shorten(self._table.rebuild(e, tuple([done[a] for a in e.args])))
 
         return fold(root, done, shortened)
 
     def _shorten(self, e: Expr) -> Expr:
-        if e.op is not Op.ADD or len(e.args) > LONGEST or not self._known:
+        if e.op is not _ADD or len(e.args) > LONGEST or not self._known:
             return e
         terms = _sum(e)
         changed = False
@@ -148,15 +152,15 @@ def _groups(terms: Sum) -> Iterator[tuple[Monomial, Sum]]:
 def _sum(e: Expr) -> Sum:
     """A sum as products with their numbers."""
     found: Sum = {}
-    for term in e.args if e.op is Op.ADD else (e,):
+    for term in e.args if e.op is _ADD else (e,):
         scale = 1.0
-        if term.op is Op.NEG:
+        if term.op is _NEG:
             scale, term = -1.0, term.args[0]
         factors: dict[Expr, int] = {}
-        for f in term.args if term.op is Op.MUL else (term,):
-            if f.op is Op.CONST:
+        for f in term.args if term.op is _MUL else (term,):
+            if f.is_const:
                 scale *= f.data
-            elif f.op is Op.POW and _whole(f.args[1]):
+            elif f.op is _POW and _whole(f.args[1]):
                 factors[f.args[0]] = factors.get(f.args[0], 0) + int(f.args[1].data)
             else:
                 factors[f] = factors.get(f, 0) + 1
