@@ -171,11 +171,7 @@ class Peer(LanguageServer):
         _log.error("the check of a text failed", exc_info=problem)
 
     def _learned(self, text: Text) -> None:
-        """Let the pages of a text follow, and the editor ask again for what stands beside it."""
-        try:
-            self.pages.follow(self.session.shelf, text)
-        except PlanarcError as problem:
-            _log.info("a live page cannot follow: %s", problem)
+        """Let the editor ask again for what stands beside a text."""
         workspace = self.client_capabilities.workspace
         if workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support:
             self.in_loop(self._refresh)
@@ -185,6 +181,14 @@ class Peer(LanguageServer):
 
     def _published(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
         self.in_loop(lambda: self._tell(text, found, done))
+        if done:  # before anything else is learned of it: somebody looks at the page
+            self._follow(text)
+
+    def _follow(self, text: Text) -> None:
+        try:
+            self.pages.follow(self.session.shelf, text)
+        except PlanarcError as problem:
+            _log.info("a live page cannot follow: %s", problem)
 
     def _tell(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
         if self.session.texts.get(text.path) is not text:

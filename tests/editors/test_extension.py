@@ -216,3 +216,21 @@ def test_helix_starts_the_language_server() -> None:
     assert [server["command"], *server["args"]] == ["planarc", "lsp"]
     assert language["language-servers"] == ["planarc"]
     assert sorted(f".{kind}" for kind in language["file-types"]) == sorted(SUFFIXES)
+
+
+def test_the_commands_are_those_of_the_server_and_of_the_extension() -> None:
+    pytest.importorskip("pygls")
+    from planarc.editor.server import make_server
+
+    server = make_server()
+    server.session.stop()
+    known = server.protocol.fm
+    offered = {c["command"] for c in CONTRIBUTED["commands"]}
+    served = set(known.commands)
+    source = "".join(f.read_text("utf-8") for f in (VSCODE / "src").glob("*.ts"))
+    own = set(re.findall(r'registerCommand\(\s*"([\w.]+)"', source))
+    assert offered == served | own
+    assert not served & own
+    asked = set(re.findall(r'"(planarc/\w+)": \[', source))
+    assert asked
+    assert asked <= set(known.features)
