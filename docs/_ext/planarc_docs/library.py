@@ -59,7 +59,12 @@ class _Book:
 
     def _package(self, page: ClassPage) -> Iterator[str]:
         inner = [self.known[n] for n in page.children if n in self.known]
-        yield f"{_target(page)}# {plain(_last(page.name) if '.' in page.name else page.name)}\n"
+        outer = page.name.rpartition(".")[0]
+        if outer and not self._whole:  # in no tree of contents: each costs all pages some time
+            yield "---\norphan: true\n---\n"
+        yield f"{_target(page)}# {plain(_last(page.name))}\n"
+        if outer:
+            yield f"In {self._link(Link(outer, outer))}.\n"
         yield f"`{page.name}`: {plain(page.comment)}.\n"
         yield _info(page)
         apart = [p for p in inner if p.kind in _PACKAGE or self._apart(p)]
@@ -67,7 +72,7 @@ class _Book:
             ("class", "kind", "what it is"),
             ((self._link(Link(_last(p.name), p.name)), p.kind, plain(p.comment)) for p in inner),
         )
-        if apart:
+        if apart and self._whole:
             names = "\n".join(p.name for p in apart)
             yield f"```{{toctree}}\n:hidden:\n:maxdepth: 1\n\n{names}\n```\n"
         for found in inner:
