@@ -9,7 +9,7 @@ exact, however small: there the value counts, and zero is zero.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -47,6 +47,8 @@ class Crossings:
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
         self.heard = [0.0] * len(program.relations)
         self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
+        self._earlier: tuple[float, list[float]] = (0.0, self.largest)  # sizes before an instant
+        self._leaps: Collection[int] = ()  # functions that went across poles there
         self._rounding, self._start = Rounding(program, kernel), 0.0
         self._unknowns = _unknowns(program)
 
@@ -72,8 +74,16 @@ class Crossings:
     def evaluate(self, t: float, y: Sequence[float]) -> int:
         """The kernel's flag; `now` and `largest` are up to date after it."""
         flag = self.kernel.roots(t, y, self.now)
+        if t != self._earlier[0]:
+            self._earlier, self._leaps = (t, self.largest), ()
         self.largest = [max(a, abs(b)) for a, b in zip(self.largest, self.now, strict=True)]
+        self._forget_poles()
         return flag
+
+    def _forget_poles(self) -> None:
+        """What stands at a pole says nothing of sizes."""
+        for i in self._leaps:
+            self.largest[i] = self._earlier[1][i]
 
     def begin(self, t: float) -> None:
         """The run begins: sizes seen while its start was searched for say nothing of it."""
@@ -165,14 +175,17 @@ class Crossings:
         """The crossings among those that an integrator reports, with the truth that follows.
 
         A function that rises where it was seen to fall has not crossed: the integrator saw
-        the errors of its own first steps. One that neither rises nor falls (the speed of
-        what is stuck), not even where one looks further, has none but rounding errors, unless
-        it came to be zero exactly (a value at its limit); should it leave zero, `missed` tells.
+        the errors of its own first steps; far from zero it went across a pole. One that neither
+        rises nor falls (the speed of what is stuck), not even where one looks further, has none
+        but rounding errors, unless it came to be zero exactly (a value at its limit); should it
+        leave zero, `missed` tells.
         In `rises` stands the pace at which it was seen to cross.
         """
         found = {i: d < 0 for i, d in enumerate(directions) if d}
         if rises is None:
             return found
+        self._leaps = {i for i, truth in found.items() if self._leaps_over(i, truth)}
+        self._forget_poles()
         quiet, size = self.quiet(), self.largest
         stays = {
             i
@@ -190,12 +203,16 @@ class Crossings:
         if any(crosses(i) for i in stays | doubtful):
             self._listen(*self._later)
             self._listen(t, y)
-        crossing = {i for i in found if crosses(i)}
+        crossing = {i for i in found if i in self._leaps or crosses(i)}
         slow = [i for i in found if i not in stays and 0 <= directions[i] * rises[i] <= least(i)]
         crossing |= self._slowly(directions, slow, rises, t, y)
         noise = (i for i in found if i not in crossing and abs(rises[i]) <= least(i))
         crossing.update([i for i in noise if self._leaves(i, least(i))])
         return {i: truth for i, truth in found.items() if i in crossing}
+
+    def _leaps_over(self, i: int, truth: bool) -> bool:
+        """Whether a function has the other sign and is far from zero, as 1/x is beside its pole."""
+        return self.sign(i) == truth and abs(self.now[i]) > SUDDEN * self.largest[i]
 
     def _leaves(self, i: int, least: float) -> bool:
         """Whether function i has gone further than noise does; until then, its side is widened."""

@@ -64,6 +64,9 @@ _STOP_REACHED, _ROOT_FOUND = 1, 2
 
 #: No step is longer than this part of the run, so that no short pulse is stepped over.
 LONGEST_STEP = 1 / 50
+#: Nor shorter than this part: time itself is known to 1e-16 of it, so that thousands of such steps
+#: would not move it, and what they follow is no solution (a fall into a point).
+SHORTEST_STEP = 1e-20
 
 #: States up to which the corrector eliminates; beyond, GMRES.
 LARGEST_DENSE = 200
@@ -195,6 +198,7 @@ class Cvode(Integrator):
         if settings.span > 0:
             own = settings.span * LONGEST_STEP
             session.call("SetMaxStep", min(own, settings.longest_step))
+            session.call("SetMinStep", settings.span * SHORTEST_STEP)
         session.call("SetMaxNumSteps", -1)
         session.call("SetMaxHnilWarns", -1)
         session.call("SetMaxErrTestFails", 12)

@@ -52,6 +52,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVodeSetJacFn": (_I, (_P, _P)),
     "CVodeSetInitStep": (_I, (_P, _D)),
     "CVodeSetMaxStep": (_I, (_P, _D)),
+    "CVodeSetMinStep": (_I, (_P, _D)),
     "CVodeSetMaxNumSteps": (_I, (_P, C.c_long)),
     "CVodeSetMaxHnilWarns": (_I, (_P, _I)),
     "CVodeSetMaxErrTestFails": (_I, (_P, _I)),
