@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import cache
 from html import escape
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
-from planarc.catalog.explanations import Code, explain
 from planarc.core import cache as disk
+
+if TYPE_CHECKING:
+    from planarc.catalog.explanations import Code
 
 _HEAD = (
     '<!doctype html><html lang="en"><meta charset="utf-8"><title>What messages mean</title>'
@@ -19,12 +22,16 @@ _HEAD = (
 
 def link(code: str) -> str | None:
     """The address of the section about a code; None where nothing can be written."""
+    from planarc.catalog.explanations import Code
+
     page = _page()
     return None if page is None or code not in Code.__members__ else f"{page}#{code}"
 
 
 @cache
 def _page() -> str | None:
+    from planarc.catalog.explanations import Code
+
     folder = disk.folder()
     if folder is None:
         return None
@@ -39,6 +46,8 @@ def _page() -> str | None:
 
 
 def _section(code: Code) -> str:
+    from planarc.catalog.explanations import explain
+
     found = explain(code)
     parts = [f'<h2 id="{code.name}">{code.name}: {escape(code.value)}</h2>']
     parts += [f"<p>{escape(paragraph)}</p>" for paragraph in found.cause]

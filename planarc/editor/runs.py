@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from threading import Lock
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
@@ -17,8 +18,10 @@ from planarc.core.prose import counted, ticked
 from planarc.editor.check import models_of
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
-from planarc.live.server import LiveServer
 from planarc.request.request import Request
+
+if TYPE_CHECKING:
+    from planarc.live.server import LiveServer
 
 
 class Said(Data):
@@ -82,6 +85,7 @@ class Pages:
 
     def open(self, shelf: Shelf, text: Text, name: str | None) -> tuple[str, str]:
         """The address of a model's page, and the model. Raises PlanarcError where it is wrong."""
+        from planarc.live.server import LiveServer
         from planarc.live.session import Session
 
         request = request_of(shelf, text, name)
