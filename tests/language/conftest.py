@@ -17,8 +17,9 @@ the outcomes anew; read them as a user would.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
@@ -56,6 +57,9 @@ class CaseFile(pytest.File):
 
 
 class CaseItem(pytest.Item):
+    #: Fixtures: none, but plugins of pytest look here.
+    funcargs: ClassVar[Mapping[str, object]] = {}
+
     def runtest(self) -> None:
         text, expected = next((t, e) for n, t, e in read_cases(self.path) if n == self.name)
         found = outcome_of(text)
