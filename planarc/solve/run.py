@@ -31,14 +31,12 @@ from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
-from planarc.solve.lead import lead, request_of
 from planarc.solve.messages import failure
 from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder, constant_slots
-from planarc.solve.rescue.fold import leap
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
@@ -171,6 +169,8 @@ class Run:
         load = self.kernel.capabilities.lead
         if load is None:
             return None
+        from planarc.solve.lead import lead, request_of
+
         program, kernel = load()
         run = Run(
             program,
@@ -304,6 +304,8 @@ class Run:
             self._row(t, y)
             self.kernel.accept(t)
         furthest = (FURTHEST if y else 1.0) * self.request.span
+        from planarc.solve.rescue.fold import leap
+
         found = leap(self.rescue, t, y, 4 * room(t), furthest)
         if found is None:
             self.recorder.cut(self.recorder.count - whole)

@@ -23,7 +23,6 @@ from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.run import Progress, Run
 from planarc.solve.settings import Request, doubts, resolve
-from planarc.solve.start.failure import NotAssembled
 
 
 def simulate(
@@ -82,7 +81,11 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
 def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
     """The problem, and that by count nothing moves, which may be why a loop does not close."""
     lock = None if program.mechanism is None else program.mechanism.locked
-    if lock is None or not isinstance(problem, NotAssembled):
+    if lock is None:
+        return problem
+    from planarc.solve.start.failure import NotAssembled
+
+    if not isinstance(problem, NotAssembled):
         return problem
     first, *others = problem.diagnostics
     told = Related(f"{lock.message}; {lock.hint}", lock.span)

@@ -25,7 +25,6 @@ from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program, RelationSlot
-from planarc.solve.events.scan import switches
 from planarc.solve.messages.event import oscillating, sampling
 from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
@@ -242,6 +241,8 @@ def _other_zeros(
     zero: TimeFunction, relation: RelationSlot, start: float, stop: float
 ) -> tuple[Sequence[float], bool] | None:
     """The instants at which a relation switches, and its truth after the first."""
+    from planarc.solve.events.scan import switches
+
     found = switches(lambda times: _truth(relation, zero.at(times)), start, stop)
     if found is None:
         return None

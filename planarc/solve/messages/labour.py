@@ -22,7 +22,6 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program, Solve
 from planarc.solve import effort
 from planarc.solve.messages import trouble
-from planarc.solve.messages.replay import Replay
 
 #: Long stretches at a jump, and others that are absurd, from which on one warns.
 JUMPING, ABSURD = 10, 100
@@ -92,6 +91,8 @@ class Labour:
     def _switches(self, t: float, y: Sequence[float]) -> list[float]:
         """What is zero where each of the jumps is."""
         self._kernel.rhs(t, y, [0.0] * len(y))
+        from planarc.solve.messages.replay import Replay
+
         replay = Replay(self._program, self._kernel, t)
         sides = [replay.values(jump.sides) for jump in self._jumps or ()]
         return [v[0] - (v[1] if len(v) > 1 else 0.0) for v in sides]

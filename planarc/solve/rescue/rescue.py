@@ -18,8 +18,6 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.expr import text
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program
-from planarc.solve.messages.replay import Replay
-from planarc.solve.rescue.ladder import FAR, WAYS, climb, distance, moved
 
 if TYPE_CHECKING:
     from planarc.solve.rescue.ladder import Vector
@@ -68,6 +66,8 @@ class Rescue:
     def _climb(self, t: float, block: int, call: Callable[[], int]) -> int:
         import numpy as np
 
+        from planarc.solve.rescue.ladder import climb
+
         guess = np.array(self.kernel.origin(block))
         if self.begun and self._beside(t, block, guess, call):
             return 0
@@ -89,6 +89,8 @@ class Rescue:
     def _beside(self, t: float, block: int, guess: Vector, call: Callable[[], int]) -> bool:
         """Whether the kernel itself finds a root from beside the guess, or apart from it: that is
         a hundred times as quick. Of several the nearest is taken."""
+        from planarc.solve.rescue.ladder import FAR, distance, moved
+
         found: list[tuple[float, str, list[float]]] = []
         for way, points in moved(guess):
             for point in map(list, points):
@@ -116,6 +118,8 @@ class Rescue:
         return np.array([self.kernel.w[s] for s in slots])
 
     def _solved(self, t: float, block: int, way: str, guess: Vector) -> None:
+        from planarc.solve.rescue.ladder import distance
+
         self.moved = distance(self._tears(block), guess)
         self.tried.discard(block)
         self.notes.setdefault((block, self.begun), self._note(t, block, way))
@@ -142,6 +146,9 @@ class Rescue:
         """What was tried for a block that stays unsolved; None where nothing was."""
         if block not in self.tried:
             return None
+        from planarc.solve.messages.replay import Replay
+        from planarc.solve.rescue.ladder import WAYS
+
         program, origin = self.program, self.kernel.origin(block)
         code = program.blocks[block]
         replay = Replay(program, self.kernel, t)
@@ -166,6 +173,8 @@ class BlockFunction:
     workspace has it."""
 
     def __init__(self, program: Program, kernel: Kernel, t: float, block: int) -> None:
+        from planarc.solve.messages.replay import Replay
+
         self._replay, self._block = Replay(program, kernel, t), block
         self._replay.residuals(block)
 

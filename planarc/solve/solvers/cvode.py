@@ -53,8 +53,15 @@ from planarc.ir.march import WARNING
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
 from planarc.solve.solvers.driver import Driver, Where
-from planarc.solve.solvers.integrator import Cause, Counts, Integrator, March, Outcome, Settings
-from planarc.solve.solvers.scipy import FEWEST_DERIVED
+from planarc.solve.solvers.integrator import (
+    FEWEST_DERIVED,
+    Cause,
+    Counts,
+    Integrator,
+    March,
+    Outcome,
+    Settings,
+)
 from planarc.solve.solvers.session import ONE_STEP, Session
 from planarc.solve.solvers.sundials import open_sundials
 from planarc.solve.solvers.watch import Watch

@@ -24,6 +24,9 @@ from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.watch import Watch
 from planarc.solve.solvers.zeros import Zeros
 
+#: States from which derivatives of the right-hand side are cheaper than its differences.
+FEWEST_DERIVED = 8
+
 
 class Outcome(Enum):
     LIMIT = "the limit was reached"

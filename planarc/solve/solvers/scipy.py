@@ -22,7 +22,14 @@ from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
-from planarc.solve.solvers.integrator import Cause, Counts, March, Outcome, Settings
+from planarc.solve.solvers.integrator import (
+    FEWEST_DERIVED,
+    Cause,
+    Counts,
+    March,
+    Outcome,
+    Settings,
+)
 from planarc.solve.solvers.stepping import SteppingIntegrator, Unsolved
 
 if TYPE_CHECKING:
@@ -31,8 +38,6 @@ if TYPE_CHECKING:
 
 _NAMES = {"LSODA": "lsoda (scipy)", "BDF": "scipy-bdf"}
 _RETRIES = 12
-#: States from which derivatives of the right-hand side are cheaper than its differences.
-FEWEST_DERIVED = 8
 
 
 def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> ScipyIntegrator:

@@ -14,7 +14,6 @@ from __future__ import annotations
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
-from planarc.solve.rescue.ladder import climb
 from planarc.solve.start import newton
 from planarc.solve.start.branch import nearest_root
 from planarc.solve.start.held import Choice, places
@@ -58,6 +57,8 @@ def _climb(system: System, u0: Vector, held: Flags) -> Vector | None:
     rows, columns = list(range(system.rows)), [i for i, h in enumerate(held) if not h]
     if not system.initial_rows or len(rows) != len(columns):
         return None
+    from planarc.solve.rescue.ladder import climb
+
     part = Part(system, u0, rows, columns)
     for found in climb(part, u0[columns]):
         root = solve_stage(system, part.point(found.point), rows, columns)

@@ -28,8 +28,6 @@ from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode
-from planarc.solve.messages.loops import loop_names
-from planarc.solve.start.flat import flat_start
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, gradients
 
@@ -77,6 +75,8 @@ def refuse_redundancy(system: System, values: Vector) -> None:
         if here.share <= RANK and all(b is not None and b <= RANK for b in beside):
             raise _redundant(system, i, block, here.weights)
         if any(b is not None and here.share < FLAT * b for b in beside):
+            from planarc.solve.start.flat import flat_start
+
             raise flat_start(system, i, block, values, here.free)
 
 
@@ -121,6 +121,8 @@ def _beside(system: System, i: int, block: BlockCode, values: Vector, free: Vect
 
 
 def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> PlanarcError:
+    from planarc.solve.messages.loops import loop_names
+
     program = system.program
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]

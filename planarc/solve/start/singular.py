@@ -19,13 +19,12 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.places import declaration, own_names, owner
 from planarc.ir.program import CandidateSlot
-from planarc.solve.messages import trouble
-from planarc.solve.start.failure import NotAssembled
 from planarc.solve.start.held import INDEPENDENT, Choice, Weakness, weakness
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
+    from planarc.solve.start.failure import NotAssembled
     from planarc.solve.start.newton import Vector
 
 #: Length (m) or angle (rad) by which a loop may be open.
@@ -66,6 +65,9 @@ def _closed(system: System, u: Vector, level: tuple[Sequence[int], Sequence[int]
 def _singular(
     system: System, place: Vector, columns: Sequence[int], held: Sequence[int], found: Weakness
 ) -> NotAssembled:
+    from planarc.solve.messages import trouble
+    from planarc.solve.start.failure import NotAssembled
+
     candidates = system.program.candidates
     moving = [c for c in columns if c not in held]
     largest = candidates[max(moving, key=lambda c: abs(found.motion[list(columns).index(c)]))]

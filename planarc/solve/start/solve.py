@@ -36,7 +36,6 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Held
 from planarc.solve.rescue.rescue import Rescue
-from planarc.solve.start import failure as start_failure
 from planarc.solve.start import sharing
 from planarc.solve.start.assembly import assemble
 from planarc.solve.start.held import choose_closed, choose_fixed, choose_held, is_confirmed
@@ -92,6 +91,8 @@ def solve_start(
         values = assemble(system, u0, choice)
     system = system.holding(choice.others)
     if values is None:
+        from planarc.solve.start import failure as start_failure
+
         raise start_failure.explain(system, u0, choice)
     if sharing.missed(system, values):
         return solve_start(sharing.strict(program), kernel, t, given, judge, rescue, near)
@@ -109,6 +110,8 @@ def _finish(
     flag = system.evaluate_flag(values)
     judge(system, values)
     if flag != 0 or not system.finite(values):
+        from planarc.solve.start import failure as start_failure
+
         raise start_failure.not_evaluated(system, flag)
     w = system.kernel.w
     return Start(

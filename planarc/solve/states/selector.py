@@ -50,12 +50,13 @@ from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
 from planarc.solve.solvers.watch import Watch, bound_after
-from planarc.solve.states.outlook import Outlook
 from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from planarc.solve.states.outlook import Outlook
 
 #: A look that finds this came too late.
 OVERDUE = 10.0
@@ -102,6 +103,8 @@ class Selector:
 
     @cached_property
     def outlook(self) -> Outlook:
+        from planarc.solve.states.outlook import Outlook
+
         return Outlook(self._program, self._kernel, self.watch, self._sensitivities)
 
     def choose(self, held: Collection[int]) -> list[int]:
