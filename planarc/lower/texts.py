@@ -9,7 +9,8 @@ Example:  "at " + String(n)  has the parts "at " and (n, "d"); as a number it is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
@@ -21,6 +22,7 @@ from planarc.runtime import external
 from planarc.runtime.texts import TEXT, formatted
 
 MAX_PARTS = 10_000  # of one text
+MAX_WIDTH = 10_000  # of a number in it, and of its digits
 
 
 def number(table: Exprs, value: Value) -> Expr:
@@ -111,11 +113,18 @@ def _layout(
         form = options[0].constant
         if form is None:
             raise unsupported("a format that changes while running", span)
+        _refuse_width(map(int, re.findall(r"\d+", form)), span)
         return "", form
     given = [model.number(expr(o)) for o in options]
     if not all(o.is_const for o in given):
         raise unsupported("a number of digits that changes while running", span)
     digits, length, left = (int(o.data) for o in given)
+    _refuse_width((digits, length), span)
     sign, width = "-" if left else "", str(max(length, 0) or "")
     form = f"{sign}{width}{kind or f'.{max(digits, 0)}g'}"
     return f"{'<' if left else '>'}{width}", form
+
+
+def _refuse_width(numbers: Iterable[int], span: Span) -> None:
+    if max(numbers, default=0) > MAX_WIDTH:
+        raise error("L315", f"a number in a text has at most {MAX_WIDTH} characters", span)
