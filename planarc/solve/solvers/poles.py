@@ -65,17 +65,21 @@ class Poles:
         self._falling = falling = [*map(_IS_ABOVE, here[n:])]
         if falling == were or not before:
             return False
-        import numpy as np
-
+        turned = (i for i, (a, b) in enumerate(zip(were, falling, strict=True)) if a != b)
+        if not any(self._is_off(i, before, here) for i in turned):
+            return False
         self.trail[: 2 * n - 1] = before
-        y0, f0, least = self.trail[1:].reshape(3, self.size)
-        y1, f1 = np.array(here[1:]).reshape(2, self.size)
-        h = here[0] - before[0]
-        with np.errstate(all="ignore"):
-            size = np.maximum(abs(f0), abs(f1))
-            missed = abs(y1 - y0 - h * (f0 + f1) / 2)
-            odd = (f0 * f1 < 0) & (size > least) & (missed > MISFIT * h * size)
-        return bool(odd.any()) and self.lies_before()
+        return self.lies_before()
+
+    def _is_off(self, i: int, before: Sequence[float], here: Sequence[float]) -> bool:
+        """Whether state i is far from where the trapezoidal rule leads between two points."""
+        n = self.size
+        h, y0, y1 = float(here[0] - before[0]), float(before[1 + i]), float(here[1 + i])
+        f0, f1 = float(before[1 + n + i]), float(here[1 + n + i])
+        size = max(abs(f0), abs(f1))
+        if f0 == 0 or f1 == 0 or not size > self.trail[1 + 2 * n + i]:
+            return False
+        return abs(y1 - y0 - h * (f0 + f1) / 2) > MISFIT * h * size
 
     def _here(self) -> tuple[float, Vector]:
         import numpy as np
