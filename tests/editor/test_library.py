@@ -46,6 +46,9 @@ async def test_a_model_on_the_library(client: LanguageClient) -> None:
 async def test_a_file_of_the_library(client: LanguageClient) -> None:
     editor = Editor(client)
     folder = Path(os.environ["PLANARC_MSL"])
+    client.workspace_did_change_configuration(
+        lsp.DidChangeConfigurationParams({"planarc": {"libraries": [str(folder)]}})
+    )
     path = next(folder.glob("Modelica*/Blocks/Math.mo"))
     uri = editor.open(path)
     found = await editor.checked(uri)
