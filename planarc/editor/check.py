@@ -32,8 +32,8 @@ from planarc.request.uses import check_versions
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
 #: Codes of messages that say no more than that something is missing from a broken class.
 _COUNTS = ("F320", "F321", "S")
-#: What whoever uses a component gives it: values of parameters, and what is `inner`.
-_GIVEN = ("F262", "F286")
+#: What whoever uses a component gives it: values of parameters, sizes, and what is `inner`.
+_GIVEN = ("F262", "F281", "F286")
 
 Wanted = Callable[[], bool]
 
@@ -81,7 +81,7 @@ def check_text(shelf: Shelf, text: Text, wanted: Wanted, first: str = "") -> Ite
 
 
 def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
-    name = target.class_name
+    name, ends = target.class_name, set[End]()
     try:
         warnings = tuple(check_versions(target.library, name))
         target = replace(target, warnings=warnings)
@@ -96,7 +96,7 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
         told = (*seen.checked.warnings, *(() if redundant is None else (redundant,)))
         return Finding(name, _for_users(told) if ends else told, seen.checked, seen)
     except PlanarcError as problem:
-        return Finding(name, tuple(problem.diagnostics))
+        return Finding(name, _for_users(problem.diagnostics) if ends else problem.diagnostics)
     except Overtaken:
         raise
     except Exception as problem:
@@ -104,7 +104,7 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
 
 
 def _for_users(told: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """Warnings of a component, which gets the rest where it is used."""
+    """Messages of a component, which gets the rest where it is used."""
     return tuple(d for d in told if d.code not in _GIVEN)
 
 
