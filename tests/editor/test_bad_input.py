@@ -66,6 +66,19 @@ async def test_an_edit_of_a_library_is_seen_before_it_is_saved(
 
 
 @pytest.mark.asyncio
+async def test_what_is_left_out_in_a_package_is_told_once(
+    client: LanguageClient, tmp_path: Path
+) -> None:
+    editor, folder = Editor(client), tmp_path / "Top" / "Inner"
+    folder.mkdir(parents=True)
+    (tmp_path / "Top" / "package.mo").write_text("package Top\nend Top;\n")
+    (folder / "package.mo").write_text("within Top;\npackage Inner\nend Inner;\n")
+    text = "within Top.Inner;\nmodel M\n  Real y;\nequation\n  y = 2*;\nend M;\n"
+    uri = editor.open(folder / "M.mo", text)
+    assert codes(await editor.checked(uri)) == [(5, "P101")]
+
+
+@pytest.mark.asyncio
 async def test_two_files_define_one_class(client: LanguageClient, tmp_path: Path) -> None:
     editor = Editor(client)
     first, second = "model M\n  Real x=1;\nend M;\n", "model M\n  Real y=z;\nend M;\n"

@@ -79,7 +79,7 @@ class Entry(Struct, eq=False):
         for nested in nested_classes(self.definition):
             if nested.name == name:
                 return Entry(self.library, full, nested, user=self.user)
-        if self.folder is None:
+        if self.folder is None or not name:  # a name that is left out in a text names no file
             return None
         return self.library.open_path(self.folder, name, full)
 
