@@ -243,9 +243,10 @@ class Model:
         Times are in s; `tolerance` is the relative error of a step. The result has a row at every
         `interval` (s), or `intervals` + 1 of them, and two at each event. `parameters` and `start`
         set values by name (SI units; an array takes a sequence), `inputs` are numbers, functions of
-        time or tables. `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf`
-        and, with a `fixed_step` (s), `euler` and `rk4`. `redundant`: see `planarc.load`; by default
-        as the model was loaded. `progress` is called with the time that is reached.
+        time or tables; what the model needs of their derivatives follows, or is given as `der(u)`.
+        `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf` and, with a
+        `fixed_step` (s), `euler` and `rk4`. `redundant`: see `planarc.load`; by default as the
+        model was loaded. `progress` is called with the time that is reached.
 
         Raises UnknownName for a name that is not there, UsageError for a wrong request,
         PlanarcError where there is no start, RunStopped (with the `result` so far) where the run
@@ -312,13 +313,15 @@ class Model:
         """The kernel with inputs that follow what is given."""
         if not inputs:
             return kernel
-        from planarc.api.signals import ForcedKernel, read_signal
+        from planarc.api.signals import ForcedKernel, read_signals
 
         program, inputs = self.program, by_name(inputs)
         refuse_unknown("input", inputs, program.inputs)
-        signals = {program.slots[n]: read_signal(n, s) for n, s in inputs.items()}
         begin = program.experiment.start if options.start is None else options.start
-        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in signals.items()}, begin)
+        stop = program.experiment.stop if options.stop is None else options.stop
+        signals = read_signals(inputs, program.inputs, stop - begin)
+        slots = [(program.slots[name], f) for name, f in signals.items()]
+        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin)
 
     def compiled(self, backend: Backend | None = None) -> Compiled:
         """The code for a back end, made when it is first asked for."""

@@ -1,8 +1,8 @@
 """Functions of time that a user gives: inputs of a model, and motions that drive it.
 
 A signal is a number, a function `f(t)`, or a table: a pair (times, values), or rows of
-them. Tables go through their points as a cubic spline where derivatives are needed, and
-on straight lines where they are not. A motion may also be three functions: position,
+them. Tables go through their points as a cubic spline where second derivatives are needed,
+and on straight lines where they are not. A motion may also be three functions: position,
 velocity, acceleration; those that are not given come from differences of high order.
 """
 
@@ -36,6 +36,38 @@ def read_signal(name: str, given: Signal) -> Callable[[float], float]:
         return lambda t: value
     times, values = read_table(name, given)
     return lambda t: float(np.interp(t, times, values))
+
+
+def read_signals(
+    given: Mapping[str, Signal], inputs: Sequence[str], span: float
+) -> dict[str, Callable[[float], float]]:
+    """Each input as a function of time, and those of its derivatives that are inputs, too.
+
+    `der(u)` of a table is the slope of its straight lines, to the right at a point. Where
+    `der(der(u))` is needed, the table is a spline, so that all three belong together.
+    """
+    found = {name: read_signal(name, s) for name, s in given.items()}
+    for name, signal in given.items():
+        rate, second = f"der({name})", f"der(der({name}))"
+        if second in inputs or (rate in inputs and callable(signal)):
+            motion = read_motion(name, signal, span)
+            wanted = {name: 0, rate: 1, second: 2}
+            found |= {
+                n: lambda t, f=motion, i=i: f(t)[i]  # type: ignore[misc]
+                for n, i in wanted.items()
+                if n in inputs and (n == name or n not in given)
+            }
+        elif rate in inputs and rate not in given:
+            found[rate] = _slope(name, signal)
+    return found
+
+
+def _slope(name: str, given: Signal) -> Callable[[float], float]:
+    if isinstance(given, int | float):
+        return lambda t: 0.0
+    times, values = read_table(name, given)
+    slopes = [0.0, *(np.diff(values) / np.diff(times)).tolist(), 0.0]
+    return lambda t: slopes[int(np.searchsorted(times, t, "right"))]
 
 
 def read_motion(name: str, given: Signal, span: float) -> Motion:

@@ -40,7 +40,7 @@ from planarc.codegen.statements import Lister, Temporaries
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.derivatives import Group, Head, Scope
-from planarc.ir.expr import Expr, Op, postorder, symbols, text
+from planarc.ir.expr import Expr, Op, named, postorder, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
 
@@ -248,7 +248,7 @@ class _Deriver:
         if self._scope is Scope.ALL:
             settable = [p.name for p in program.parameter_slots if p.settable]
             for name in dict.fromkeys((*settable, *program.inputs)):
-                number[self._table.symbol(name)] = len(number)
+                number[named(self._table, name)] = len(number)
         rows: list[Row] = []
         runs: list[Run] = []
         for piece in self._pieces:

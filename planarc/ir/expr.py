@@ -484,6 +484,14 @@ def symbol_text(name: str, order: int) -> str:
     return "der(" * order + name + ")" * order
 
 
+def named(table: Exprs, shown: str) -> Expr:
+    """The symbol that `symbol_text` shows so."""
+    order = 0
+    while shown.startswith("der(", 4 * order):
+        order += 1
+    return table.symbol(shown[4 * order : len(shown) - order], order)
+
+
 def number_text(value: float | bool) -> str:
     """A constant as Modelica writes it."""
     if isinstance(value, bool):

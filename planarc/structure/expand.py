@@ -11,23 +11,28 @@ Example: the length of a rod, differentiated twice.
 
 The user's equations keep their numbers in the Dae; derivatives follow.
 
-Needs:     no equation that is differentiated holds an input: its derivative is not
-           known (an error says so).
+Needs:     no input of the model is differentiated more than twice (an error says so).
 Promises:  parameters and discrete variables are constant between events.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.unit import rate_text
 from planarc.ir.calculus import time_derivative
-from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Expr, Op, postorder, symbols
+from planarc.ir.dae import Dae, Equation, Kind, Variable
+from planarc.ir.expr import Expr, Op, postorder, symbol_text, symbols
 from planarc.ir.sorted import SourceEquation
 from planarc.structure.alias import Live
 from planarc.structure.pantelides import Offsets
+
+#: The highest derivative of an input that is known: that of a spline through its points.
+HIGHEST = 2
 
 
 class Form(Data):
@@ -46,9 +51,9 @@ class Expansion(Data):
 
 def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expansion:
     table = dae.table
-    _refuse_inputs(dae, live, offsets)
     _refuse_delays(dae, live, offsets)
-    constant = {p.name for p in dae.parameters} | {v.name for v in dae.discretes}
+    counted = [v.name for v in dae.inputs if v.kind is not Kind.REAL]
+    constant = {p.name for p in dae.parameters} | {v.name for v in dae.discretes}.union(counted)
     derive = time_derivative(table, constant.__contains__)
     equations = [SourceEquation(e) for e in dae.equations]
     forms = []
@@ -83,19 +88,41 @@ def _refuse_delays(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
         )
 
 
-def _refuse_inputs(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> None:
-    names = {v.name for v in dae.inputs}
-    wrong = [
-        Diagnostic(
-            "S306",
-            f"the derivative of the input `{symbol.name}` is needed: "
-            f"{dae.equations[entry.index].shown} must be differentiated to find the motion",
-            dae.equations[entry.index].span,
-            hint="give the input through a filter, or prescribe an acceleration",
-        )
-        for entry, times in zip(live, offsets.differentiated, strict=True)
-        for symbol in (symbols(entry.left, entry.right) if names and times else ())
-        if symbol.name in names
-    ]
+def derivatives_of_inputs(
+    dae: Dae, expansion: Expansion, rest: Iterable[Expr]
+) -> tuple[Variable, ...]:
+    """The derivatives of inputs that values need: they are given from outside, too."""
+    known = {v.name: v for v in dae.inputs}
+    users = {
+        symbol: e.equation
+        for e in reversed(expansion.equations if known else ())
+        for symbol in symbols(e.equation.left, e.equation.right)
+        if symbol.order and symbol.name in known
+    }
+    wrong = {s.name: s for s in sorted(users, key=_order) if s.order > HIGHEST}
     if wrong:
-        raise PlanarcError(wrong)
+        raise PlanarcError(
+            Diagnostic(
+                "S306",
+                f"a derivative of order {s.order} of the input `{s.name}` is needed: "
+                f"{users[s].shown} must be differentiated to find the motion",
+                users[s].span,
+                hint="give the input through a filter, or prescribe an acceleration",
+            )
+            for s in wrong.values()
+        )
+    others = (s for s in (symbols(*rest) if known else ()) if s.order and s.name in known)
+    found = sorted(dict.fromkeys((*users, *others)), key=_order)
+    return tuple(_derivative(known[s.name], s) for s in found)
+
+
+def _order(symbol: Expr) -> tuple[int, str]:
+    return symbol.order, symbol.name
+
+
+def _derivative(of: Variable, symbol: Expr) -> Variable:
+    unit = of.unit
+    for _ in range(symbol.order):
+        unit = rate_text(unit)
+    name = symbol_text(symbol.name, symbol.order)
+    return Variable(name, unit=unit, causality="input", component=of.component, span=of.span)

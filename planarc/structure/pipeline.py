@@ -19,7 +19,7 @@ from planarc.structure.algebra import Algebra
 from planarc.structure.alias import Elimination, eliminate_aliases, orders_needed
 from planarc.structure.attributes import hold_states, merge_attributes
 from planarc.structure.discrete import sort_discrete
-from planarc.structure.expand import expand_equations
+from planarc.structure.expand import derivatives_of_inputs, expand_equations
 from planarc.structure.hidden import uncover_constraints
 from planarc.structure.initial import guess_tears, held_variables, initial_residuals
 from planarc.structure.linear import Contents
@@ -89,6 +89,7 @@ def structure(dae: Dae) -> SortedDae:
     held = [table.der(s) for s, a in attributes.items() if a.select in CANDIDATES]
     offsets = reduced.offsets(dae, held)
     expansion = expand_equations(dae, elimination.live, offsets)
+    rates = derivatives_of_inputs(dae, expansion, expressions_of_rest(rest))
     systems = Systems(
         table,
         contents,
@@ -118,7 +119,7 @@ def structure(dae: Dae) -> SortedDae:
     first_initial = len(expansion.equations)
     first_discrete = first_initial + len(dae.initial_equations)
     return SortedDae(
-        dae=rest,
+        dae=replace(rest, inputs=(*rest.inputs, *rates)) if rates else rest,
         equations=(
             *expansion.equations,
             *(SourceEquation(e) for e in dae.initial_equations),

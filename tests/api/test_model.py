@@ -98,6 +98,31 @@ def test_an_input_that_nothing_drives_keeps_its_start_value() -> None:
     assert set(model.simulate(1, start={"u": 4}, inputs={"u": 5})["y"]) == {10}
 
 
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_derivative_of_an_input_follows_from_what_is_given(backend: str) -> None:
+    model = planarc.load("model M input Real u; Real y = der(u); end M;", backend=backend)
+    assert model.inputs == ("u", "der(u)")
+    assert set(model.simulate(2)["y"]) == set(model.simulate(2, inputs={"u": 3})["y"]) == {0}
+    lines = model.simulate(2, inputs={"u": ([0, 1, 2], [0, 2, 2])})
+    assert np.array_equal(lines["y"], np.where(lines.time < 1, 2.0, 0.0))
+    smooth = model.simulate(2, inputs={"u": math.sin})
+    assert np.max(np.abs(smooth["y"] - np.cos(smooth.time))) < 1e-9
+    given = model.simulate(2, inputs={"u": math.sin, "der(u)": 5})
+    assert np.array_equal(given["u"], np.sin(given.time)) and set(given["y"]) == {5}
+
+
+def test_a_position_that_is_an_input_gives_the_force_along_it() -> None:
+    model = planarc.load(
+        "model M input Real s; Real x = s; Real v = der(x); Real f = 2*der(v); end M;"
+    )
+    times = np.linspace(0, 2, 41)
+    for given in (math.sin, (times, np.sin(times))):
+        run = model.simulate(2, inputs={"s": given})
+        assert np.max(np.abs(run["f"] + 2 * np.sin(run.time))) < 5e-3
+        assert np.max(np.abs(run["v"] - np.cos(run.time))) < 1e-4
+    assert model.linearize(outputs=["f"]).D.tolist() == [[0, 0, 2]]
+
+
 def test_array_parameters_take_sequences(lag: Model) -> None:
     result = lag.simulate(1, parameters={"c": [3, 4]}, inputs={"u": 1})
     assert np.allclose(result["y"], 3 * result["x"] + 4)

@@ -160,12 +160,14 @@ def test_what_is_used_by_a_relation_is_computed(sort: Sort) -> None:
     assert _shape(model) == [["x"], ["der(x)"], ["der(der(x))"]]
 
 
-def test_an_input_cannot_be_differentiated(make: Callable[..., Dae], sort: Sort) -> None:
+def test_an_input_is_differentiated_twice_at_most(make: Callable[..., Dae], sort: Sort) -> None:
+    model = sort("x = u", "v = der(x)", "a = der(v)", inputs=["u"])
+    assert [v.name for v in model.dae.inputs] == ["u", "der(u)", "der(der(u))"]
     with pytest.raises(PlanarcError) as info:
-        sort("x = u", "v = der(x)", inputs=["u"])
+        sort("x = u", "v = der(x)", "a = der(v)", "j = der(a)", inputs=["u"])
     (d,) = info.value.diagnostics
     assert d.code == "S306"
-    assert "derivative of the input `u`" in d.message
+    assert "a derivative of order 3 of the input `u` is needed" in d.message
     assert d.span is not None
     assert d.span.line == 1
     assert sort("der(x) = u - x", inputs=["u"]).state_count == 1

@@ -35,7 +35,7 @@ def _check_order(model: SortedDae) -> Iterator[str]:
         return [
             symbol_text(*s.data)
             for s in symbols(e)
-            if s not in known and not (s.name in always and s.order == 0) and s.name[0] != "$"
+            if s not in known and symbol_text(s.name, s.order) not in always and s.name[0] != "$"
         ]
 
     def define(symbol: Expr) -> Iterator[str]:
