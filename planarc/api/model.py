@@ -295,7 +295,7 @@ class Model:
         compiled = self.compiled(options.backend)
         kernel = self.forced(compiled.load(), options, inputs)
         rows = run(compiled, options, progress=progress, kernel=kernel)
-        result = Result(rows, compiled)
+        result = Result(rows, compiled, self.request)
         ended = result.ended
         if ended is not None and ended.severity is Severity.ERROR:
             raise RunStopped(ended, result)

@@ -32,6 +32,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Column, Program
 from planarc.ir.result import Result, Statistics
 from planarc.request.request import Request
+from planarc.view.table.origin import Origin
 from planarc.view.table.table import Table
 
 #: A model belongs to a file when at least this part of its varying variables is in it.
@@ -63,6 +64,14 @@ def find_request(name: str, folders: Sequence[Path], libraries: Sequence[Path]) 
     return Request(found[0], name, tuple(libraries)) if len(found) == 1 else None
 
 
+def of_origin(origin: Origin) -> Request | None:
+    """The request that made a result; None where its file is not there any more."""
+    if origin.file is not None and not origin.file.is_file():
+        return None
+    libraries = tuple(folder for folder in origin.libraries if folder.exists())
+    return Request(origin.file, origin.model, libraries)
+
+
 def _model_files(folders: Sequence[Path]) -> list[Path]:
     different = {folder.resolve(): folder for folder in folders}
     return sorted(p for folder in different.values() for p in model_files(folder) if p.is_file())
@@ -92,9 +101,12 @@ def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
     _refuse_stranger(table, name, program)
     kernel = compiled.load()
     # Parameters that the file tells, then all that follow from them.
+    told = {} if table.origin is None else table.origin.parameters
     for p in program.parameter_slots:
         if p.name in table and len(table.time):
             kernel.w[p.slot] = float(table[p.name][0])
+        elif p.name in told and p.settable:
+            kernel.w[p.slot] = told[p.name]
         elif p.default is not None:
             kernel.w[p.slot] = p.default
     kernel.parameters()
@@ -163,8 +175,26 @@ def _same(values: Any) -> bool:
 def compile_guess(request: Request, table: Table) -> Compiled | None:
     """A model that was only guessed; None where it does not compile, or is another one."""
     try:
-        compiled = compile_request(request)
+        compiled = _as_told(request, compile_request(request), table)
         _refuse_stranger(table, "", compiled.program)
     except PlanarcError:
         return None
     return compiled
+
+
+def _as_told(request: Request, compiled: Compiled, table: Table) -> Compiled:
+    """The model with the structural parameters of the run."""
+    told = {} if table.origin is None else table.origin.parameters
+    structural = [p for p in compiled.program.parameter_slots if p.structural and p.name in told]
+    if not structural:
+        return compiled
+    kernel = compiled.load()
+    kernel.parameters()
+    values = {p.name: told[p.name] for p in structural if kernel.w[p.slot] != told[p.name]}
+    if not values:
+        return compiled
+    from planarc.api.variant import compile_variant, texts_of
+
+    backend = fastest_backend()
+    texts = texts_of(request, compiled.program, values, backend)
+    return compile_variant(request, texts, backend, compiled.program)

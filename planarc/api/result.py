@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector
     from planarc.ir.insight import Layer
     from planarc.ir.result import Result as Rows
+    from planarc.request.request import Request
 
 
 class RunStopped(RunError):
@@ -52,8 +53,11 @@ class Result:
     `ended` is the reason why it ended before its time, None if it did not.
     """
 
-    def __init__(self, rows: Rows, compiled: Compiled | None = None) -> None:
+    def __init__(
+        self, rows: Rows, compiled: Compiled | None = None, request: Request | None = None
+    ) -> None:
         self.rows = rows
+        self._request = request  # what its files say of the model
         self._compiled = compiled  # what made them: it tells how near dead points are
         self.name = rows.program.name
         self.time = rows.time
@@ -229,7 +233,11 @@ class Result:
         self, where: str | Path, suffix: str, variables: str | Iterable[str] | None, units: bool
     ) -> Path:
         from planarc.view.table.files import write_table
+        from planarc.view.table.origin import UNKNOWN, Origin
 
+        asked = self._request
+        known = asked is not None and asked.text is None
+        origin = Origin("", asked.file, asked.libraries) if asked and known else UNKNOWN
         path = _path(where, "run.csv")
         only = None
         if variables is not None:
@@ -240,7 +248,7 @@ class Result:
                 Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint="name a file")
             )
         path = with_ending(path, suffix)
-        write_table(path, self.rows, only, units)
+        write_table(path, self.rows, only, units, origin)
         return path
 
     # Pictures

@@ -53,8 +53,10 @@ def drive(
     )
     if output is not None:
         from planarc.view.table.files import write_table
+        from planarc.view.table.origin import Origin
 
-        save(output, lambda path: write_table(path, driven.result.rows))
+        origin = Origin(file=model.request.file, libraries=model.request.libraries)
+        save(output, lambda path: write_table(path, driven.result.rows, origin=origin))
     told = []
     for coordinate, name in driven.efforts.items():
         column = driven[name]

@@ -114,9 +114,13 @@ class Run:
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         """All files that can be written; raises UsageError of those that cannot."""
         from planarc.view.table.files import write_table
+        from planarc.view.table.origin import Origin
+
+        request = self.job.request
+        origin = Origin(file=request.file, libraries=request.libraries)
 
         def table(path: Path) -> None:
-            write_table(path, result, self.job.variables, self.job.units)
+            write_table(path, result, self.job.variables, self.job.units, origin)
 
         refused: list[Diagnostic] = []
         if places.output is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from planarc.api.model import Model
-from planarc.api.restore import compile_guess, compile_request, find_request, restore
+from planarc.api.restore import compile_guess, compile_request, find_request, of_origin, restore
 from planarc.api.result import Result, RunStopped
 from planarc.cli import console
 from planarc.cli.analysis import number_or_word, with_settings
@@ -61,6 +61,11 @@ def find_model(
     if model is not None:
         request = make_request(model, class_name, library)
         return request, compile_request(request)
+    if table.origin is not None and class_name is None:
+        told = of_origin(table.origin)
+        compiled = None if told is None else compile_guess(told, table)
+        if compiled is not None:
+            return told, compiled
     name = class_name or table.model or path.stem
     guess = find_request(name, (path.parent, Path()), tuple(library or ()))
     return guess, None if guess is None else compile_guess(guess, table)

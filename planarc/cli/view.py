@@ -37,9 +37,10 @@ def view(
 ) -> int:
     """Show a result file as a page: motion, curves, energy.
 
-    The model is looked for: a library's class, or a file beside the result (or here) that declares
-    the class. A .mat names it; a .csv should be called <Class>.csv. Without a model there are
-    curves only.
+    What planarc wrote says which model made it, a .csv by the file `<Class>.csv-metadata.json`
+    beside it. Of other results the model is looked for: a library's class, or a file beside the
+    result (or here) that declares the class that a .mat names, or that the .csv is called after.
+    Without a model there are curves only, which replace no page that shows the motion.
     """
     from planarc import stages
     from planarc.api.restore import restore
@@ -60,6 +61,10 @@ def view(
     request, compiled = find_model(result, table, model, class_name, library)
     restored = restore(table, result.name, compiled)
     rows = restored.result
+    kept: tuple[tuple[str, str], ...] = ()
+    if compiled is None and output is None and _shows_motion(path):
+        kept = (("kept", f"{path}, which shows the motion"),)
+        path = page_destination(f"{result.stem}-curves", None)
     insight = stages.study(rows, restored.kernel) if compiled is not None else None
     scene = make_scene(rows)
     notes = restored.notes if compiled is not None else (_WITHOUT,)
@@ -75,7 +80,7 @@ def view(
         where = model or f"{request.class_name}{file}"
     told = [("model", where)]
     if not console.is_quiet():
-        console.say_rows([*told, ("written", str(path)), *(("note", n) for n in notes)])
+        console.say_rows([*told, ("written", str(path)), *kept, *(("note", n) for n in notes)])
     if not no_open:
         _open(path)
     return Exit.DONE
@@ -85,6 +90,14 @@ _WITHOUT = (
     "This file holds numbers only. With its model the mechanism is drawn, too: "
     "planarc view RESULT --model FILE"
 )
+
+
+def _shows_motion(page: Path) -> bool:
+    """True for a page of planarc's that draws a mechanism."""
+    try:
+        return '"items":[{' in page.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
 
 
 def _open(path: Path) -> None:

@@ -117,7 +117,8 @@ def test_default_files_are_written_and_replaced_again(here: Path) -> None:
     before = {p.name for p in here.iterdir()}
     for _ in range(2):
         assert run(["simulate", "decay.pmo"]) == 0
-    assert {p.name for p in here.iterdir()} - before == {"Decay.csv", "Decay.html"}
+    new = {p.name for p in here.iterdir()} - before
+    assert new == {"Decay.csv", "Decay.csv-metadata.json", "Decay.html"}
 
 
 def test_no_files_when_none_are_wanted(here: Path) -> None:
@@ -254,7 +255,8 @@ def test_the_same_run_gives_the_same_bytes(tmp_path: Path) -> None:
         command = [sys.executable, "-m", "planarc", "simulate", "four_bar.pmo", "--stop", "1"]
         subprocess.run(command, check=True, cwd=folder, env=environment, capture_output=True)
         found.append({p.name: p.read_bytes() for p in folder.iterdir()})
-    assert set(found[0]) == {"four_bar.pmo", "FourBar.csv", "FourBar.html"}
+    written = {"FourBar.csv", "FourBar.csv-metadata.json", "FourBar.html"}
+    assert set(found[0]) == {"four_bar.pmo", *written}
     assert found[0] == found[1]
 
 

@@ -53,6 +53,53 @@ def test_a_csv_called_like_its_class_finds_the_model(here: Path) -> None:
     assert "rod.frameTranslation.shape" in drawn(here / "Swing.html")
 
 
+@pytest.mark.parametrize("name", ["run.csv", "run.mat"])
+def test_a_result_tells_where_its_model_stands_and_what_was_set(here: Path, name: str) -> None:
+    (here / "models").mkdir()
+    (here / "swing_model.pmo").rename(here / "models" / "elsewhere.pmo")
+    command = ["simulate", "models/elsewhere.pmo", "Swing", "--no-report", "-q", "-o", name]
+    assert run([*command, "--set", "L=2.5"]) == 0
+    assert run(["view", name, "-o", "page.html", "--no-open"]) == 0
+    items = data_of(here / "page.html")["scene"]["items"]
+    (rod,) = [i for i in items if i["component"] == "rod.frameTranslation.shape"]
+    assert rod["length"] == 2.5
+
+
+def test_structural_parameters_are_those_of_the_run(here: Path) -> None:
+    simulate("--set", "rod.animation=false")
+    assert run(["view", "Swing.csv", "--no-open"]) == 0
+    assert "rod.frameTranslation.shape" not in drawn(here / "Swing.html")
+
+
+def test_a_page_that_shows_the_motion_is_not_replaced_by_curves_alone(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["simulate", "swing_model.pmo", "Swing", "-q"]) == 0
+    (here / "swing_model.pmo").unlink()
+    before = (here / "Swing.html").read_bytes()
+    assert run(["view", "Swing.csv", "--no-open"]) == 0
+    assert "kept" in capsys.readouterr().out
+    assert (here / "Swing.html").read_bytes() == before
+    assert data_of(here / "Swing-curves.html")["scene"]["items"] == []
+    assert run(["view", "Swing.csv", "--no-open", "-o", "Swing.html"]) == 0  # asked for
+    assert data_of(here / "Swing.html")["scene"]["items"] == []
+
+
+def test_of_another_table_with_that_name_nothing_is_told(here: Path) -> None:
+    simulate()
+    (here / "Swing.csv").write_text("time,height\n0,1\n1,2\n", encoding="utf-8")
+    assert run(["view", "Swing.csv", "--no-open"]) == 0
+    assert data_of(here / "Swing.html")["scene"]["items"] == []
+
+
+def test_units_of_a_csv_are_known_without_the_model(here: Path) -> None:
+    simulate()
+    (here / "swing_model.pmo").unlink()
+    assert run(["view", "Swing.csv", "--no-open"]) == 0
+    units = {v[0]: v[3] for v in data_of(here / "Swing.html")["curves"]["variables"]}
+    assert units["hinge.w"] == "rad/s"
+
+
 def test_a_mat_tells_its_class_and_the_parameters_of_its_run(here: Path) -> None:
     simulate("--set", "L=2.5", "--output", "run.mat")
     assert run(["view", "run.mat", "-o", "page.html", "--no-open"]) == 0

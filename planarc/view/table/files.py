@@ -4,6 +4,8 @@
            many digits as reading them back exactly needs; on request with units, `"x [m]"`
     .mat   MATLAB level 4, variables and parameters; what is equal or opposite is stored once
 
+What the numbers do not say, such as the model that made them, stands beside; see `origin`.
+
 With a regular expression only what it matches is written, and then parameters also as .csv.
 Both are read back as a `Table`, also those that other tools wrote; of a .mat only the
 columns that are asked for.
@@ -17,36 +19,45 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import open_plain
 from planarc.ir.result import Result
 from planarc.view.storage import known_ending, refuse_no_match, replacing, shown
+from planarc.view.table.origin import UNKNOWN, Origin, as_text, from_text, read_beside, write_beside
 from planarc.view.table.table import Table
 
 SUFFIXES = (".csv", ".mat")
 
 
 def write_table(
-    path: Path, result: Result, only: re.Pattern[str] | None = None, units: bool = False
+    path: Path,
+    result: Result,
+    only: re.Pattern[str] | None = None,
+    units: bool = False,
+    origin: Origin = UNKNOWN,
 ) -> None:
     """Write a result by the ending of the name; `only` matches names somewhere, `units` go into
-    the head of a .csv.
+    the head of a .csv, `origin` says where the model stands.
 
     Raises UsageError V501 (cannot write), V502 (unknown ending), V505 (nothing matches).
     """
     suffix = _suffix(path)
     refuse_no_match(result.program, only)
     columns = shown(result.program, only)
-    with replacing(path) as file:
-        if suffix == ".csv":
-            from planarc.view.table import csv as table_csv
+    if suffix == ".csv":
+        from planarc.view.table import csv as table_csv
 
-            chosen = [c for c in columns if only is not None or not c.constant]
+        chosen = [c for c in columns if only is not None or not c.constant]
+        with replacing(path) as file:
             table_csv.write(file, result, chosen, units)
-        else:
-            from planarc.view.table import mat as table_mat
+        write_beside(path, result, chosen, origin)
+    else:
+        from planarc.view.table import mat as table_mat
 
-            table_mat.write(file, result, columns)
+        with replacing(path) as file:
+            table_mat.write(file, result, columns, as_text(path, result, origin))
 
 
 def read_table(path: Path) -> Table:
@@ -59,13 +70,21 @@ def read_table(path: Path) -> Table:
     try:
         with open_plain(path) as file:
             if suffix == ".csv":
-                return table_csv.read(file)
-            return table_mat.read(_mapped(file))
+                return _with_origin(table_csv.read(file), path)
+            table, told = table_mat.read(_mapped(file))
+            return replace(table, origin=from_text(path, told))
     except OSError as problem:
         raise refused("V503", f"cannot read `{path}`", problem) from None
     except ValueError as problem:
         hint = _UNFINISHED if _is_cut(path, suffix, str(problem)) else None
         raise usage_error("V504", f"`{path}` is no result table: {problem}", hint=hint) from None
+
+
+def _with_origin(table: Table, path: Path) -> Table:
+    """A table with what stands beside its file."""
+    origin, units = read_beside(path)
+    model = table.model if origin is None else origin.model
+    return replace(table, units={**units, **table.units}, model=model, origin=origin)
 
 
 _UNFINISHED = "the file ends early: wait until it is written, or write it again"

@@ -6,6 +6,7 @@
     dataInfo     for each: matrix (1 or 2; 0 for time), column (negative: opposite), 0, -1
     data_1       what is constant: two points, at the start and at the end
     data_2       what varies: all points
+    origin       planarc's own: the model that made it; see `origin.py`
 
 The text of a matrix is stored by columns of one name each ("trans"), and so are the
 data, a column for each point. Files stored the other way round ("binNormal") are read.
@@ -24,6 +25,7 @@ import numpy as np
 from planarc.core.arrays import Array, Vector
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.table.origin import MATRIX
 from planarc.view.table.table import Columns, Table
 
 _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
@@ -33,7 +35,7 @@ _DOUBLE, _INTEGER, _TEXT = 0, 20, 51
 _CHUNK = 1 << 20
 
 
-def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
+def write(file: BinaryIO, result: Result, columns: Sequence[Column], origin: bytes = b"") -> None:
     names = ["time", *(c.name for c in columns)]
     descriptions = ["Simulation time [s]", *(_description(c) for c in columns)]
     constants = list(dict.fromkeys(c.slot for c in columns if _constant(result, c)))
@@ -66,6 +68,8 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column]) -> None:
         rows = slice(at, at + most)
         points = np.column_stack([result.time[rows], result.data[rows, stored]])
         file.write(points.astype("<f8", copy=False).tobytes())
+    if origin:
+        _matrix(file, MATRIX, _TEXT, np.frombuffer(origin, dtype=np.uint8).reshape(1, -1))
 
 
 def _constant(result: Result, column: Column) -> bool:
@@ -115,8 +119,8 @@ def _column(place: tuple[Array, int, bool], rows: int) -> Vector:
     return own if at > 0 else -own
 
 
-def read(data: bytes | mmap.mmap) -> Table:
-    """Read a table. Raises ValueError with the reason."""
+def read(data: bytes | mmap.mmap) -> tuple[Table, bytes]:
+    """Read a table, and the text of its origin. Raises ValueError with the reason."""
 
     matrices = _matrices(data)
     missing = [n for n in ("Aclass", "name", "dataInfo", "data_2") if n not in matrices]
@@ -149,7 +153,9 @@ def read(data: bytes | mmap.mmap) -> Table:
             raise ValueError(f"`{name}` refers to data that is not there")
         places[name] = points[matrix], place, matrix == 1
     remark = kind[2] if len(kind) == 4 else ""
-    return Table(time, Columns(places, lambda place: _column(place, len(time))), units, remark)
+    columns = Columns(places, lambda place: _column(place, len(time)))
+    told = matrices[MATRIX].astype("u1").tobytes() if MATRIX in matrices else b""
+    return Table(time, columns, units, remark), told
 
 
 def _lines(matrix: Array) -> list[str]:

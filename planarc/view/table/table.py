@@ -8,6 +8,7 @@ from typing import Generic, TypeVar
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.unknown import refuse_unknown
+from planarc.view.table.origin import Origin
 
 Place = TypeVar("Place")
 
@@ -33,12 +34,13 @@ class Columns(Mapping[str, "Vector"], Generic[Place]):
 
 class Table(Data):
     """Columns over time. `units` only holds those that the file told; `model` is the class
-    of the model, where it is said."""
+    of the model, where it is said, and `origin` tells where that stands."""
 
     time: Vector
     columns: Mapping[str, Vector]
     units: Mapping[str, str]
     model: str = ""
+    origin: Origin | None = None
 
     def __getitem__(self, name: str) -> Vector:
         return self.time if name == "time" else self.columns[name]

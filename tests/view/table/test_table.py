@@ -106,6 +106,8 @@ def test_units_come_back_from_csv_on_request(result: Result, tmp_path: Path) -> 
     assert table.units == {"rev.phi": "rad", "a[1,2]": "m"}
     assert np.array_equal(table["rev.phi"], result["rev.phi"])
     write_table(tmp_path / "r.csv", result)
+    assert read_table(tmp_path / "r.csv").units == {"rev.phi": "rad", "a[1,2]": "m"}
+    (tmp_path / "r.csv-metadata.json").unlink()  # which tells them without that
     assert read_table(tmp_path / "r.csv").units == {}
 
 
@@ -252,7 +254,7 @@ def test_a_failure_leaves_the_old_file(
     with pytest.raises(UsageError, match="no space left"):
         write_table(path, result)
     assert path.read_bytes() == before
-    assert [p.name for p in tmp_path.iterdir()] == ["r.csv"]
+    assert {p.name for p in tmp_path.iterdir()} == {"r.csv", "r.csv-metadata.json"}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
