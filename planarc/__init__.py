@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from planarc.study.points import grid, latin_hypercube, random
     from planarc.study.sweep import Study, StudyInterrupted, sweep
 
+    __version__: str
+
 __all__ = [
     "Diagnostic",
     "Model",
@@ -63,6 +65,10 @@ _ELSEWHERE = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("planarc")
     if name not in _HOMES:
         hint = _ELSEWHERE.get(name, "")
         raise AttributeError(f"module `planarc` has no attribute `{name}`{hint}")

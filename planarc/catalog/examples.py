@@ -16,14 +16,12 @@ from msgspec.structs import replace
 from planarc import compiler
 from planarc.api.restore import compile_request
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.source import model_files
-from planarc.flatten.library.library import Entry
-from planarc.ir import syntax
 from planarc.ir.kernel import Kernel
 from planarc.ir.result import Result
-from planarc.request.request import Request, open_library
+from planarc.request.request import Request, is_example, open_library
 
 
 class Example(Data):
@@ -62,26 +60,15 @@ def _of_request(request: Request) -> Iterator[Example]:
     stack = [library.entry(name) for name in reversed(names)]
     if None in stack:
         hint = "name a package, a folder or a file; see `planarc list` for the names"
-        raise PlanarcError(Diagnostic("C103", f"there is no class `{names[0]}`", hint=hint))
+        raise usage_error("C103", f"there is no class `{names[0]}`", hint=hint)
     while stack:
         entry = stack.pop()
         if entry is None:
             continue
-        if _is_example(entry):
+        if is_example(entry):
             own = replace(request, class_name=entry.full_name)
             yield Example(own, entry.full_name, entry.definition.comment)
         stack += [entry.child(name) for name in reversed(entry.child_names())]
-
-
-def _is_example(entry: Entry) -> bool:
-    definition = entry.definition
-    annotation = definition.annotation
-    return (
-        definition.kind is syntax.ClassKind.MODEL
-        and not definition.partial
-        and annotation is not None
-        and "experiment" in annotation.span.text
-    )
 
 
 def run_examples(

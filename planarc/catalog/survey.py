@@ -19,7 +19,7 @@ from typing import TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.processes import Crew, Lost, cores
 from planarc.core.source import model_files
 from planarc.flatten.library.library import Library
@@ -153,7 +153,7 @@ def _first_jobs(request: Request) -> tuple[str, list[_Job], list[Finding]]:
         name = request.class_name or ""
         if library.entry(name) is None:
             hint = "name a package, a folder or a file; see `planarc list` for the names"
-            raise PlanarcError(Diagnostic("C103", f"there is no class `{name}`", hint=hint))
+            raise usage_error("C103", f"there is no class `{name}`", hint=hint)
         return name, [_Job(replace(request, class_name=None), name)], []
     if not request.file.is_dir():
         _, _, names = open_library(request)
@@ -162,21 +162,32 @@ def _first_jobs(request: Request) -> tuple[str, list[_Job], list[Finding]]:
 
 
 def _jobs_of_folder(request: Request, folder: Path) -> tuple[str, list[_Job], list[Finding]]:
-    """The packages in a folder (or the one that it is), and files that stand by themselves."""
-    around = Request(libraries=(folder, *request.libraries), units=request.units)
-    library, _, _ = open_library(around)
-    own = type(library)((folder,), library.parse_file, library.parse_annotation)
-    packages = [entry for entry in map(own.entry, own.top_names()) if entry and entry.folder]
-    jobs = [_Job(around, entry.full_name) for entry in packages]
-    unread = []
-    for path in () if any(entry.folder == folder for entry in packages) else model_files(folder):
-        alone = replace(around, file=path)
-        try:
-            _, _, names = open_library(alone)
-        except PlanarcError as problem:
-            unread.append(Finding(path.name, "file", Verdict.BAD, problem.diagnostics))
+    """The packages in a folder and the folders in it (or the one that it is), and files that stand
+    by themselves."""
+    jobs: list[_Job] = []
+    unread: list[Finding] = []
+    folders = [folder]
+    while folders:
+        here = folders.pop()
+        around = replace(request, file=None, libraries=(here, *request.libraries))
+        library, _, _ = open_library(around)
+        own = type(library)((here,), library.parse_file, library.parse_annotation)
+        packages = [entry for entry in map(own.entry, own.top_names()) if entry and entry.folder]
+        jobs += [_Job(around, entry.full_name) for entry in packages]
+        known = {entry.folder for entry in packages}
+        if here in known:
             continue
-        jobs += [_Job(alone, name) for name in names]
+        for path in model_files(here):
+            alone = replace(around, file=path)
+            try:
+                _, _, names = open_library(alone)
+            except PlanarcError as problem:
+                name = path.relative_to(folder).as_posix()
+                unread.append(Finding(name, "file", Verdict.BAD, problem.diagnostics))
+                continue
+            jobs += [_Job(alone, name) for name in names]
+        inner = (p for p in sorted(here.iterdir(), reverse=True) if p.is_dir() and p not in known)
+        folders += [p for p in inner if not (p.name.startswith(".") or p.is_symlink())]
     if len(jobs) == 1 and not unread:
         return jobs[0].name, jobs, unread
     return str(folder), jobs, unread

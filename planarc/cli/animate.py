@@ -24,6 +24,7 @@ def animate(
         typer.Argument(
             metavar="RESULT|MODEL",
             help="A result, .csv or .mat; or a model to run: a file, or a class of a library.",
+            autocompletion=arg.offers("results"),
         ),
     ],
     class_name: arg.ClassName = None,
@@ -54,6 +55,7 @@ def animate(
             "--trace",
             metavar="POINT",
             help="Draw the path of a part or a vector, as couplerBody.r_0CM. Repeatable.",
+            autocompletion=arg.offers("variables"),
         ),
     ] = None,
     layers: Annotated[
@@ -62,6 +64,7 @@ def animate(
             "--layer",
             metavar="LAYER",
             help="Draw forces, velocities, accelerations or paths. Repeatable.",
+            autocompletion=arg.offers("layers"),
         ),
     ] = None,
     model_name: Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,13 +17,30 @@ if TYPE_CHECKING:
     from planarc.flatten.library.library import Library
     from planarc.request.request import Request
 
+
+def offers(kind: str) -> Any:
+    """What a shell offers for an argument (`cli/completion.py`), where it is a shell that asks."""
+    if "_PLANARC_COMPLETE" not in os.environ:
+        return None
+    from planarc.cli import completion
+
+    return getattr(completion, kind)
+
+
 Target: TypeAlias = Annotated[
-    str, typer.Argument(metavar="FILE|CLASS", help="A .pmo or .mo file, or a class of a library.")
+    str,
+    typer.Argument(
+        metavar="FILE|CLASS",
+        help="A .pmo or .mo file, or a class of a library.",
+        autocompletion=offers("models"),
+    ),
 ]
 ClassName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
-        metavar="CLASS", help="The class of FILE, when it is not the one named like the file."
+        metavar="CLASS",
+        help="The class of FILE, when it is not the one named like the file.",
+        autocompletion=offers("classes"),
     ),
 ]
 Libraries: TypeAlias = Annotated[
@@ -73,6 +91,7 @@ Settings: TypeAlias = Annotated[
         "--set",
         metavar="NAME=VALUE",
         help="Set a parameter, or a start value as x.start=1. Repeatable.",
+        autocompletion=offers("settings"),
     ),
 ]
 Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]

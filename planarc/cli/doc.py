@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, open_classes, output_option
+from planarc.cli.arguments import Libraries, offers, open_classes, output_option
 
 
 def doc(
@@ -17,6 +17,7 @@ def doc(
         typer.Argument(
             metavar="[LIBRARY|CLASS|FILE]",
             help="What to describe; without, all libraries that are found.",
+            autocompletion=offers("models"),
         ),
     ] = None,
     output: Annotated[

@@ -12,7 +12,7 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
-from planarc.core.diagnostic import Severity, usage_error
+from planarc.core.diagnostic import Severity, refused, usage_error
 from planarc.core.prose import ticked
 
 if TYPE_CHECKING:
@@ -52,8 +52,6 @@ def gallery(
 
     named = tuple(targets or (_LIBRARY,))
     path = page_destination("gallery", output)
-    if reports is not None:
-        check_writable(reports / "report.html", "--reports")
     examples = find_examples(named, tuple(library or ()))
     if not examples:
         raise usage_error(
@@ -61,6 +59,9 @@ def gallery(
             f"there is no example in {ticked(named)}",
             hint="an example is a model with `annotation(experiment(StopTime=...))`",
         )
+    if reports is not None:
+        _make_folder(reports)
+        check_writable(reports / "report.html", "--reports")
     with counting_line() as progress:
         shown = [(s, _card(s, reports, path)) for s in run_examples(examples, progress)]
     write_text(path, render_gallery(" and ".join(named), [card for _, card in shown]))
@@ -70,6 +71,13 @@ def gallery(
         rows = [("examples", f"{len(shown)}, {len(bad)} failed" if bad else str(len(shown)))]
         console.say_rows([*rows, ("written", str(path))])
     return Exit.MODEL if bad else Exit.DONE
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise refused("C123", f"cannot make the folder `{folder}`", problem) from None
 
 
 def _card(shown: Shown, reports: Path | None, page: Path) -> Card:

@@ -15,7 +15,15 @@ from planarc.cli.analysis import (
     say_table,
     with_settings,
 )
-from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Target
+from planarc.cli.arguments import (
+    AsJson,
+    ClassName,
+    Libraries,
+    RedundantJoints,
+    Settings,
+    Target,
+    offers,
+)
 from planarc.core.options import Redundant
 
 
@@ -27,7 +35,12 @@ def linearize(
     ] = "start",
     outputs: Annotated[
         list[str] | None,
-        typer.Option("--output-of", metavar="NAME", help="A variable as output. Repeatable."),
+        typer.Option(
+            "--output-of",
+            metavar="NAME",
+            help="A variable as output. Repeatable.",
+            autocompletion=offers("variables"),
+        ),
     ] = None,
     settings: Settings = None,
     library: Libraries = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planarc.cli import console
-from planarc.cli.arguments import Libraries, open_classes
+from planarc.cli.arguments import Libraries, offers, open_classes
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry, Library
@@ -21,6 +21,7 @@ def list_classes(
         typer.Argument(
             metavar="[FILE|PACKAGE]",
             help="A .pmo or .mo file, or a package; without, the libraries that are found.",
+            autocompletion=offers("models"),
         ),
     ] = None,
     library: Libraries = None,

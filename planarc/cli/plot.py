@@ -10,7 +10,14 @@ from msgspec.structs import replace
 
 from planarc.cli import console
 from planarc.cli.analysis import open_model
-from planarc.cli.arguments import Libraries, RedundantJoints, Settings, Stop, output_option
+from planarc.cli.arguments import (
+    Libraries,
+    RedundantJoints,
+    Settings,
+    Stop,
+    offers,
+    output_option,
+)
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.core.options import Redundant
@@ -25,11 +32,23 @@ def plot(
         typer.Argument(
             metavar="RESULT|MODEL",
             help="A result, .csv or .mat, of planarc or another tool; or a model to run.",
+            autocompletion=offers("results"),
         ),
     ],
-    variables: Annotated[list[str], typer.Argument(metavar="VAR...", help="What to draw.")],
+    variables: Annotated[
+        list[str],
+        typer.Argument(metavar="VAR...", help="What to draw.", autocompletion=offers("variables")),
+    ],
     output: Annotated[Path | None, output_option("The picture: .png, .svg, .pdf.")] = None,
-    x: Annotated[str, typer.Option("--x", metavar="VAR", help="What lies along x.")] = "time",
+    x: Annotated[
+        str,
+        typer.Option(
+            "--x",
+            metavar="VAR",
+            help="What lies along x.",
+            autocompletion=offers("variables"),
+        ),
+    ] = "time",
     stop: Stop = None,
     settings: Settings = None,
     library: Libraries = None,

@@ -19,12 +19,19 @@ def sensitivity(
     target: arg.Target,
     class_name: arg.ClassName = None,
     parameter: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="A parameter. Repeatable.")
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="A parameter. Repeatable.",
+            autocompletion=arg.offers("parameters"),
+        ),
     ] = None,
     variable: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME", help="A variable. Repeatable; by default those that may be states."
+            metavar="NAME",
+            help="A variable. Repeatable; by default those that may be states.",
+            autocompletion=arg.offers("variables"),
         ),
     ] = None,
     stop: arg.Stop = None,

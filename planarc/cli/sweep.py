@@ -35,6 +35,7 @@ def sweep(
         typer.Option(
             metavar="NAME=VALUES",
             help="0.5,0.6 or 0.5:0.9:5 (from, to, how many); with a sample 0.5:0.9. Repeatable.",
+            autocompletion=arg.offers("settings"),
         ),
     ] = None,
     metric: Annotated[
@@ -43,6 +44,7 @@ def sweep(
             metavar="METRIC",
             help="A variable (at the end), or max(x), min, mean, rms, range, maxabs of it. "
             "Repeatable.",
+            autocompletion=arg.offers("metrics"),
         ),
     ] = None,
     random: Annotated[int | None, typer.Option(help="So many random points.")] = None,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,18 +17,20 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.nearest import did_you_mean, meant
 from planarc.core.options import Redundant, Units
-from planarc.core.prose import ticked
+from planarc.core.prose import be, shortened, ticked
 from planarc.core.resources import stdlib
 from planarc.core.source import SUFFIXES, Source
 from planarc.request.reader import Reader
 
 if TYPE_CHECKING:
-    from planarc.flatten.library.library import Library
+    from planarc.flatten.library.library import Entry, Library
 
 #: What classes of the standard library declare that planarc's part of it does not hold.
 DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 #: Kinds of classes that can be simulated.
 MODELS = ("model", "block", "class")
+#: Models of packages that a message names.
+_MOST_NAMES = 6
 _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 
 
@@ -121,29 +123,70 @@ def _class_of(request: Request, library: Library, names: Sequence[str]) -> str:
         return like_file[0]
     if len(models) == 1:
         return models[0]
-    raise _several(request, models, names)
+    inside = () if models else tuple(models_inside(library, names))
+    examples = [entry.full_name for entry in inside if is_example(entry)]
+    if len(examples) == 1:
+        return examples[0]
+    raise _several(request, models, names, examples or [entry.full_name for entry in inside])
 
 
 def _is_model(library: Library, name: str) -> bool:
-    definition = library.lookup(name)
-    return definition is not None and definition.kind.value in MODELS and not definition.partial
+    entry = library.entry(name)
+    return entry is not None and _is_complete(entry)
+
+
+def _is_complete(entry: Entry) -> bool:
+    return entry.definition.kind.value in MODELS and not entry.definition.partial
+
+
+def is_example(entry: Entry) -> bool:
+    """True for a model that says how it is to be run."""
+    definition = entry.definition
+    annotation = definition.annotation
+    return (
+        definition.kind.value == "model"
+        and not definition.partial
+        and annotation is not None
+        and "experiment" in annotation.span.text
+    )
+
+
+def models_inside(library: Library, names: Sequence[str]) -> Iterator[Entry]:
+    """The models of packages, in their order."""
+    stack = [library.entry(name) for name in reversed(names)]
+    while stack:
+        entry = stack.pop()
+        if entry is None:
+            continue
+        if entry.definition.kind.value == "package":
+            stack += [entry.child(name) for name in reversed(entry.child_names())]
+        elif _is_complete(entry):
+            yield entry
 
 
 def _plain(name: str) -> str:
     return name.replace("_", "").replace("-", "").lower()
 
 
-def _several(request: Request, models: Sequence[str], names: Sequence[str]) -> UsageError:
+def _several(
+    request: Request, models: Sequence[str], names: Sequence[str], inside: Sequence[str]
+) -> UsageError:
+    """The refusal to choose: among several models, or among those `inside` of packages."""
     if models:
         return _usage(
             "C106",
             f"`{request.file}` holds several models: {ticked(models)}",
             f"name one of them: `planarc simulate {request.file} {models[0]}`",
         )
+    if not inside:
+        hint = "name a model inside of it, as in `Package.Model`"
+        message = f"`{request.file}` holds no model to simulate, only {ticked(names)}"
+        return _usage("C107", message, hint)
+    shown = shortened([f"`{name}`" for name in inside], _MOST_NAMES)
     return _usage(
         "C107",
-        f"`{request.file}` holds no model to simulate, only {ticked(names)}",
-        "name a model inside of it, as in `Package.Model`",
+        f"`{request.file}` holds no model by itself; in its packages {be(len(inside))} {shown}",
+        f"name one of them: `planarc simulate {request.file} {inside[0]}`",
     )
 
 

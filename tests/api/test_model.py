@@ -244,3 +244,19 @@ def test_warnings_of_python_are_not_raised_by_a_plain_run(pendulum: Model) -> No
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pendulum.simulate(1)
+
+
+def test_the_package_tells_its_version() -> None:
+    from importlib.metadata import version
+
+    assert planarc.__version__ == version("planarc")
+
+
+def test_the_only_example_of_a_package_is_taken() -> None:
+    text = """package P
+      model A Real x(start=1, fixed=true); equation der(x) = -x; end A;
+      model B extends A; annotation(experiment(StopTime=1)); end B;
+    end P;"""
+    assert planarc.load(text).name == "P.B"
+    with pytest.raises(planarc.UsageError, match=r"C107.*`P\.A`, `P\.B`"):
+        planarc.load(text.replace("annotation(experiment(StopTime=1));", ""))

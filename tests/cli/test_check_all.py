@@ -47,8 +47,9 @@ def test_the_embedded_libraries_are_clean(capsys: pytest.CaptureFixture[str]) ->
 def test_the_examples_are_clean(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "--all", str(REPOSITORY / "examples"), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    files = len(list((REPOSITORY / "examples").glob("*.pmo")))
-    assert (answer["good"], answer["bad"], answer["percent"]) == (files, 0, 100.0)
+    files = len(list((REPOSITORY / "examples").rglob("*.pmo")))
+    outer = [c["name"] for c in answer["classes"] if "." not in c["name"]]
+    assert (len(outer), answer["bad"], answer["percent"]) == (files, 0, 100.0)
 
 
 def test_every_class_is_named_with_its_verdict(
@@ -173,3 +174,26 @@ def test_units_warn_or_fail_or_are_left_alone(
     diagnostics = answer["classes"][0]["diagnostics"] if every else answer["diagnostics"]
     found = [d["severity"] for d in diagnostics]
     assert found == {"warn": ["warning"], "error": ["error"], "off": []}[units]
+
+
+def test_folders_in_a_folder_are_looked_through_too(
+    tmp_path: Path, library: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for place in ("one.pmo", "deep/er/two.pmo", ".hidden/three.pmo", "deep/Ship/package.mo"):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        text = GOOD.replace("{}", Path(place).stem.title())
+        (tmp_path / place).write_text(
+            "package Ship model A end A; end Ship;" if place.endswith(".mo") else text, "utf-8"
+        )
+    assert run(["check", "--all", str(tmp_path / "deep"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [c["name"] for c in answer["classes"]] == ["Ship", "Ship.A", "Two"]
+    assert run(["check", "--all", str(tmp_path), "--json"]) == 1
+    names = [c["name"] for c in json.loads(capsys.readouterr().out)["classes"]]
+    assert {"One", "Two", "Ship.Hull"} <= set(names)
+    assert "Three" not in names
+
+
+def test_what_is_not_there_is_a_wrong_request(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "--all", "nosuch"]) == 2
+    assert "error[C103]" in capsys.readouterr().err

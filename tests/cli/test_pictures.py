@@ -73,3 +73,26 @@ def test_curves_of_a_model_and_of_a_result(capsys: pytest.CaptureFixture[str]) -
     Path("Pendulum.csv").rename("other.csv")
     assert run(["plot", "other.csv", "hinge.w", "-o", "d.svg"]) == 0
     assert "hinge.w [rad/s]" not in Path("d.svg").read_text("utf-8")
+
+
+def test_a_gallery_of_nothing_is_a_wrong_request(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["gallery", "nosuch", "--output", str(tmp_path / "g.html")]) == 2
+    assert "error[C103]" in capsys.readouterr().err
+
+
+def test_a_gallery_makes_the_folder_of_its_reports(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "decay.pmo").write_text(
+        "model Decay Real x(start=1, fixed=true); equation der(x) = -x;\n"
+        "  annotation(experiment(StopTime=1)); end Decay;",
+        "utf-8",
+    )
+    command = ["gallery", str(tmp_path / "decay.pmo"), "--output", str(tmp_path / "g.html")]
+    assert run([*command, "--reports", str(tmp_path / "all/of/them")]) == 0
+    assert (tmp_path / "all/of/them/Decay.html").exists()
+    (tmp_path / "file").touch()
+    assert run([*command, "--reports", str(tmp_path / "file/in")]) == 2
+    assert "error[C123]: cannot make the folder" in capsys.readouterr().err

@@ -32,6 +32,11 @@ def gather(library: Library, names: Sequence[str]) -> tuple[ClassPage, ...]:
     return tuple(_Gatherer(library).pages(names))
 
 
+def page_of(library: Library, entry: Entry) -> ClassPage:
+    """The page of one class. Raises PlanarcError where it cannot be read."""
+    return _Gatherer(library).page(entry)
+
+
 class _Gatherer:
     def __init__(self, library: Library) -> None:
         self._library = library
@@ -45,14 +50,14 @@ class _Gatherer:
             if entry is None:
                 continue
             try:
-                children = [c for c in map(entry.child, entry.child_names()) if _is_public(c)]
-                page = self._page(entry, [c.full_name for c in children if c is not None])
+                page = self.page(entry)
             except PlanarcError:
                 continue
             yield page
-            stack.extend(reversed(children))
+            stack.extend(self._library.entry(name) for name in reversed(page.children))
 
-    def _page(self, entry: Entry, children: Sequence[str]) -> ClassPage:
+    def page(self, entry: Entry) -> ClassPage:
+        children = [c for c in map(entry.child, entry.child_names()) if _is_public(c)]
         definition = entry.definition
         annotation = self._annotation(definition.annotation)
         info = binding_of(find_argument(inside(find_argument(annotation, "Documentation")), "info"))
@@ -68,7 +73,7 @@ class _Gatherer:
             info=info.value if isinstance(info, syntax.String) else "",
             icon=self.icon(entry),
             bases=tuple(self._base_links(entry)),
-            children=tuple(children),
+            children=tuple(c.full_name for c in children if c is not None),
             tables=self._tables(entry),
             equations=tuple(_sections(definition)),
             source=_dedent(definition.span) if whole else "",
