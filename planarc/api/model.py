@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from planarc.api.analysis.equilibrium import Equilibrium
     from planarc.api.analysis.linearize import Linearization
     from planarc.api.analysis.sensitivity import Sensitivities
+    from planarc.api.analysis.starting import Place
     from planarc.api.signals import Signal
 
 _TEXT = re.compile(r"[\n;]")
@@ -115,9 +116,11 @@ class Model:
     has a workspace of its own, so that several threads may share one model. It can be pickled.
     """
 
-    def __init__(self, request: Request, backend: Backend) -> None:
+    def __init__(
+        self, request: Request, backend: Backend, compiled: Compiled | None = None
+    ) -> None:
         self.request, self.backend = request, backend
-        self._compiled = {backend: compile_model(request, backend)}
+        self._compiled = {backend: compiled or compile_model(request, backend)}
         self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
         self._variables: dict[str, Variable] | None = None
         self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
@@ -231,6 +234,7 @@ class Model:
         interval: float | None = None,
         parameters: Mapping[str, Value] | None = None,
         start: Mapping[str, Value] | None = None,
+        start_from: Place | None = None,
         inputs: Mapping[str, Signal] | None = None,
         solver: str | Solver = Solver.AUTO,
         fixed_step: float | None = None,
@@ -242,8 +246,10 @@ class Model:
 
         Times are in s; `tolerance` is the relative error of a step. The result has a row at every
         `interval` (s), or `intervals` + 1 of them, and two at each event. `parameters` and `start`
-        set values by name (SI units; an array takes a sequence), `inputs` are numbers, functions of
-        time or tables; what the model needs of their derivatives follows, or is given as `der(u)`.
+        set values by name (SI units; an array takes a sequence). `start_from` takes all others from
+        `"equilibrium"`, `"assembly 2"` (as `assemble` lists them, from 1), or the last row of a
+        Result or of a file. `inputs` are numbers, functions of time or tables; what the model needs
+        of their derivatives follows, or is given as `der(u)`.
         `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf` and, with a
         `fixed_step` (s), `euler` and `rk4`. `redundant`: see `planarc.load`; by default as the
         model was loaded. `progress` is called with the time that is reached.
@@ -266,6 +272,10 @@ class Model:
             fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step),
             redundant=None if redundant is None else _treatment(redundant),
         )
+        if start_from is not None:
+            from planarc.api.analysis.starting import starts_from
+
+            options = replace(options, starts=starts_from(model, options, start_from, inputs))
         return model.run(options, inputs, progress)
 
     def asked(

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
+from msgspec.structs import replace
+
 from planarc import compiler, stages
 from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
@@ -15,6 +17,7 @@ from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, apply_settings
 from planarc.cli.summary import details, state_reasons, summary
+from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
@@ -41,6 +44,7 @@ class Job(Data):
     no_report: bool
     variables: re.Pattern[str] | None = None  # of the result file
     units: bool = False
+    start_from: str | None = None
 
 
 class Run:
@@ -88,6 +92,9 @@ class Run:
             outcome.diagnostics += notes
         else:
             del clock.seconds["compile again"]
+        if job.start_from is not None:
+            with clock.phase("find start"):
+                options = _at_place(job.start_from, job.request, compiled, options)
         with clock.phase("load"):
             kernel = compiled.load()
         with progress_line() as progress:
@@ -157,6 +164,15 @@ class Run:
         if rows and not console.is_quiet():
             console.say_rows(rows)
         console.complain(self.outcome.diagnostics)
+
+
+def _at_place(place: str, request: Request, compiled: Compiled, options: RunOptions) -> RunOptions:
+    """The options with the start values of a place."""
+    from planarc.api.analysis.starting import starts_from
+    from planarc.api.model import Model
+
+    found = starts_from(Model(request, options.backend, compiled), options, place)
+    return replace(options, starts=found)
 
 
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:

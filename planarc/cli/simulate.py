@@ -41,6 +41,15 @@ def simulate(
     ] = None,
     redundant: arg.RedundantJoints = Redundant.REFUSE,
     settings: arg.Settings = None,
+    start_from: Annotated[
+        str | None,
+        typer.Option(
+            "--start-from",
+            metavar="PLACE",
+            help="Start at the `equilibrium`, at `assembly 2` as `planarc assemble` counts, or at "
+            "the last row of a result.",
+        ),
+    ] = None,
     library: arg.Libraries = None,
     output: Annotated[Path | None, arg.output_option("Result file, .csv or .mat.")] = None,
     report: Annotated[
@@ -99,6 +108,7 @@ def simulate(
         no_report,
         arg.read_pattern(variables),
         units,
+        start_from,
     )
     return Run(job, as_json).finish()
 

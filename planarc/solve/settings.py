@@ -253,7 +253,7 @@ def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageErro
 
 
 @once
-def _startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, float]]]:
+def startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, float]]]:
     """The slots of start values by those of variables, and these by name, with a sign."""
     slots = {c.slot: c.start for c in program.candidates}
     slots |= {d.slot: d.start for d in program.discretes}
@@ -278,7 +278,7 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
     """Start values by the slot that holds them; a variable's alias carries its sign."""
     if not given:
         return {}
-    slots, columns = _startable(program)
+    slots, columns = startable(program)
     result: dict[int, float] = {}
     for name, value in given.items():
         if name not in columns:
