@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from planarc.core.arrays import Vector
+from planarc.insight.drives import find_drives
 from planarc.insight.energy import Energies, find_energies
 from planarc.insight.facts import closeness_facts, energy_facts, mechanism_facts
 from planarc.insight.formulas import formula_series
 from planarc.insight.kinematics import find_layers
+from planarc.insight.peaks import find_peaks
 from planarc.insight.rank import Closeness, find_closeness
-from planarc.ir.insight import Insight, Series
+from planarc.ir.insight import DRIVES, Insight, Series
 from planarc.ir.kernel import Kernel
 from planarc.ir.result import Result
 
@@ -21,14 +24,20 @@ def study(result: Result, kernel: Kernel | None = None) -> Insight:
     if kernel is not None:
         facts += closeness_facts(result, mechanism, closeness)
     facts += energy_facts(energies)
-    series = [*_energy_series(energies), *_closeness_series(closeness)]
-    energy = tuple(s.name for s in series if s.unit == "J")
-    dead = tuple(s.name for s in series if s.unit != "J")
+    drives = find_drives(result)
+    power = [Series(f"{d.name} power", "W", "put in by it", d.power) for d in drives]
+    energy, dead = _energy_series(energies), _nearness_series(closeness)
+    driving = (*(name for d in drives for name in d.efforts), *(s.name for s in power))
     return Insight(
         tuple(facts),
-        (*series, *formula_series(result)),
-        (("Energy", energy, True), ("Dead points", dead, False)),
+        (*power, *energy, *dead, *formula_series(result)),
+        (
+            (DRIVES, driving, True),
+            ("Energy", tuple(s.name for s in energy), True),
+            ("Dead points", tuple(s.name for s in dead), False),
+        ),
         find_layers(result, mechanism),
+        find_peaks(result, mechanism, drives),
     )
 
 
@@ -50,12 +59,21 @@ def _energy_series(found: Energies | None) -> list[Series]:
     return [s for s in shown if both or s.name != "mechanical energy"]
 
 
-def _closeness_series(found: Closeness | None) -> list[Series]:
+def _nearness_series(found: Closeness | None) -> list[Series]:
+    """How near loops are to losing a condition, and states to a dead point: up means danger."""
     if found is None:
         return []
-    about = "smallest singular value of the loops' conditions, over the largest"
-    rows = [Series("closeness to dependent loops", "1", about, found.loops)]
+    about = "powers of ten by which forces grow: 0 is far from it, 3 a thousandfold"
+    rows = [Series("nearness to dependent loops", "1", about, _nearness(found.loops))]
     if found.states:
         held = f"{about}, with {', '.join(found.states)} held"
-        rows.append(Series("closeness to a dead point", "1", held, found.held))
+        rows.append(Series("nearness to a dead point", "1", held, _nearness(found.held)))
     return rows
+
+
+def _nearness(distance: Vector) -> Vector:
+    """-log10 of a distance that is 1 far away and 0 where it is lost, to the limit of numbers."""
+    import numpy as np
+
+    nearness: Vector = -np.log10(np.clip(distance, 1e-12, 1.0))
+    return nearness

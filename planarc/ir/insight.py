@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 Track: TypeAlias = "float | Vector"
 
 
+#: The title of the figure of what drives the mechanism.
+DRIVES = "Drives"
+
+
 class Series(Data):
     """A curve that is no variable of the model, by its name, over the rows."""
 
@@ -23,6 +27,20 @@ class Series(Data):
     unit: str
     description: str
     values: Vector
+
+
+class Peak(Data):
+    """The largest value of a quantity over a run, with its sign, and its root mean square."""
+
+    name: str
+    unit: str
+    value: float
+    time: float  # s, where it is largest
+    rms: float
+
+    @property
+    def largest(self) -> float:
+        return abs(self.value)
 
 
 class Mark(Data):
@@ -54,3 +72,4 @@ class Insight(Data):
     series: tuple[Series, ...] = ()
     figures: tuple[tuple[str, tuple[str, ...], bool], ...] = ()
     layers: tuple[Layer, ...] = ()
+    peaks: tuple[Peak, ...] = ()

@@ -52,11 +52,21 @@ planarc.digits = function (value, count = 4) {
   const text = size !== 0 && (size < 1e-3 || size >= 1e6)
     ? value.toExponential(count - 1)
     : value.toPrecision(count);
-  return text.replace(/-/g, "−");
+  return planarc.typeset(text);
+};
+
+const raised = (digits) => [...digits].map((d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d] || "⁻").join("");
+
+planarc.typeset = function (text) {
+  // 1.5e-5 as print has it, and a minus that is as long as a plus.
+  return text
+    .replace(/(−|-)?(\d+(?:\.\d+)?)e([+-]?)(\d+)/, (_, sign, size, minus, power) => (
+      `${sign ? "−" : ""}${size === "1" ? "" : `${size}×`}10${raised((minus === "-" ? "-" : "") + power)}`))
+    .replace(/-/g, "−");
 };
 
 planarc.unit = (unit) => (unit && unit !== "1"
-  ? unit.replace(/\./g, "·").replace(/-?\d+/g, (digits) => [...digits].map((d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d] || "⁻").join(""))
+  ? unit.replace(/\./g, "·").replace(/-?\d+/g, raised)
   : "");
 
 planarc.theme = (() => {

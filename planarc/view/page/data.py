@@ -103,8 +103,8 @@ def curve_data(
 
 
 def shown_unit(column: Column) -> tuple[float, str]:
-    """Factor and unit of a variable: degrees where the library says so."""
-    if column.unit == "rad" and column.display_unit == "deg":
+    """Factor and unit of a variable: angles in degrees, unless the model wants another unit."""
+    if column.unit == "rad" and column.display_unit in ("deg", ""):
         return _DEGREES, "deg"
     return 1.0, column.unit
 

@@ -1,8 +1,9 @@
 """The curves that a page offers, in figures.
 
-First the figures of the model's documentation; without one the coordinates of the joints, or of
-the bodies where there is no joint. Then what the model itself declares, and what insight
-gave. What does not change makes no curve.
+First what drives the mechanism, and the figures of the model's documentation; without one the
+coordinates of the joints, or of the bodies where there is no joint. Then what the model itself
+declares, and what else insight gave. What does not change makes no curve, and of curves that are
+equal there is one.
 """
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from planarc.core.data import Data
-from planarc.ir.insight import Insight
+from planarc.ir.insight import DRIVES, Insight
 from planarc.ir.result import Result
 
-#: The most curves that can be told apart in a plot.
-LIMIT = 16
+#: The most curves of a figure that nobody chose: more cannot be told apart.
+LIMIT = 6
 
 _BODIES = (".Body", ".PointMass")
 
@@ -34,7 +35,8 @@ def choose_figures(
     formulas = {s.name for s in insight.series} if insight is not None else set()
     own = _documented(result, formulas)
     joints = [name for name, kind in _parts(result) if ".Joints." in kind]
-    found = [*own]
+    known = () if insight is None else insight.figures
+    found = [*(Figure(t, _short(c), True) for t, c, _ in known if t == DRIVES), *own]
     if joints:
         found.append(Figure("Joints", _changing(result, _names(joints, ("phi", "s"))), not own))
         found.append(Figure("Joint speeds", _changing(result, _names(joints, ("w", "v")))))
@@ -46,7 +48,7 @@ def choose_figures(
     model = _changing(result, top)
     found.append(Figure("Model", model, not any(f.on and f.curves for f in found)))
     if insight is not None:
-        found += [Figure(*figure) for figure in insight.figures]
+        found += [Figure(*figure) for figure in known if figure[0] != DRIVES]
     if names is not None:
         found = [Figure("Curves", tuple(names), True), *(Figure(f.title, f.curves) for f in found)]
     return tuple(f for f in found if f.curves)
@@ -83,13 +85,19 @@ def _names(parts: Iterable[str], variables: Sequence[str]) -> list[str]:
     return [f"{owner}.{variable}" for variable in variables for owner in owners]
 
 
+def _short(curves: Sequence[str]) -> tuple[str, ...]:
+    return tuple(curves[:LIMIT])
+
+
 def _changing(result: Result, names: Iterable[str]) -> tuple[str, ...]:
-    found: list[str] = []
+    found: dict[bytes, str] = {}
     for name in names:
         column = result.columns.get(name)
         if column is None or column.constant or column.slot not in result.stored:
             continue
-        values = result.data[:, result.stored[column.slot]]
+        values = column.sign * result.data[:, result.stored[column.slot]]
         if len(values) and (values != values[0]).any():
-            found.append(name)
-    return tuple(found[:LIMIT])
+            found.setdefault(values.tobytes(), name)
+            if len(found) == LIMIT:
+                break
+    return _short(tuple(found.values()))

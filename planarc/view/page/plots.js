@@ -101,7 +101,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       {
         width: Math.max(200, holder.clientWidth),
         height: count > 1 || figures.filter((f) => f.on && f.curves.length).length > 1 ? 178 : 236,
-        padding: [10, 24, 0, 0],
+        padding: [20, 24, 0, 0],
         scales: { x: { time: false }, y: { range: span } },
         legend: { show: false },
         cursor: { sync: { key: "planarc" }, points: { size: 6 } },
@@ -111,7 +111,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
         ],
         series: [{}, ...curves.map((c, i) => ({
           stroke: colors[i % colors.length], width: 1.6, dash: i >= colors.length ? [6, 4] : undefined,
-          points: { show: false },
+          points: { show: false }, pxAlign: 0,
         }))],
         hooks: { setCursor: [(u) => tell(u.cursor.idx)] },
       },
@@ -122,6 +122,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     const line = make("div", { class: "now" });
     chart.over.append(line);
     grabbable(line, chart);
+    holder.addEventListener("dblclick", showAll);
     chart.over.addEventListener("click", () => {
       if (chart.select.width < 3 && chart.cursor.left >= 0) seek(chart.posToVal(chart.cursor.left, "x"));
     });
@@ -139,7 +140,8 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   const text = (value, unit) => `${planarc.digits(value ?? NaN)} ${planarc.unit(unit)}`.trim();
   const plain = (value) => {
     const short = Number(value.toPrecision(6));
-    return (Math.abs(short) >= 1e6 ? short.toExponential().replace("e+", "e") : String(short)).replace("-", "−");
+    const size = Math.abs(short);
+    return planarc.typeset(size >= 1e6 || (size > 0 && size < 1e-4) ? short.toExponential() : String(short));
   };
 
   function room(u, texts) {
@@ -157,6 +159,12 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       return [low - room, high + room];
     }
     return uPlot.rangeNum(low, high, 0.08, true);
+  }
+
+  function showAll() {
+    // All of the time, in every plot: they are zoomed together.
+    const ends = { min: data.time[0], max: data.time[data.time.length - 1] };
+    for (const { chart } of panels) chart.setScale("x", ends);
   }
 
   function entry(legend, figure, curve, color, dashed) {

@@ -14,16 +14,19 @@ from pathlib import Path
 from string import Template
 
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
-from planarc.ir.insight import Insight
+from planarc.ir.insight import Insight, Peak
 from planarc.ir.result import Result
 from planarc.view.page import assets
 from planarc.view.page.data import choose_rows, curve_data, scene_data
 from planarc.view.page.figures import choose_figures
+from planarc.view.page.typeset import number, typeset, unit
 from planarc.view.scene import Scene
 from planarc.view.storage import write_text
 
 #: The most events that the page lists.
 EVENTS = 1000
+#: The most rows of the table of peaks.
+PEAKS = 60
 
 Rows = Sequence[tuple[str, str]]
 
@@ -78,6 +81,7 @@ def render_page(
     cards = [
         _card("Mechanism", _list(insight.facts)) if insight is not None and insight.facts else "",
         _card("Run", _list(summary)) if summary else "",
+        _card("Peak and RMS", peak_table(insight.peaks)) if insight and insight.peaks else "",
         _card("Events", _events(len(result.events))) if result.events else "",
     ]
     return Template(assets.text("page.html")).substitute(
@@ -96,7 +100,7 @@ def render_page(
 
 def _prose(text: str) -> str:
     """A message as HTML: it begins with a capital, and names stand in `code`."""
-    escaped = html.escape(text[:1].upper() + text[1:])
+    escaped = html.escape(typeset(text[:1].upper() + text[1:]))
     return re.sub(r"`([^`\n]*)`", r"<code>\1</code>", escaped)
 
 
@@ -105,8 +109,22 @@ def _card(title: str, inside: str) -> str:
 
 
 def _list(rows: Rows) -> str:
-    entries = (f"<dt>{html.escape(label)}</dt><dd>{html.escape(text)}</dd>" for label, text in rows)
+    entries = (
+        f"<dt>{html.escape(label)}</dt><dd>{html.escape(typeset(text))}</dd>"
+        for label, text in rows
+    )
     return f"<dl>{''.join(entries)}</dl>"
+
+
+def peak_table(peaks: Sequence[Peak]) -> str:
+    """The largest values of drives and joints."""
+    rows = "".join(
+        f'<tr><th scope="row">{html.escape(p.name)}</th><td>{number(p.value)}</td>'
+        f"<td>{number(p.time, 3)}</td><td>{number(p.rms)}</td><td>{unit(p.unit)}</td></tr>"
+        for p in peaks[:PEAKS]
+    )
+    heads = "".join(f'<th scope="col">{h}</th>' for h in ("peak", "at s", "RMS"))
+    return f'<div class="wide"><table><tr><td></td>{heads}<td></td></tr>{rows}</table></div>'
 
 
 def _events(count: int) -> str:
