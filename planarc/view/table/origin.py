@@ -107,8 +107,9 @@ def beside(path: Path) -> Path:
 
 
 def write_beside(path: Path, result: Result, columns: Sequence[Column], origin: Origin) -> None:
-    """Write what the .csv at `path` cannot say; nothing for a device or a pipe."""
-    from planarc.view.storage import write_text
+    """Write what the .csv at `path` cannot say; nothing for a device or a pipe, nor where the
+    longer name has no room."""
+    from planarc.view.storage import CannotWrite, write_text
 
     if not path.is_file():
         return
@@ -120,7 +121,8 @@ def write_beside(path: Path, result: Result, columns: Sequence[Column], origin: 
         "planarc": _told(path, result, origin, path.stat().st_size),
         "tableSchema": {"columns": [_column(*column) for column in names]},
     }
-    write_text(beside(path), msgspec.json.encode(told).decode() + "\n")
+    with suppress(CannotWrite):
+        write_text(beside(path), msgspec.json.encode(told).decode() + "\n")
 
 
 def _title(program: Program) -> str:
