@@ -10,7 +10,8 @@ context, complete, signature
 hover, references, rename, symbols, tokens, folds, edits, fixes, hints, parts, handbook
                  one question of an editor each
 session          all of that together
-runs             models run and checked, and live pages beside texts
+runs             models run and checked
+pages, handover  live pages beside texts, drawn from what a check made
 convert          our types as those of the protocol
 peer, requests, commands, server
                  the protocol: each request answered by one call

@@ -24,7 +24,7 @@ from planarc.core.source import Span
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
 from planarc.ir import syntax
-from planarc.probe.check import Seen, look_at
+from planarc.probe.check import Seen, judge, look_at
 from planarc.remembered import Checked
 from planarc.request.request import Target
 from planarc.request.uses import check_versions
@@ -36,6 +36,8 @@ _COUNTS = ("F320", "F321", "S")
 _GIVEN = ("F262", "F281", "F286")
 
 Wanted = Callable[[], bool]
+#: Called with the name of a model, and what it was made to.
+Watch = Callable[[str, Seen], None]
 
 
 class Overtaken(Exception):
@@ -63,8 +65,13 @@ def models_of(text: Text) -> tuple[str, ...]:
     return tuple(n for n, c in text.classes.items() if c.kind in _MODELS and not c.partial)
 
 
-def check_text(shelf: Shelf, text: Text, wanted: Wanted, first: str = "") -> Iterator[Finding]:
-    """The finding of each model, that of `first` first. Raises Overtaken."""
+def check_text(
+    shelf: Shelf, text: Text, wanted: Wanted, first: str = "", watch: Watch = lambda *_: None
+) -> Iterator[Finding]:
+    """The finding of each model, that of `first` first. Raises Overtaken.
+
+    `watch` is called with what is seen of a model as soon as its equations are sorted.
+    """
     names = sorted(models_of(text), key=lambda n: n != first)
     try:
         steady = shelf.target(text)
@@ -75,12 +82,13 @@ def check_text(shelf: Shelf, text: Text, wanted: Wanted, first: str = "") -> Ite
     for name in names:
         ask(wanted)
         broken = name in text.broken
-        found = _check(replace(mended if broken else steady, class_name=name), broken, wanted)
+        target = replace(mended if broken else steady, class_name=name)
+        found = _check(target, broken, wanted, watch)
         told = (d for d in found.diagnostics if not broken or _is_sure(d, text.good.get(name)))
         yield replace(found, diagnostics=tuple(_of_text(told, text, name)))
 
 
-def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
+def _check(target: Target, broken: bool, wanted: Wanted, watch: Watch) -> Finding:
     name, ends = target.class_name, set[End]()
     try:
         warnings = tuple(check_versions(target.library, name))
@@ -90,11 +98,13 @@ def _check(target: Target, broken: bool, wanted: Wanted) -> Finding:
             if broken or End.FLANGE in ends or (ends and "." in name):
                 told = stages.flatten(target, Clock(watch=lambda: ask(wanted))).warnings
                 return Finding(name, () if broken else _for_users(told))
-            seen = look_at(target, Clock(watch=lambda: ask(wanted)))
-        mobility = seen.checked.mobility
-        redundant = None if mobility is None else mobility.redundant
-        told = (*seen.checked.warnings, *(() if redundant is None else (redundant,)))
-        return Finding(name, _for_users(told) if ends else told, seen.checked, seen)
+            clock = Clock(watch=lambda: ask(wanted))
+            seen = look_at(target, clock)
+            watch(name, seen)
+            checked = judge(seen, clock)
+        redundant = None if checked.mobility is None else checked.mobility.redundant
+        told = (*checked.warnings, *(() if redundant is None else (redundant,)))
+        return Finding(name, _for_users(told) if ends else told, checked, seen)
     except PlanarcError as problem:
         return Finding(name, _for_users(problem.diagnostics) if ends else problem.diagnostics)
     except Overtaken:

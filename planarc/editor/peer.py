@@ -22,12 +22,14 @@ from pygls.protocol import LanguageServerProtocol, default_converter
 from pygls.protocol.json_rpc import JsonRPCNotification, JsonRPCRequestMessage
 from pygls.protocol.language_server import lsp_method
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic
 from planarc.editor import convert
+from planarc.editor.check import Wanted
 from planarc.editor.convert import Units, path_of
-from planarc.editor.runs import Pages
+from planarc.editor.pages import Pages
 from planarc.editor.session import Session
 from planarc.editor.texts import Text
+from planarc.probe.check import Seen
 
 _log = logging.getLogger("planarc.editor")
 _PARSE_ERROR = -32700
@@ -79,7 +81,7 @@ def _converter() -> Any:
 class Peer(LanguageServer):
     """What a client said of itself, and the session behind it."""
 
-    def __init__(self, pause: float = 0.08) -> None:
+    def __init__(self, pause: float = 0.03) -> None:
         super().__init__(
             "planarc",
             version("planarc"),
@@ -89,8 +91,9 @@ class Peer(LanguageServer):
         )
         self.units = Units()
         self.options: dict[str, Any] = {}
-        self.session = Session(self._published, self._learned, self._failed, pause)
-        self.pages = Pages()
+        told = self._published, self._learned, self._failed
+        self.session = Session(*told, pause, self._seen)
+        self.pages = Pages(self._failed)
         self._uris: dict[Path, str] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -181,14 +184,11 @@ class Peer(LanguageServer):
 
     def _published(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
         self.in_loop(lambda: self._tell(text, found, done))
-        if done:  # before anything else is learned of it: somebody looks at the page
-            self._follow(text)
+        if done:
+            self.pages.settle(self.session.shelf, text)
 
-    def _follow(self, text: Text) -> None:
-        try:
-            self.pages.follow(self.session.shelf, text)
-        except PlanarcError as problem:
-            _log.info("a live page cannot follow: %s", problem)
+    def _seen(self, text: Text, name: str, seen: Seen, wanted: Wanted) -> bool:
+        return self.pages.follow(self.session.shelf, text, name, seen, wanted)
 
     def _tell(self, text: Text, found: tuple[Diagnostic, ...], done: bool) -> None:
         if self.session.texts.get(text.path) is not text:

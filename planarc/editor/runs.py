@@ -1,15 +1,12 @@
-"""The commands of an editor: a model of a text checked or run, and its live page.
+"""The commands of an editor: a model of a text checked or run.
 
 In:   Shelf, Text, the name of a class
-Out:  a few words for a message; the address of a page
+Out:  a few words for a message
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-from threading import Lock
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
@@ -19,9 +16,6 @@ from planarc.editor.check import models_of
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
 from planarc.request.request import Request
-
-if TYPE_CHECKING:
-    from planarc.live.server import LiveServer
 
 
 class Said(Data):
@@ -74,47 +68,3 @@ def simulate(request: Request) -> Said:
     events = f", {counted(len(result.events), 'event')}" if result.events else ""
     told = f"{request.class_name} ran to t = {result.time[-1]:g} s in {seconds:.2f} s: "
     return Said(True, told + f"{counted(len(result.time), 'row')}{events}")
-
-
-class Pages:
-    """The live pages beside texts, each of one model; they follow what is typed."""
-
-    def __init__(self) -> None:
-        self._open: dict[tuple[Path, str], LiveServer] = {}
-        self._lock = Lock()
-
-    def open(self, shelf: Shelf, text: Text, name: str | None) -> tuple[str, str]:
-        """The address of a model's page, and the model. Raises PlanarcError where it is wrong."""
-        from planarc.live.server import LiveServer
-        from planarc.live.session import Session
-
-        request = request_of(shelf, text, name)
-        assert request.class_name is not None
-        key = text.path, request.class_name
-        with self._lock:
-            if key not in self._open:
-                page = LiveServer(Session(request, fastest_backend()), request, framed=True)
-                page.start()
-                self._open[key] = page
-            return self._open[key].address, request.class_name
-
-    def follow(self, shelf: Shelf, text: Text) -> None:
-        """Let the pages of a text show its present edition."""
-        for (_, name), page in self._of(text.path):
-            page.follow(request_of(shelf, text, name))
-
-    def close(self, path: Path, name: str | None = None) -> None:
-        """End the pages of a text, or that of one model."""
-        for key, page in self._of(path):
-            if name is None or key[1] == name:
-                with self._lock:
-                    self._open.pop(key, None)
-                page.stop()
-
-    def stop(self) -> None:
-        for path in {path for path, _ in self._open}:
-            self.close(path)
-
-    def _of(self, path: Path) -> list[tuple[tuple[Path, str], LiveServer]]:
-        with self._lock:
-            return [(key, page) for key, page in self._open.items() if key[0] == path]

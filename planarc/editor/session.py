@@ -2,7 +2,9 @@
 
 put, close        an edition of a text; its models are checked when typing pauses
 text, view        what is asked of a place
-published         called with a text and its diagnostics, from the worker's thread
+publish           called with a text and its diagnostics, from the worker's thread
+seen              called with a model of it before that, as soon as its equations are sorted; true
+                  where it is shown
 """
 
 from __future__ import annotations
@@ -20,9 +22,13 @@ from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text, Texts
 from planarc.editor.view import View
 from planarc.editor.worker import Worker
+from planarc.probe.check import Seen
 
 #: Called with each stage of an edition's diagnostics; the last time with `done`.
 Publish = Callable[[Text, tuple[Diagnostic, ...], bool], None]
+
+#: Seconds for the picture of a model, before facts are looked for.
+_REST = 0.15
 
 
 class Session:
@@ -31,12 +37,13 @@ class Session:
         publish: Publish,
         learned: Callable[[Text], None],
         failed: Callable[[Exception], None],
-        pause: float = 0.08,
+        pause: float = 0.03,
+        seen: Callable[[Text, str, Seen, Wanted], bool] = lambda *_: False,
     ) -> None:
         self.texts = Texts()
         self.shelf = Shelf(self.texts)
         self.folders: tuple[Path, ...] = ()
-        self._publish, self._learned, self._failed = publish, learned, failed
+        self._publish, self._learned, self._failed, self._seen = publish, learned, failed, seen
         self._tidied = False
         self._findings: dict[Path, dict[str, Finding]] = {}
         self._views: dict[Path, View] = {}
@@ -115,7 +122,12 @@ class Session:
             self._publish(text, text.errors, False)
         first = text.chain(self._touched.get(path, 0))
         name = ".".join(([first[0]] if first[0] else []) + [c.name for c in first[1]])
-        for finding in check_text(self.shelf, text, wanted, name):
+        shown: list[bool] = []
+
+        def watch(model: str, seen: Seen) -> None:
+            shown.append(self._seen(text, model, seen, wanted))
+
+        for finding in check_text(self.shelf, text, wanted, name, watch):
             found.append(finding)
             ask(wanted)
             if len(found) == 1:
@@ -124,6 +136,8 @@ class Session:
         self._findings[path] = {f.name: replace(f, seen=None) for f in found}
         self._told[path] = all_of(text, found)
         self._publish(text, all_of(text, found), True)
+        if any(shown):
+            self._worker.rest(_REST)
         for finding in found:
             ask(wanted)
             if finding.seen is not None:

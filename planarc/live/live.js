@@ -5,6 +5,7 @@
   const { element: make } = planarc;
   const page = Array.from(crypto.getRandomValues(new Uint8Array(8)), (b) => b.toString(16).padStart(2, "0")).join("");
   const PATIENCE = 200; // ms that a newer wish waits for an answer before it overtakes it
+  const LONG = 0.2; // s of a run before which the start is shown
 
   let player = null;
   let plots = null;
@@ -14,6 +15,9 @@
   let wish = null; // name of the field of the next order
   let flight = null; // the order under way: {since, abort}
   let ended = false;
+  let seconds = 0; // of the last run
+  let still = false; // whether the next order is for the start alone
+  let resumed = null; // what was looked at before that start: {time, playing}
   let looked = ""; // the view that this page chose last
   const delays = []; // ms from each moved field to its picture; for tests and measuring
 
@@ -50,18 +54,21 @@
   const order = (more = {}) => JSON.stringify({ ...fields.values(), known, page, changed: wish ?? "", ...more });
 
   async function send() {
-    const mine = { since: performance.now(), abort: new AbortController() };
+    const mine = { since: performance.now(), abort: new AbortController(), still };
     flight = mine;
     const asked = moved;
-    const body = order();
+    const body = order({ still });
     wish = null;
+    still = false;
     const slow = setTimeout(() => say("working …", true), 150);
     try {
       const response = await fetch("run", {
         method: "POST", headers: { "Content-Type": "application/json" }, body, signal: mine.abort.signal,
       });
       const answer = await response.json();
-      if (flight === mine && !answer.overtaken) take(answer, asked);
+      if (answer.overtaken && !player) wish ??= ""; // the text was edited meanwhile
+      if (flight === mine && !answer.overtaken) take(answer, asked, mine.still);
+      if (mine.still && answer.scene) wish ??= "";
     } catch (problem) {
       if (problem.name !== "AbortError") lose();
     } finally {
@@ -75,7 +82,7 @@
 
   // Answers
 
-  function take(answer, asked) {
+  function take(answer, asked, isStart) {
     const notes = [...answer.notes, ...(answer.warnings || [])];
     if (answer.model) {
       known = answer.key;
@@ -90,15 +97,23 @@
     const left = fields.blame(answer.problems);
     tell([...left.map((p) => ["error", p.hint && !p.text ? `${p.message}\n${p.hint}` : p.message, p.text]), ...notes]);
     stale(!answer.scene);
-    if (answer.scene) show(answer, asked);
+    if (answer.scene) show(answer, asked, isStart);
+    if (isStart && answer.scene) return say("working …", true);
+    seconds = answer.seconds;
     const time = answer.seconds < 10 ? `${Math.round(1000 * answer.seconds)} ms` : `${answer.seconds.toFixed(0)} s`;
     say(answer.scene ? `simulated in ${time}` : "cannot be simulated");
   }
 
-  function show(answer, asked) {
+  function show(answer, asked, isStart) {
     if (!player) start(answer);
-    else {
+    else if (isStart) {
+      resumed ??= { time: player.time, playing: player.playing };
       player.setScene(answer.scene);
+    } else {
+      player.setScene(answer.scene);
+      if (resumed) player.setTime(resumed.time);
+      if (resumed?.playing) player.play();
+      resumed = null;
       plots.setData(answer.curves);
       tree.setVariables(plots.variables);
       look(answer.scene.box);
@@ -186,6 +201,7 @@
   const events = new EventSource(`events?page=${page}`);
   events.addEventListener("edited", () => {
     known = "";
+    still = player !== null && seconds > LONG;
     ask("");
   });
   events.addEventListener("end", () => {

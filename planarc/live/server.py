@@ -26,7 +26,7 @@ import secrets
 from collections.abc import Callable, Iterator, Mapping
 from queue import Empty, Queue
 from threading import Thread
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from msgspec import convert
 from msgspec.json import encode
@@ -47,6 +47,10 @@ from planarc.view.picture.svg import render_svg
 from planarc.view.scene import make_scene
 from planarc.view.storage import shown
 from planarc.view.table import csv as table_csv
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+    from planarc.flatten.library.library import Library
 
 Asked = TypeVar("Asked")
 
@@ -113,12 +117,21 @@ class LiveServer:
             self._thread.join()
         self._server.server_close()
 
-    def follow(self, request: requests.Request) -> None:
+    def follow(
+        self,
+        request: requests.Request,
+        model: Model | None = None,
+        library: Library | None = None,
+    ) -> None:
         """Show another edition of the model from now on."""
-        self._edited(request)
+        self.session.reload(request, model, library)
+        self._tell_edited()
 
-    def _edited(self, request: requests.Request | None = None) -> None:
-        self.session.reload(request)
+    def _edited(self) -> None:
+        self.session.reload()
+        self._tell_edited()
+
+    def _tell_edited(self) -> None:
         for page in tuple(self._pages):
             page.put("edited")
 

@@ -29,6 +29,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake,
 from planarc.core.options import Backend
 from planarc.core.prose import be, both
 from planarc.core.render import render_all
+from planarc.flatten.library.library import Library
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
 from planarc.request.request import Request, open_target
@@ -48,7 +49,7 @@ class Order(Data):
     """The order of a page. Values by name in SI units; only those that were changed.
 
     `known` is the key of the model whose fields the page shows, `changed` the name of the
-    field that was moved last, `page` tells pages apart.
+    field that was moved last, `page` tells pages apart. `still` asks for the start alone.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
@@ -58,6 +59,7 @@ class Order(Data):
     known: str = ""
     changed: str = ""
     page: str = ""
+    still: bool = False
 
 
 class Overtaken(Exception):
@@ -91,13 +93,12 @@ class Session:
         self._trouble: PlanarcError | None = None
         self._open()
 
-    def _open(self) -> None:
+    def _open(self, model: Model | None = None, library: Library | None = None) -> None:
         begin = perf_counter()
-        model = Model(self._request, self._backend)
+        model = model or Model(self._request, self._backend)
         seconds = perf_counter() - begin
-        target = open_target(self._request)
-        self._choices = choices_of(target.library, target.class_name, model.program.parts)
-        self._library = target.library
+        self._library = library or open_target(self._request).library
+        self._choices = choices_of(self._library, model.name, model.program.parts)
         self._base = Variant(model, self._key({}, {}), seconds)
         self._variants = {self._base.key: self._base}
 
@@ -109,14 +110,22 @@ class Session:
     def description(self) -> str:
         return self._base.model.description
 
-    def reload(self, request: Request | None = None) -> None:
+    def reload(
+        self,
+        request: Request | None = None,
+        model: Model | None = None,
+        library: Library | None = None,
+    ) -> None:
         """Forget what was compiled, for a file was edited, or a text that is no file yet; the
-        next answer tells of mistakes."""
+        next answer tells of mistakes. A `model` of the request, and the libraries that it is
+        from, are taken as they are."""
+        for page in tuple(self._latest):  # nobody waits for a run of the old text
+            self.leave(page)
         with self._lock:
             self._edition += 1
             self._request = request or self._request
             try:
-                self._open()
+                self._open(model, library)
                 self._trouble = None
             except PlanarcError as problem:
                 self._trouble = problem
@@ -189,10 +198,10 @@ class Session:
             if self.overtaken(order.page, number):
                 raise Overtaken
 
+        model = variant.model
+        stop = model.program.experiment.start if order.still else order.stop
         try:
-            result = variant.model.simulate(
-                order.stop, parameters=values, start=starts, progress=progress
-            )
+            result = model.simulate(stop, parameters=values, start=starts, progress=progress)
         except RunStopped as stopped:
             if not len(stopped.result):
                 raise

@@ -29,6 +29,7 @@ from planarc.remembered import Checked, recall_check, remember_check
 from planarc.request.request import Request, Target, open_target
 
 if TYPE_CHECKING:
+    from planarc.ir.dae import Dae
     from planarc.ir.flat import FlatModel
     from planarc.ir.mechanism import Mechanism
     from planarc.ir.sorted import SortedDae
@@ -43,40 +44,46 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         return known
     with stages.without_collection():
         target = open_target(request)
-        checked = look_at(target, clock, start).checked
+        checked = judge(look_at(target, clock), clock, start)
     remember_check(request, target, checked)
     return checked
 
 
 class Seen(Data):
-    """What a check told, with the data that it was made from."""
+    """What the stages made of a model, and what they told; nothing is put together yet."""
 
     checked: Checked
     flat: FlatModel
+    dae: Dae
     model: SortedDae
 
 
-def look_at(target: Target, clock: Clock, start: bool = False) -> Seen:
-    """What `check_model` tells of a class whose libraries are open."""
+def look_at(target: Target, clock: Clock) -> Seen:
+    """A class whose libraries are open, taken up to `structure`."""
     flat = stages.flatten(target, clock)
     dae = stages.to_dae(flat, clock)
     model = stages.to_sorted(dae, clock)
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
     warnings = (*dae.warnings, *stages.attachment_warnings(dae, mechanism))
-    checked = Checked(flat.name, *sizes, warnings, mechanism)
-    if mechanism is not None and (start or mechanism.loops > 0):
-        found = None
-        try:
-            found = _find_mobility(model, mechanism, clock)
-        except PlanarcError:
-            if start:
-                raise
-        # What cannot be assembled cannot move either.
-        if mechanism.locked is not None and (found is None or found.rank <= 0):
-            warnings = (*warnings, mechanism.locked)
-        checked = replace(checked, mobility=found, warnings=warnings)
-    return Seen(checked, flat, model)
+    return Seen(Checked(flat.name, *sizes, warnings, mechanism), flat, dae, model)
+
+
+def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
+    """What `check_model` tells: also whether loops can be closed, and how they may move."""
+    checked, mechanism = seen.checked, seen.checked.mechanism
+    if mechanism is None or not (start or mechanism.loops > 0):
+        return checked
+    found, warnings = None, checked.warnings
+    try:
+        found = _find_mobility(seen.model, mechanism, clock)
+    except PlanarcError:
+        if start:
+            raise
+    # What cannot be assembled cannot move either.
+    if mechanism.locked is not None and (found is None or found.rank <= 0):
+        warnings = (*warnings, mechanism.locked)
+    return replace(checked, mobility=found, warnings=warnings)
 
 
 def summary_of(checked: Checked) -> Iterator[str]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 from pathlib import Path
-from urllib.request import urlopen
+from typing import Any
+from urllib.request import Request, urlopen
 
 import pytest
 from lsprotocol import types as lsp
@@ -107,6 +110,43 @@ async def test_the_live_page_of_a_text(client: LanguageClient) -> None:
     await client.protocol.send_request_async("planarc/closePage", {"uri": uri})
     with pytest.raises(OSError):
         urlopen(found.url, timeout=5)
+
+
+async def test_the_live_page_follows_what_is_typed(client: LanguageClient) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR)
+    page = await client.protocol.send_request_async("planarc/livePage", {"uri": uri})
+    first = await asyncio.to_thread(_run, page.url)
+    assert (first["problems"], _value(first, "crank.r[1]")) == ([], 0.4)
+    for version, (text, length) in enumerate(
+        [
+            (TEXT.replace("crank(r={0.4", "crank(r={0.3"), 0.3),
+            (TEXT.replace("crank(r={0.4", "crank(r={nowhere"), None),
+            (TEXT.replace("crank(r={0.4", "crank(r={0.35").replace("end FourBar", "end"), None),
+            (TEXT.replace("crank(r={0.4", "crank(r={0.35"), 0.35),
+        ],
+        2,
+    ):
+        with urlopen(f"{page.url}events?page=p", timeout=60) as events:
+            assert events.readline() == b": open\n"
+            editor.change(uri, text, version)
+            while await asyncio.to_thread(events.readline) != b"event: edited\n":
+                pass
+        answer = await asyncio.to_thread(_run, page.url)
+        assert bool(answer["problems"]) == ("scene" not in answer) == (length is None)
+        if length is not None:
+            assert _value(answer, "crank.r[1]") == length
+
+
+def _run(url: str) -> Any:
+    kind = {"Content-Type": "application/json"}
+    with urlopen(Request(f"{url}run", data=b'{"page": "p"}', headers=kind), timeout=60) as answer:
+        return json.load(answer)
+
+
+def _value(answer: Any, name: str) -> float:
+    fields = (f for g in answer["model"]["groups"] for f in g["fields"])
+    return next(float(f["value"]) for f in fields if f["name"] == name)
 
 
 async def test_parts_and_places(client: LanguageClient) -> None:

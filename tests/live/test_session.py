@@ -52,6 +52,43 @@ def test_answers_are_json_and_the_same_as_a_run(session: Session, swing: Request
     np.testing.assert_allclose(result["bob.frame_a.f[2]"], direct["bob.frame_a.f[2]"], atol=1e-6)
 
 
+def test_the_start_alone_comes_before_a_long_run(session: Session) -> None:
+    whole = session.answer(Order())
+    start = session.answer(Order(still=True, known=whole["key"]))
+    assert (start["problems"], start["rows"]) == ([], 1)
+    assert len(start["scene"]["items"]) == len(whole["scene"]["items"])
+    json.dumps(start, allow_nan=False)
+
+
+def test_a_text_that_was_edited_overtakes_the_run_of_the_old_one(session: Session) -> None:
+    begun, reloaded = threading.Event(), threading.Event()
+    simulate = session._base.model.simulate
+
+    def slowly(*given: Any, progress: Any, **more: Any) -> Any:
+        begun.set()
+        while not reloaded.wait(0.01):
+            progress(0.0)
+        return simulate(*given, progress=progress, **more)
+
+    session._base.model.simulate = slowly  # type: ignore[method-assign]
+    told: list[object] = []
+
+    def run() -> None:
+        try:
+            told.append(session.answer(Order()))
+        except Overtaken as overtaken:
+            told.append(overtaken)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    assert begun.wait(60)
+    session.reload()
+    reloaded.set()
+    thread.join(60)
+    assert isinstance(told[0], Overtaken)
+    assert session.answer(Order())["problems"] == []
+
+
 def test_errors_stand_beside_the_field_that_they_name(session: Session) -> None:
     session.answer(Order())
     (found,) = session.answer(Order(starts={"hinge.phi": float("inf")}))["problems"]

@@ -246,6 +246,40 @@ def test_an_edited_file_is_followed(
     assert number.input_value() == "0.4"
 
 
+def test_before_a_long_run_the_start_of_the_edited_model_is_shown(
+    open_page: Callable[..., Any], serve: Callable[..., Any], four_bar: Request
+) -> None:
+    assert four_bar.file is not None
+    text = four_bar.file.read_text("utf-8")
+    page = open_page(serve(four_bar).address, DESKTOP)
+    settle(page)
+    # However fast this machine is: the page believes that a run took a second.
+    page.evaluate(
+        """() => {
+          const before = window.fetch;
+          window.orders = [];
+          window.fetch = async (url, given) => {
+            const order = JSON.parse(given.body);
+            const response = await before(url, given);
+            const answer = await response.json();
+            const { scene } = answer;
+            window.orders.push([order.still, planarcPlayer.time, planarc.times(scene.time).length]);
+            return { ok: true, json: async () => ({ ...answer, seconds: 1.0 }) };
+          };
+        }"""
+    )
+    page.evaluate("planarcPlayer.pause(); planarcPlayer.setTime(1.25)")
+    slide(page, "crank.r[1]", 0.38)
+    page.evaluate("window.orders.length = 0")
+    four_bar.file.write_text(text.replace("coupler(r={0.9", "coupler(r={0.92"), "utf-8")
+    until(page, "window.orders.length === 2")
+    settle(page)
+    (still, _, rows), (whole, shown, all_rows) = page.evaluate("window.orders")
+    assert (still, rows, whole, shown) == (True, 1, False, 0.0)
+    assert all_rows > 100
+    assert page.evaluate("planarcPlayer.time") == pytest.approx(1.25)
+
+
 def test_what_is_on_the_page_can_be_kept(
     open_page: Callable[..., Any], serve: Callable[..., Any], four_bar: Request, tmp_path: Path
 ) -> None:
