@@ -267,9 +267,9 @@ class Model:
         options = replace(
             options,
             backend=self.backend if backend is None else _backend(backend),
-            interval=None if interval is None else finite("interval", interval),
+            interval=None if interval is None else finite("interval", interval, "s"),
             solver=_choice(Solver, "solver", solver),
-            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step),
+            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step, "s"),
             redundant=None if redundant is None else _treatment(redundant),
         )
         if start_from is not None:

@@ -1,7 +1,8 @@
 """Values as a user writes them in Python, made into numbers by name, or refused.
 
 An array parameter takes a sequence: `{"rod.r": [0.5, 0]}` sets `rod.r[1]` and `rod.r[2]`.
-Truth values and the names of enumeration literals are taken too.
+Truth values and the names of enumeration literals are taken too, and values with a unit: texts such
+as `"20cm"`, and quantities of pint.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 from planarc.ir.program import ParameterSlot, Program
 
-#: A number, a truth value, the name of an enumeration literal, or a (nested) sequence of them.
+#: A number, one with a unit as text (`"20cm"`) or of pint, a truth value, the name of an
+#: enumeration literal, or a (nested) sequence of them.
 Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"
 
 _START = ".start"
@@ -29,9 +31,23 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
     known = {p.name: p for p in program.parameter_slots}
     result: dict[str, float] = {}
     for name, value in _scalars(given, known, "parameter", program):
-        _refuse_truth(known[name], value)
-        result[name] = _number(name, value, known[name].literals)
+        parameter = known[name]
+        _refuse_truth(parameter, value)
+        result[name] = _number(name, value, parameter.literals, parameter.unit)
     return result
+
+
+def plain_value(program: Program, name: Any, value: Any) -> Any:
+    """The number of a value with a unit, of a parameter or a start value; any other as it is."""
+    from planarc.core.quantity import split
+
+    with_unit = hasattr(value, "to_base_units") or (isinstance(value, str) and split(value))
+    if not with_unit or _is_sequence(value) or not isinstance(name, str):
+        return value
+    known = {p.name: p.unit for p in program.parameter_slots}
+    if name not in known:
+        name, known = name.removesuffix(_START), {c.name: c.unit for c in program.columns}
+    return _number(name, value, (), known[name]) if name in known else value
 
 
 def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
@@ -54,7 +70,9 @@ def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[st
         for n, v in by_name(given).items()
     }
     _refuse_parameters(plain, program)
-    return {n: _number(n, v, ()) for n, v in _scalars(plain, known, "variable", program)}
+    units = {c.name: c.unit for c in program.columns}
+    scalars = _scalars(plain, known, "variable", program)
+    return {n: _number(n, v, (), units.get(n, "")) for n, v in scalars}
 
 
 def _refuse_parameters(given: Iterable[str], program: Program) -> None:
@@ -70,9 +88,9 @@ def _refuse_parameters(given: Iterable[str], program: Program) -> None:
             )
 
 
-def finite(name: str, value: Any) -> float:
-    """A number, or UsageError."""
-    return _number(name, value, ())
+def finite(name: str, value: Any, unit: str = "") -> float:
+    """A number, or UsageError; `unit` is that of numbers, in which other units are taken."""
+    return _number(name, value, (), unit)
 
 
 def count(name: str, value: Any) -> int | None:
@@ -95,7 +113,9 @@ def run_options(
 ) -> RunOptions:
     """The options that a user gives a run, with more options that were checked already."""
     asked = {"start_time": start_time, "stop_time": stop_time, "tolerance": tolerance}
-    start, stop, exact = (v if v is None else finite(n, v) for n, v in asked.items())
+    start, stop, exact = (
+        v if v is None else finite(n, v, "" if n == "tolerance" else "s") for n, v in asked.items()
+    )
     return RunOptions(
         start=start,
         stop=stop,
@@ -176,6 +196,8 @@ def _elements(
 
 
 def _is_sequence(value: Any) -> bool:
+    if hasattr(value, "to_base_units"):  # a number of pint says that it may be an array
+        return getattr(value, "ndim", 0) > 0
     return not isinstance(value, str | bytes) and hasattr(value, "__iter__")
 
 
@@ -185,13 +207,20 @@ def _shape(name: str, wanted: str, value: Any) -> UsageError:
     return usage_error("C203", f"`{name}` takes {wanted}, not a value {what}")
 
 
-def _number(name: str, value: Any, literals: Sequence[str]) -> float:
+def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> float:
     if isinstance(value, str):
         short = {n.rpartition(".")[2]: i for i, n in enumerate(literals, 1)}
         if value.rpartition(".")[2] in short:
             return float(short[value.rpartition(".")[2]])
         if literals:
             raise unknown_name(f"value of `{name}` called", value, short)
+    if isinstance(value, str) or hasattr(value, "to_base_units"):
+        from planarc.core import quantity
+
+        if not isinstance(value, str):
+            return quantity.of_pint(name, value, unit)
+        if (number := quantity.in_unit(name, value, unit)) is not None:
+            return number
     try:
         number = float("" if isinstance(value, str | bytes) else value)
     except OverflowError:

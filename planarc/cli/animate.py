@@ -32,13 +32,13 @@ def animate(
         Path | None, arg.output_option("The picture: .svg, .gif, .mp4, .png.")
     ] = None,
     begin: Annotated[
-        float | None, typer.Option("--from", help="Show the run from this time on, in seconds.")
+        float | None, arg.time_option("--from", help="Show the run from this time on, in seconds.")
     ] = None,
     end: Annotated[
-        float | None, typer.Option("--to", help="Show the run until this time, in seconds.")
+        float | None, arg.time_option("--to", help="Show the run until this time, in seconds.")
     ] = None,
     at: Annotated[
-        float | None, typer.Option(metavar="TIME", help="Show one instant instead of a motion.")
+        float | None, arg.time_option(help="Show one instant instead of a motion.")
     ] = None,
     speed: Annotated[
         float | None, typer.Option(help="Seconds of the run in a second of the picture.")

@@ -90,11 +90,33 @@ Settings: TypeAlias = Annotated[
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="Set a parameter, or a start value as x.start=1. Repeatable.",
+        help="Set a parameter, or a start value as x.start=1, or with a unit: x=20cm. Repeatable.",
         autocompletion=offers("settings"),
     ),
 ]
-Stop: TypeAlias = Annotated[float | None, typer.Option(help="Stop time in seconds.")]
+
+
+def seconds(text: str) -> float:
+    """The number of `0.5` and of `500ms`."""
+    try:
+        return float(text)
+    except ValueError:
+        from planarc.core.quantity import in_unit
+
+        found = in_unit("time", text, "s")
+        if found is None:
+            raise typer.BadParameter(f"`{text}` is no time") from None
+        return found
+
+
+def time_option(*names: str, help: str) -> Any:
+    """An option that takes a time."""
+    return typer.Option(*names, metavar="TIME", parser=seconds, help=help)
+
+
+Stop: TypeAlias = Annotated[
+    float | None, time_option(help="Stop time in seconds, or with a unit: 500ms.")
+]
 Tolerance: TypeAlias = Annotated[
     float | None, typer.Option(help="Relative error allowed in a step.")
 ]

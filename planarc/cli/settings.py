@@ -1,7 +1,7 @@
 """`--set NAME=VALUE`: parameters, and start values as `x.start`.
 
-A value is a number, `true`, `false`, the name of an enumeration literal, or several in
-braces for an array: `--set rod.r={0.5,0}`.
+A value is a number, one with a unit (`45deg`, `20cm`), `true`, `false`, the name of an enumeration
+literal, or several in braces for an array: `--set rod.r={0.5,0}`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _WORDS = {"true": True, "false": False}
 _START = ".start"
 _LITERAL = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 
-#: A number, a literal's name, or a list of them.
+#: A number, a text that is a literal's name or a number with a unit, or a list of them.
 Given: TypeAlias = "float | str | list[Given]"
 
 
@@ -110,7 +110,9 @@ def _value(name: str, text: str) -> Given:
     try:
         return float(text)
     except ValueError:
-        if _LITERAL.fullmatch(text):
+        from planarc.core.quantity import split
+
+        if _LITERAL.fullmatch(text) or split(text) is not None:
             return text
         if text.startswith("{"):  # a shell has taken it apart
             raise usage_error(
@@ -121,8 +123,8 @@ def _value(name: str, text: str) -> Given:
         raise usage_error(
             "C111",
             f"the value `{text}` of `{name}` is no number",
-            hint="give a number, `true`, `false`, the name of an enumeration literal, or "
-            "numbers in braces such as {0.5,0}",
+            hint="give a number, one with a unit such as 20cm, `true`, `false`, the name of an "
+            "enumeration literal, or numbers in braces such as {0.5,0}",
         ) from None
 
 

@@ -97,8 +97,11 @@ def _lines(page: ClassPage, model: Model | None) -> Iterator[str]:
         yield from _table(told[0].upper() + told[1:], values)
     if page.children:
         yield from ("", "Classes", *(f"  {name}" for name in page.children))
-    for title, fields in _settable(model):
+    found = list(_settable(model))
+    for title, fields in found:
         yield from _table(title, [_row(f) for f in fields])
+    if found:
+        yield from ("", "numbers without unit count in SI units; others have theirs: 45deg, 20cm")
 
 
 def _labelled(label: str, text: str) -> Iterator[str]:

@@ -19,10 +19,10 @@ _FIXED_STEP = f"Steps of this length, with {listed(FIXED_STEP, 'or')}."
 def simulate(
     target: arg.Target,
     class_name: arg.ClassName = None,
-    start: Annotated[float | None, typer.Option(help="Start time in seconds.")] = None,
+    start: Annotated[float | None, arg.time_option(help="Start time in seconds.")] = None,
     stop: arg.Stop = None,
     interval: Annotated[
-        float | None, typer.Option(help="Seconds from one row of the result to the next.")
+        float | None, arg.time_option(help="Seconds from one row of the result to the next.")
     ] = None,
     intervals: Annotated[
         int | None, typer.Option(help="Number of intervals, instead of their length.")
@@ -31,7 +31,7 @@ def simulate(
     solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help=_FIXED_STEP),
+        arg.time_option(help=_FIXED_STEP),
     ] = None,
     backend: Annotated[
         Backend | None,

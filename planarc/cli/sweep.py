@@ -34,7 +34,8 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUES",
-            help="0.5,0.6 or 0.5:0.9:5 (from, to, how many); with a sample 0.5:0.9. Repeatable.",
+            help="0.5,0.6 or 0.5:0.9:5 (from, to, how many), or 5cm:9cm:5; with a sample 0.5:0.9. "
+            "Repeatable.",
             autocompletion=arg.offers("settings"),
         ),
     ] = None,
@@ -172,16 +173,21 @@ def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -
         raise usage_error("C256", f"`--vary {twice}` is given twice", hint="give all values in one")
     if random is None and latin is None:
         return design.grid({name: _values(name, text) for name, text in pairs})
-    ranges: dict[str, Any] = {name: _range(name, text) for name, text in pairs}
+    ranges: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    for name, text in pairs:
+        ranges[name], units[name] = _range(name, text)
     if random is not None:
-        return design.random(ranges, random, seed)
-    return design.latin_hypercube(ranges, latin or 0, seed)
+        sample = design.random(ranges, random, seed)
+    else:
+        sample = design.latin_hypercube(ranges, latin or 0, seed)
+    return [{n: f"{v!r}{units[n]}" if units[n] else v for n, v in p.items()} for p in sample]
 
 
-def _values(name: str, text: str) -> list[Given] | list[float]:
+def _values(name: str, text: str) -> Sequence[Given]:
     if ":" not in text:
         return read_values(name, text)
-    parts = _numbers(name, text)
+    parts, unit = _numbers(name, text)
     if len(parts) != 3 or parts[2] != int(parts[2]) or parts[2] < 1:
         raise usage_error(
             "C257",
@@ -189,22 +195,30 @@ def _values(name: str, text: str) -> list[Given] | list[float]:
             hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
         )
     low, high, count = parts[0], parts[1], int(parts[2])
-    return [low + (high - low) * i / max(1, count - 1) for i in range(count)]
+    values = [low + (high - low) * i / max(1, count - 1) for i in range(count)]
+    return [f"{value!r}{unit}" for value in values] if unit else values
 
 
-def _range(name: str, text: str) -> list[float]:
-    parts = _numbers(name, text)
+def _range(name: str, text: str) -> tuple[list[float], str]:
+    parts, unit = _numbers(name, text)
     if len(parts) != 2:
         raise usage_error(
             "C257",
             f"`{text}` is no range from which a sample of `{name}` can be taken",
             hint=f"write `{name}=0.5:0.9`",
         )
-    return parts
+    return parts, unit
 
 
-def _numbers(name: str, text: str) -> list[float]:
+def _numbers(name: str, text: str) -> tuple[list[float], str]:
+    """Numbers with colons between them, and the unit that those have which tell one."""
+    from planarc.core.quantity import split
+
+    parts = [split(part) or (part, "") for part in text.split(":")]
+    units = {unit for _, unit in parts if unit}
+    if len(units) > 1:
+        raise usage_error("C257", f"the values `{text}` of `{name}` have several units")
     try:
-        return [float(t) for t in text.split(":")]
+        return [float(number) for number, _ in parts], "".join(units)
     except ValueError:
         raise usage_error("C257", f"the values `{text}` of `{name}` are no numbers") from None

@@ -24,6 +24,8 @@ Dimension: TypeAlias = "tuple[int | Fraction, ...]"
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 NUMBER: Dimension = (0,) * len(_BASE)
+#: A prefix (or nothing), a symbol, and its exponent: `mm2` is ("m", "m", 2).
+Factor: TypeAlias = "tuple[str, str, int]"
 
 
 def _of(**exponents: int) -> Dimension:
@@ -33,7 +35,7 @@ def _of(**exponents: int) -> Dimension:
 _SYMBOLS: dict[str, Dimension] = {
     name: dimension
     for names, dimension in {
-        "1 rad sr deg rev": NUMBER,
+        "1 % rad sr deg rev": NUMBER,
         "m": _of(m=1),
         "g t": _of(kg=1),
         "s min h d": _of(s=1),
@@ -69,28 +71,41 @@ _FACTOR = re.compile(r"([A-Za-z]+|1|%)([+-]?\d+)?")
 @lru_cache(maxsize=4096)
 def parse(text: str) -> Dimension | None:
     """The dimension of a unit, None when it is empty or not known."""
+    found = factors(text)
+    if found is None:
+        return None
+    total = NUMBER
+    for _, symbol, exponent in found:
+        total = multiply(total, power(_SYMBOLS[symbol], exponent))
+    return total
+
+
+@lru_cache(maxsize=4096)
+def factors(text: str) -> tuple[Factor, ...] | None:
+    """The factors of a unit, None when it is empty or not known."""
     tokens = _TOKEN.findall(text.strip())[::-1]  # the next one stands last
     try:
         found = _quotient(tokens)
     except LookupError:
         return None
-    return None if tokens else found
+    return None if tokens else tuple(found)
 
 
-def _quotient(tokens: list[str]) -> Dimension:
+def _quotient(tokens: list[str]) -> list[Factor]:
     """`numerator / denominator`, each a product with dots."""
     above = _product(tokens)
-    return divide(above, _product(tokens)) if _take(tokens, "/") else above
+    below = _product(tokens) if _take(tokens, "/") else []
+    return above + [(p, s, -e) for p, s, e in below]
 
 
-def _product(tokens: list[str]) -> Dimension:
+def _product(tokens: list[str]) -> list[Factor]:
     total = _factor(tokens)
     while _take(tokens, "."):
-        total = multiply(total, _factor(tokens))
+        total += _factor(tokens)
     return total
 
 
-def _factor(tokens: list[str]) -> Dimension:
+def _factor(tokens: list[str]) -> list[Factor]:
     if _take(tokens, "("):
         inner = _quotient(tokens)
         if not _take(tokens, ")"):
@@ -99,7 +114,7 @@ def _factor(tokens: list[str]) -> Dimension:
     factor = _FACTOR.fullmatch(tokens.pop())
     if factor is None:
         raise LookupError
-    return power(_symbol(factor[1]), int(factor[2] or 1))
+    return [(*_symbol(factor[1]), int(factor[2] or 1))]
 
 
 def _take(tokens: list[str], token: str) -> bool:
@@ -107,12 +122,15 @@ def _take(tokens: list[str], token: str) -> bool:
     return tokens[-1:] == [token] and bool(tokens.pop())
 
 
-def _symbol(name: str) -> Dimension:
-    if name == "%" or name in _SYMBOLS:
-        return _SYMBOLS.get(name, NUMBER)
-    rests = (name[len(p) :] for p in _PREFIXES if name.startswith(p))
-    found = next((rest for rest in rests if rest in _SYMBOLS and rest != "1"), name)
-    return _SYMBOLS[found]
+def _symbol(name: str) -> tuple[str, str]:
+    """The prefix of a symbol, and what it stands before."""
+    if name in _SYMBOLS:
+        return "", name
+    for prefix in _PREFIXES:
+        rest = name[len(prefix) :]
+        if name.startswith(prefix) and rest in _SYMBOLS and rest not in ("1", "%"):
+            return prefix, rest
+    raise LookupError
 
 
 def multiply(a: Dimension, b: Dimension) -> Dimension:

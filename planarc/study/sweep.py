@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from msgspec.structs import replace
 
 from planarc.api.model import Model
-from planarc.api.values import Value, finite, parameter_values, start_values
+from planarc.api.values import Value, finite, parameter_values, plain_value, start_values
 from planarc.core import progress as drawn
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.options import RunOptions
@@ -87,6 +87,7 @@ def sweep(
     table = _points(points)
     times = start_time, stop_time, tolerance, intervals
     model, options = model.asked(parameters, start, *times)
+    table = [_plain(model, point) for point in table]
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
@@ -143,6 +144,13 @@ def _points(points: Any) -> list[dict[str, Any]]:
     if not table:
         raise usage_error("C239", "the study has no points")
     return table
+
+
+def _plain(model: Model, point: dict[str, Any]) -> dict[str, Any]:
+    """The point with numbers in the place of values with units."""
+    if all(type(v) is float for v in point.values()):
+        return point
+    return {n: plain_value(model.program, n, v) for n, v in point.items()}
 
 
 def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions) -> list[Task]:

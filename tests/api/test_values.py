@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -153,3 +154,18 @@ def test_a_literal_of_a_predefined_enumeration() -> None:
     with pytest.warns(Recompiled):
         result = planarc.load(text).simulate(1, parameters={"choice": "always"})
     assert result.parameters["choice"] == 5
+
+
+def test_values_with_units_are_taken_everywhere() -> None:
+    model = planarc.load(Path(__file__).parents[2] / "examples" / "pendulum.pmo")
+    given = {"rod.m": "500g", "rod.r": ["20cm", 0]}
+    start = {"hinge.phi": "45deg", "hinge.w.start": "60rpm"}
+    run = model.simulate("500ms", interval="10ms", parameters=given, start=start)
+    assert (run.time[-1], len(run)) == (0.5, 51)
+    assert run.parameters["rod.m"] == 0.5
+    assert run["hinge.phi"][0] == pytest.approx(np.pi / 4)
+    assert run["hinge.w"][0] == pytest.approx(2 * np.pi)
+    study = planarc.sweep(model, {"rod.m": ["500g", 1]}, workers=1, stop_time="10ms")
+    assert study["rod.m"].tolist() == [0.5, 1.0]
+    with pytest.raises(planarc.UsageError, match=r"C115.*`rod\.m` takes a value in `kg`"):
+        model.simulate(parameters={"rod.m": "5m"})

@@ -305,3 +305,19 @@ def test_commands_refuse_redundant_joints_otherwise(
 ) -> None:
     assert run(["linearize", beam]) != 0
     assert "--redundant accept" in capsys.readouterr().err
+
+
+def test_values_of_a_sweep_have_units(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["sweep", FOUR_BAR, "--stop", "10ms", "--json", "--vary"]
+    for text, wanted in (
+        ("crankBody.m=500g,1kg", [0.5, 1.0]),
+        ("crankBody.m=500g:1000g:3", [0.5, 0.75, 1.0]),
+    ):
+        assert run([*command, text]) == 0
+        rows = json.loads(capsys.readouterr().out)["rows"]
+        assert [row[0] for row in rows] == pytest.approx(wanted)
+    assert run([*command, "crankBody.m=500g:1000g", "--latin", "3"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert all(0.5 <= row[0] <= 1 for row in rows)
+    for text in ("crankBody.m=500g:1kg:3", "crankBody.m=1m,2m"):
+        assert run([*command, text]) == 2
