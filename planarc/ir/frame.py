@@ -20,8 +20,9 @@ and a block's *record* is a row of int64 constants in the compiled model:
 
 from __future__ import annotations
 
+from ctypes import addressof, c_char
 from enum import IntEnum
-from typing import Final
+from typing import Any, Final
 
 from planarc.core.data import Data
 from planarc.ir.expr import text
@@ -107,6 +108,12 @@ class Placement(Data):
 #: sizes of rows (one a residual), values before the step and at the start (one a tear).
 ROW_ARRAYS: Final = 2
 TEAR_ARRAYS: Final = 3
+
+
+def address(array: Any) -> int:
+    """The address of an array's first number, 0 where it has none: `array.ctypes.data`, in a
+    quarter of its time."""
+    return addressof(c_char.from_buffer(array)) if array.size else 0
 
 
 def place(program: Program) -> Placement:

@@ -17,6 +17,7 @@ from planarc.ir.program import Program
 from planarc.runtime import external
 from planarc.solve.events.iteration import Events
 from planarc.solve.messages import failure
+from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request, resolve
 
@@ -34,11 +35,10 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     """Parameters, what depends on them, start values, and inputs."""
     external.begin_run()
     w = kernel.w
-    for p in program.parameter_slots:
-        if p.slot in request.values:
-            w[p.slot] = request.values[p.slot]
-        elif p.default is not None:
-            w[p.slot] = p.default
+    for slot, value in _defaults(program):
+        w[slot] = value
+    for slot, value in request.values.items():
+        w[slot] = value
     flag = kernel.parameters()
     bad = failure.constant_not_finite(program, kernel)
     if flag != 0 or bad:
@@ -54,3 +54,9 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
         w[slot] = value
     for name in program.inputs:  # what nobody drives keeps its start value
         w[program.slots[name]] = w[program.slots[f"start({name})"]]
+
+
+@once
+def _defaults(program: Program) -> tuple[tuple[int, float], ...]:
+    """The slots of parameters with a value of their own, and that."""
+    return tuple((p.slot, p.default) for p in program.parameter_slots if p.default is not None)

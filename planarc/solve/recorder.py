@@ -6,7 +6,7 @@ arrays grow, so whoever keeps their addresses looks whether the `edition` is sti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Take = Callable[["NDArray[np.float64]"], None]
+Taker = Callable[[Sequence[float]], tuple[float, ...]]
 
 
 class Recorder:
@@ -34,9 +35,10 @@ class Recorder:
     ) -> None:
         import numpy as np
 
-        varying = dict.fromkeys((*varying_slots(program), *also))
-        self.slots = np.array(list(varying), dtype=np.int64)
-        self.stored = {slot: i for i, slot in enumerate(varying)}
+        self.stored, self.slots = _columns(program)
+        if more := [slot for slot in dict.fromkeys(also) if slot not in self.stored]:
+            self.stored = self.stored | {s: i for i, s in enumerate(more, len(self.stored))}
+            self.slots = np.array(list(self.stored), dtype=np.int64)
         self.grid = np.ascontiguousarray(grid)
         self.next = 0
         self.count = 0
@@ -107,14 +109,26 @@ class Recorder:
 
 
 @once
-def varying_slots(program: Program) -> tuple[int, ...]:
-    """The slots of variables that are no constants, each once."""
-    return tuple(dict.fromkeys(c.slot for c in program.columns if not c.constant))
+def _columns(program: Program) -> tuple[dict[int, int], NDArray[np.int64]]:
+    """The columns of variables that are no constants, by their slots; and these."""
+    import numpy as np
+
+    slots = list(dict.fromkeys(c.slot for c in program.columns if not c.constant))
+    return {slot: i for i, slot in enumerate(slots)}, np.array(slots, dtype=np.int64)
 
 
 @once
-def constant_slots(program: Program) -> tuple[int, ...]:
-    return tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
+def constants(program: Program) -> tuple[tuple[int, ...], Taker]:
+    """The slots of constants, each once, and what takes their values."""
+    slots = tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
+    return slots, taker(slots)
+
+
+def taker(slots: Sequence[int]) -> Taker:
+    """A function that takes the values of slots out of a workspace."""
+    if len(slots) > 1:
+        return itemgetter(*slots)
+    return lambda w: tuple(w[slot] for slot in slots)
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:

@@ -36,7 +36,7 @@ from planarc.solve.messages.labour import Labour, Stretch
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
-from planarc.solve.recorder import Recorder, constant_slots
+from planarc.solve.recorder import Recorder, constants
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
@@ -456,7 +456,7 @@ class Run:
             self.warnings.append(found)
         times, data = self.recorder.rows()
         w = self.kernel.w
-        constants = {slot: float(w[slot]) for slot in constant_slots(self.program)}
+        slots, pick = constants(self.program)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:
             stored = self.recorder.stored
@@ -470,7 +470,7 @@ class Run:
             time=times,
             data=data,
             stored=self.recorder.stored,
-            constants=constants,
+            constants=dict(zip(slots, map(float, pick(w)), strict=True)),
             statistics=Statistics(
                 solver=self.integrator.name,
                 backend=self.backend,

@@ -90,7 +90,7 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
 
 def _positions(system: System) -> tuple[list[int], list[int]]:
     """The rows and candidates of the lowest level."""
-    return next(iter(system.stages()), ([], []))
+    return next(iter(system.stages), ([], []))
 
 
 def _names(system: System, columns: Sequence[int]) -> set[str]:

@@ -24,6 +24,7 @@ from planarc.runtime.texts import formatted
 from planarc.solve.messages.event import assertion_diagnostic
 from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
+from planarc.solve.recorder import Taker, taker
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,6 +84,7 @@ class AssertWatch:
         self._warned: dict[int, _Broken] = {}
         self._checked = 0
         self._varying, self._constant, self.slots = _sorted_out(program)
+        self._judged = _judged(program)
         self._active: Sequence[int] | None = None  # not looked at yet
 
     def check(self, recorder: Rows, all_rows: bool) -> tuple[list[Diagnostic], int]:
@@ -121,7 +123,19 @@ class AssertWatch:
         return found, end[0] if end else last
 
     def _broken_constants(self) -> list[int]:
-        """Those of parameters alone that do not hold, or have no value."""
+        """Those of parameters alone that do not hold, or have no value. The last judgement is
+        good as long as these have their values."""
+        take, known = self._judged
+        if take is None:
+            return self._judge_constants()
+        values = take(self._kernel.w)
+        found = known.get(values)
+        if found is None:
+            known.clear()
+            found = known[values] = self._judge_constants()
+        return found
+
+    def _judge_constants(self) -> list[int]:
         read = Reader(self._program, self._kernel, 0.0)
         found = []
         for i in self._constant:
@@ -178,6 +192,18 @@ def _sorted_out(program: Program) -> tuple[tuple[int, ...], tuple[int, ...], tup
                 if slot is not None and slot not in constant:
                     needed[slot] = None
     return tuple(varying), tuple(others), tuple(needed)
+
+
+@once
+def _judged(program: Program) -> tuple[Taker | None, dict[tuple[float, ...], list[int]]]:
+    """What takes the parameters that assertions of these alone ask, and which of these were broken
+    by such values; None where functions are called that may look at more."""
+    conditions = [program.assertions[i].condition for i in _sorted_out(program)[1]]
+    nodes = list(postorder(conditions))
+    if any(e.op is Op.APPLY for e in nodes):
+        return None, {}
+    leaves = (e for e in nodes if not e.args and e.op is not Op.CONST)
+    return taker([program.slots[repr(e)] for e in leaves]), {}
 
 
 def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnostic | None:

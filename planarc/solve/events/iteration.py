@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
@@ -36,12 +37,16 @@ from planarc.solve.events.settling import (
     Snapshot,
     most_iterations,
     snapshot,
-    taker,
 )
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages.event import inexact_integer, unsolved
 from planarc.solve.once import once
+from planarc.solve.recorder import Taker, taker
 from planarc.solve.rescue.rescue import Rescue
+
+Integers: TypeAlias = tuple[tuple[str, ...], Taker]
+#: Whether a size is beyond what tells all Integers apart.
+_IS_INEXACT = float(LARGEST_INTEGER).__lt__
 
 
 class Events:
@@ -56,7 +61,7 @@ class Events:
         self._whens = Whens(program, kernel)
         self._values = taker([d.slot for d in program.discretes])
         self._before = taker([d.pre for d in program.discretes])
-        self._integers = tuple(d for d in program.discretes if d.kind is Kind.INTEGER)
+        self._integers = _integers(program.discretes)
 
     # The start
 
@@ -102,7 +107,7 @@ class Events:
     def finish_start(self, t: float, y: Sequence[float]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         whens, done = self._whens, Processed(list(y))
-        self._refuse_inexact(t, done, _integers(self.program))
+        self._refuse_inexact(t, done, _given_integers(self.program))
         if not self.present:
             self._set_flag(INITIAL, False)
             return done
@@ -167,13 +172,14 @@ class Events:
         self._refuse_inexact(t, done, self._integers)
         return done
 
-    def _refuse_inexact(
-        self, t: float, done: Processed, integers: Iterable[DiscreteSlot | ParameterSlot]
-    ) -> None:
+    def _refuse_inexact(self, t: float, done: Processed, integers: Integers) -> None:
         """End the run where an Integer is no longer exact."""
-        w = self.kernel.w
-        for d in [d for d in integers if abs(w[d.slot]) > LARGEST_INTEGER][:1]:
-            done.ended = done.ended or inexact_integer(self.program, t, d.name, float(w[d.slot]))
+        names, take = integers
+        values = take(self.kernel.w)
+        if done.ended is None and any(map(_IS_INEXACT, map(abs, values))):
+            pairs = zip(names, values, strict=True)
+            name, value = next(pair for pair in pairs if abs(pair[1]) > LARGEST_INTEGER)
+            done.ended = inexact_integer(self.program, t, name, float(value))
 
     def _evaluate(self, t: float, y: Sequence[float]) -> int:
         return self._rescue.overcome(t, lambda: self.crossings.evaluate(t, y))
@@ -212,5 +218,11 @@ class Events:
 
 
 @once
-def _integers(program: Program) -> tuple[ParameterSlot, ...]:
-    return tuple(p for p in program.parameter_slots if p.kind is Kind.INTEGER)
+def _given_integers(program: Program) -> Integers:
+    return _integers(program.parameter_slots)
+
+
+def _integers(slots: Iterable[DiscreteSlot | ParameterSlot]) -> Integers:
+    """The names of Integers, and what takes their values."""
+    found = [s for s in slots if s.kind is Kind.INTEGER]
+    return tuple(s.name for s in found), taker([s.slot for s in found])

@@ -19,9 +19,8 @@ Reference: Modelica 3.6, appendix B; for friction: M. Otter, H. Elmqvist, S. E. 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from operator import itemgetter
 from typing import TypeAlias
 
 from planarc.ir.dae import Kind
@@ -32,6 +31,7 @@ from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
 from planarc.solve.once import once
+from planarc.solve.recorder import Taker, taker
 from planarc.solve.rescue.rescue import Rescue
 
 #: Iterations at one instant before it is called endless.
@@ -63,15 +63,8 @@ def snapshot(program: Program, kernel: Kernel) -> Snapshot:
 
 
 @once
-def _switching(program: Program) -> Callable[[Sequence[float]], Snapshot]:
+def _switching(program: Program) -> Taker:
     return taker([*(r.slot for r in program.relations), *(d.slot for d in program.discretes)])
-
-
-def taker(slots: Sequence[int]) -> Callable[[Sequence[float]], Snapshot]:
-    """A function that takes the values of slots out of a workspace."""
-    if len(slots) > 1:
-        return itemgetter(*slots)
-    return lambda w: tuple(w[slot] for slot in slots)
 
 
 class Settling:

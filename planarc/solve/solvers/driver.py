@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes as C
 
 from planarc.core.data import Data
+from planarc.ir.frame import address
 from planarc.ir.kernel import Addresses
 from planarc.ir.march import Arguments
 from planarc.solve.recorder import Recorder
@@ -49,28 +50,28 @@ class Driver:
             dense_numbers=numbers(where.dense),
             context=kernel.context,
             workspace=kernel.workspace,
-            slots=recorder.slots.ctypes.data,
-            grid=recorder.grid.ctypes.data,
+            slots=address(recorder.slots),
+            grid=address(recorder.grid),
             cvode=sundials.address("CVode"),
             interpolate=sundials.address("CVodeGetDky"),
             time=C.addressof(where.time),
             near=recorder.near,
             columns=len(recorder.slots),
             grid_end=len(recorder.grid),
-            blocks=blocks.ctypes.data,
+            blocks=address(blocks),
             block_count=len(blocks),
-            scales=watch.scales.ctypes.data,
+            scales=address(watch.scales),
             relations=dips.points.shape[1] - 1,
-            points=dips.points.ctypes.data,
+            points=address(dips.points),
             states=poles.size,
-            places=poles.places.ctypes.data,
-            trail=poles.trail.ctypes.data,
+            places=address(poles.places),
+            trail=address(poles.trail),
         )
         refuge = watch.refuge
         if refuge is not None:
-            a.kept_slots, a.kept_count = refuge.slots.ctypes.data, len(refuge.slots)
-            a.guess, a.state = refuge.guess.ctypes.data, refuge.state.ctypes.data
-            a.kept_rows = refuge.rows.ctypes.data
+            a.kept_slots, a.kept_count = address(refuge.slots), len(refuge.slots)
+            a.guess, a.state = address(refuge.guess), address(refuge.state)
+            a.kept_rows = address(refuge.rows)
         self._dips = dips
         self._held = blocks, refuge, poles  # as long as their addresses are in use
         self._edition = -1
@@ -85,7 +86,7 @@ class Driver:
         a = self._arguments
         recorder.reserve(len(recorder.grid) - recorder.next + 2)
         if self._edition != recorder.edition:
-            a.rows, a.times = recorder.data.ctypes.data, recorder.time.ctypes.data
+            a.rows, a.times = address(recorder.data), address(recorder.time)
             self._edition = recorder.edition
         a.limit, a.steps, a.bound = limit, steps, watch.bound
         a.next, a.count, a.taken = recorder.next, recorder.count, 0

@@ -87,7 +87,7 @@ def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
 
 def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
     u = u0.copy()
-    for rows, columns in system.stages():
+    for rows, columns in system.stages:
         root = None
         if system.initial_rows.stop - 1 in rows:
             here = system(u)

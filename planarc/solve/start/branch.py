@@ -81,7 +81,7 @@ def nearest_root(
 
 def agreed_place(system: System, u: Vector) -> Vector | None:
     """An assembled position with all values that were written, where they agree."""
-    for rows, columns in system.stages():
+    for rows, columns in system.stages:
         own = [row for row in rows if row < system.initial_rows.start]
         root = _Level(system, own, columns).agreeing(u)
         if root is None:

@@ -105,7 +105,7 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     if all(system(p) is None for p in places(u0)):
         return not_evaluated(system, system.evaluate_flag(u0))
     nothing = np.zeros(len(u0), dtype=bool)
-    for rows, columns in system.stages():
+    for rows, columns in system.stages:
         free = _best(system, u0, rows, columns, nothing)
         if not free.converged:
             return _not_assembled(system, free, rows, columns, u0)

@@ -116,7 +116,7 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
 
 def _closed(system: System, u: Vector) -> Vector | None:
     """An assembled position near a guess, nothing held."""
-    for rows, columns in system.stages():
+    for rows, columns in system.stages:
         own = [row for row in rows if row < system.initial_rows.start]
         root = solve_stage(system, u, own, columns)
         if not root.converged:

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.data import Data
 from planarc.ir.newton import DIFFERENCE
@@ -78,8 +78,7 @@ def kernel_of(jacobian: Vector, part: float) -> Vector:
 
 def level_rows(jacobian: Vector) -> tuple[Vector, Vector]:
     """Rows of large numbers, as those of a stiff force, made comparable with lengths."""
-    sizes = _row_sizes(jacobian)
-    scale = sizes.clip(1.0)
+    scale = _at_least(1.0, _row_sizes(jacobian))
     return jacobian / scale[:, None], scale
 
 
@@ -118,13 +117,20 @@ def solve_near(f: Residuals, guess: Vector, iterations: int) -> Root:
     return Root(guess, np.array([np.nan]), False) if r is None else _newton(f, guess, r, iterations)
 
 
+def _at_least(least: float, sizes: Vector) -> Any:
+    """What `sizes.clip(least)` gives, sooner."""
+    import numpy as np
+
+    return np.maximum(sizes, least)
+
+
 def _size(r: Vector) -> float:
     return math.sqrt(r @ r)
 
 
 def _vanish(r: Vector, sizes: Vector) -> bool:
     """Whether residuals are zero but for rounding, measured by the rows that move them."""
-    return bool((abs(r) <= SMALL * sizes.clip(1e-3)).all())
+    return bool((abs(r) <= SMALL * _at_least(1e-3, sizes)).all())
 
 
 def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
@@ -143,7 +149,7 @@ def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
         small = _vanish(r, sizes)
         if len(z) == 0:
             return Root(z, r, small)
-        scale = sizes.clip(1.0)
+        scale = _at_least(1.0, sizes)
         step: Vector = np.linalg.lstsq(jacobian / scale[:, None], -r / scale, rcond=RANK)[0]
         longest = float(abs(step).max())
         if longest > LONGEST and not _straight(f, z, r, step):

@@ -35,7 +35,7 @@ _NOTHING = 1e-12
 
 def refuse_singular(system: System, guess: Vector, values: Vector, choice: Choice) -> None:
     """Raise R428 where held velocities are asked of a mechanism at its dead centre."""
-    levels = list(system.stages())
+    levels = system.stages
     if len({b.height for _, b in system.blocks}) < 2:
         return
     velocities = next(level for level in levels[1:] if level)

@@ -11,9 +11,9 @@ differences are made from Python, one evaluation each.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
@@ -23,6 +23,9 @@ from planarc.solve.start import newton
 
 if TYPE_CHECKING:
     from planarc.solve.start.newton import Vector
+
+#: Rows, and the candidates that they are solved for.
+Stage: TypeAlias = tuple[list[int], list[int]]
 
 
 class System:
@@ -131,12 +134,11 @@ class System:
         self, u: Vector, columns: Sequence[int] | None = None, slots: tuple[int, ...] = ()
     ) -> Vector | None:
         """Derivatives of what `values` gives, by all candidates or by some."""
-        import numpy as np
-
         place, known = u.tobytes(), self._known
         if known is not None and known[0] == place and set(slots) <= set(known[1]):
             rows = [*range(self.rows), *(self.rows + known[1].index(s) for s in slots)]
-            return known[2][np.ix_(rows, range(len(u)) if columns is None else columns)]
+            chosen: Vector = known[2].take(rows, 0)
+            return chosen if columns is None else chosen.take(columns, 1)
         asked = range(len(u)) if columns is None else columns
         found = self._differences(u, tuple(asked), slots)
         if found is not None and columns is None:
@@ -162,8 +164,10 @@ class System:
 
     # Levels
 
-    def stages(self) -> Iterator[tuple[list[int], list[int]]]:
+    @cached_property
+    def stages(self) -> list[Stage]:
         """Rows and candidates of each level, positions first, then of everything."""
+        found: list[Stage] = []
         heights = sorted({b.height for _, b in self.blocks}, reverse=True)
         for height in heights:
             rows: list[int] = []
@@ -174,9 +178,10 @@ class System:
                     columns.extend(range(block.first, block.first + len(block.tears)))
             conditions = zip(self.fixed_rows, self.conditions, strict=True)
             rows.extend(row for row, f in conditions if f.height == height)
-            yield rows, columns
+            found.append((rows, columns))
         if self.initial_rows or self.fixed_rows or len(heights) > 2:
-            yield list(range(self.rows)), list(range(len(self.program.candidates)))
+            found.append((list(range(self.rows)), list(range(len(self.program.candidates)))))
+        return found
 
 
 @once

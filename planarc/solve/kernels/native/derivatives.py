@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.ir.derivatives import CHUNK, Head, Passing, Scope, Tape
+from planarc.ir.frame import address
 from planarc.ir.program import Program
 from planarc.solve.kernels.native.engine import Engine
 
@@ -29,9 +30,9 @@ class NativeDerivatives:
     def __init__(self, program: Program, engine: Engine, scope: Scope, frame: int) -> None:
         self._program = program
         self._ranges, self._pass, self._gather = engine.passing()
-        address = engine.value(f"pc_tape_{scope.value}")
-        length = ctypes.c_int64.from_address(address + 8 * Head.LENGTH).value
-        self._tape = tape = Tape((ctypes.c_int64 * length).from_address(address)[:])
+        text = engine.value(f"pc_tape_{scope.value}")
+        length = ctypes.c_int64.from_address(text + 8 * Head.LENGTH).value
+        self._tape = tape = Tape((ctypes.c_int64 * length).from_address(text)[:])
         self.memory = np.zeros(len(Passing), np.int64)
         self._arrays: dict[Passing, Any] = {}
         self._keep(Passing.VALUES, np.zeros(tape.entries))
@@ -40,13 +41,13 @@ class NativeDerivatives:
         stride = _whole(tape.largest)
         self.memory[Passing.STRIDE] = stride
         self._keep(Passing.LOCAL, np.zeros(tape.nodes * stride))
-        self.memory[Passing.FRAME], self.memory[Passing.TAPE] = frame, address
+        self.memory[Passing.FRAME], self.memory[Passing.TAPE] = frame, text
         self.memory[Passing.COEFFICIENTS] = engine.address(f"pc_slopes_{scope.value}")
         self._seeds: list[int] = []
 
     def _keep(self, which: Passing, array: Any) -> None:
         self._arrays[which] = array
-        self.memory[which] = array.ctypes.data
+        self.memory[which] = address(array)
 
     def select(self, selection: Sequence[int]) -> None:
         """The choice of states."""
@@ -86,16 +87,16 @@ class NativeDerivatives:
         motions[moved, columns[moved]] = 1.0
         self._keep(Passing.MOTIONS, motions)
         self._keep(Passing.SCRATCH, np.zeros(tape.largest * (tape.largest + width + 1)))
-        self._ranges(self.memory.ctypes.data)
+        self._ranges(address(self.memory))
 
     def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
-        node_of, address = self._tape.node_of, self.memory.ctypes.data
+        node_of, memory = self._tape.node_of, address(self.memory)
         self._seed([node_of.get(s, -1) for s in leaves])
-        if self._pass(address, t):
+        if self._pass(memory, t):
             return None
         nodes = np.array([node_of.get(s, -1) for s in rows], np.int64)
         found = np.empty((len(nodes), int(self.memory[Passing.WIDTH])))
-        if self._gather(address, nodes.ctypes.data, len(nodes), found.ctypes.data):
+        if self._gather(memory, address(nodes), len(nodes), address(found)):
             return None
         n = len(self._states)
         found[:, :n] = found[:, self._columns]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planarc.ir.frame import Frame, Mode, Number, Record
+from planarc.ir.frame import Frame, Mode, Number, Record, address
 from planarc.ir.kernel import Addresses, Capabilities, Lead
 from planarc.ir.program import Program
 from planarc.runtime.history import History
@@ -72,7 +72,7 @@ class NativeKernel(Derived):
             (Frame.AREA, self._area),
             (Frame.SHIFTS, self._shifts),
         ):
-            self._frame[where] = array.ctypes.data
+            self._frame[where] = address(array)
         self.history = History(len(program.delays))
         self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
         self._results, self._tear_starts = made.results, made.tear_starts
@@ -91,10 +91,9 @@ class NativeKernel(Derived):
         return Capabilities(formulas=self, start=self, machine=self, lead=self._lead)
 
     def _bind(self, engine: Engine) -> None:
-        frame = ctypes.c_void_p(self._frame.ctypes.data)
+        frame = ctypes.c_void_p(address(self._frame))
         y, ydot, zeros, initial = (
-            ctypes.c_void_p(a.ctypes.data)
-            for a in (self._y, self._ydot, self._zeros, self._initial)
+            ctypes.c_void_p(address(a)) for a in (self._y, self._ydot, self._zeros, self._initial)
         )
         f = engine.functions
 
@@ -169,8 +168,8 @@ class NativeKernel(Derived):
             cv_roots=at("pc_cv_roots"),
             march=at("pc_march"),
             records=tuple(accumulate(map(len, self._place.records), initial=1)),
-            context=self._frame.ctypes.data,
-            workspace=self.w.ctypes.data,
+            context=address(self._frame),
+            workspace=address(self.w),
         )
 
     def shift(self, shifts: Sequence[float]) -> None:
@@ -236,7 +235,7 @@ class NativeKernel(Derived):
         self._begin()
         self.w[0] = t
         self.w[self._candidate_slots] = u
-        flag = self._call_differences(table.ctypes.data, out.ctypes.data)
+        flag = self._call_differences(address(table), address(out))
         return None if flag else out
 
     def _tables(
@@ -272,7 +271,7 @@ class NativeKernel(Derived):
         if found is None:
             return 0
         found.prepare(scales, matrix_numbers)
-        self._frame[Frame.PASSING] = found.memory.ctypes.data
+        self._frame[Frame.PASSING] = address(found.memory)
         return self._engine.address("pc_cv_jacobian")
 
     # Below the protocol
@@ -286,7 +285,7 @@ class NativeKernel(Derived):
         from planarc.solve.kernels.native.derivatives import NativeDerivatives
 
         self._engine.add(code)
-        frame = self._frame.ctypes.data
+        frame = address(self._frame)
         return NativeDerivatives(self._program, self._engine, scope, frame)
 
     def _evaluate(self, mode: Mode) -> int:
