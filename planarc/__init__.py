@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from planarc.api.model import Model, Recompiled, load
+    from planarc.api.read import read
     from planarc.api.result import Result, RunStopped
     from planarc.core.diagnostic import Diagnostic, PlanarcError, RunError, UsageError
     from planarc.core.unknown import UnknownName
@@ -41,6 +42,7 @@ __all__ = [
     "latin_hypercube",
     "load",
     "random",
+    "read",
     "sweep",
 ]
 
@@ -50,6 +52,7 @@ _HOMES = {
         "core.diagnostic": "Diagnostic PlanarcError RunError UsageError",
         "core.unknown": "UnknownName",
         "api.model": "Model Recompiled load",
+        "api.read": "read",
         "api.result": "Result RunStopped",
         "study.points": "grid latin_hypercube random",
         "study.sweep": "Study StudyInterrupted sweep",

@@ -30,7 +30,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
-from planarc.core.prose import be, both
+from planarc.core.prose import be, both, counted
 from planarc.core.unknown import refuse_unknown, telling_keywords, unknown_name
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -112,8 +112,14 @@ def load(
 class Model:
     """A compiled model, as `planarc.load` gives it.
 
+        model = planarc.load("four_bar.pmo")
+        model.parameters["crankBody.m"].value
+        result = model.simulate(10, parameters={"crankBody.m": 2}, start={"revA.phi": "45deg"})
+
     It is compiled once. Runs with other parameters and start values use the same code, and each
     has a workspace of its own, so that several threads may share one model. It can be pickled.
+    `simulate` runs it; `equilibrium`, `assemble`, `linearize`, `drive` and `sensitivities` analyse
+    it. A notebook shows its parameters.
     """
 
     def __init__(
@@ -153,8 +159,17 @@ class Model:
 
     # What it has
 
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        p = self.program
+        about = f"{p.name}: {p.description}" if p.description else p.name
+        counts = f"{counted(p.equations_before, 'equation')}, {counted(p.state_count, 'state')}"
+        return f"<p><b>{escape(about)}</b><br>{counts}</p>{self.parameters._repr_html_()}"
+
     @property
     def program(self) -> Program:
+        """The equations as they are compiled: slots, blocks, candidates for states."""
         return self.compiled().program
 
     @property

@@ -83,6 +83,9 @@ class Result:
     def __iter__(self) -> Iterator[str]:
         return iter(self.rows.columns)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.rows.columns)
+
     def _elements(self, name: Any) -> tuple[list[str], tuple[int, ...]]:
         """The scalars of an array, the last subscript fastest, and its sizes."""
         found = elements_of(name, self.rows.columns) if isinstance(name, str) else {}

@@ -67,6 +67,9 @@ class Names(Mapping[str, Item], Generic[Item]):
     def __contains__(self, name: object) -> bool:
         return name in self._items
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._items)
+
     def _repr_html_(self) -> str:
         from planarc.api.htmltable import html_table
 

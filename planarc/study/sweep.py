@@ -203,7 +203,24 @@ def _study(
         if values is None:
             reason = (outcome.failed if outcome else None) or "it was not run"
             failures.append(Failure(i, dict(point), reason))
-    return Study(payload.model.name, tuple(names), tuple(metrics), tuple(rows), tuple(failures))
+    return Study(
+        payload.model.name,
+        tuple(names),
+        tuple(metrics),
+        tuple(rows),
+        tuple(failures),
+        _units(payload, names, metrics),
+    )
+
+
+def _units(payload: Payload, names: Iterable[str], metrics: Iterable[str]) -> dict[str, str]:
+    """The units of columns that have one: of a parameter or start value, and of what a metric
+    takes from one variable."""
+    known = {c.name: c.unit for c in payload.model.program.columns}
+    parts = dict(payload.metrics.parts)
+    found = {n: known.get(str(n), known.get(str(n).removesuffix(_START), "")) for n in names}
+    found |= {n: known.get(getattr(parts.get(n), "variable", ""), "") for n in metrics}
+    return {n: unit for n, unit in found.items() if unit}
 
 
 def _journal(

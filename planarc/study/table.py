@@ -28,13 +28,15 @@ class Failure(Data):
 
 
 class Study(Data):
-    """`rows` are points with their metrics (None where the point failed)."""
+    """`rows` are points with their metrics (None where the point failed); `units` are those of
+    columns that have one."""
 
     model: str
     parameters: tuple[str, ...]
     metrics: tuple[str, ...]
     rows: tuple[tuple[Mapping[str, Any], Mapping[str, float] | None], ...]
     failures: tuple[Failure, ...] = ()
+    units: Mapping[str, str] = {}
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -58,6 +60,20 @@ class Study(Data):
     def __repr__(self) -> str:
         shown = ", ".join(self.columns)
         return f"<Study of {self.model}: {len(self)} points{self._failed()}; {shown}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.columns)
+
+    def plot(self, *metrics: str, x: str | None = None, axes: Any = None) -> Any:
+        """The metrics (all, or those that are named) over a parameter, by matplotlib; gives the
+        axes.
+
+        `x` is the parameter along x, by default the first one; points that differ in others lie
+        on curves of their own. Each metric has a panel. Needs `pip install planarc[plot]`.
+        """
+        from planarc.study.plot import plot_study
+
+        return plot_study(self, metrics, x, axes)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Needs pandas (`pip install planarc[tables]`)."""

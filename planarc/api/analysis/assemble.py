@@ -44,6 +44,9 @@ class Assembly(Data):
     start: Mapping[str, float]
     distance: float
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.start)
+
     def __getitem__(self, name: str) -> float:
         return self.start[name]
 

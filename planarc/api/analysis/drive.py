@@ -65,6 +65,9 @@ class Driven(Data):
             raise unknown_name("driven coordinate", coordinate, self.efforts)
         return self.result[self.efforts[coordinate]]
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.result)
+
     def __getitem__(self, name: str) -> Vector:
         """Any variable, as of a Result."""
         return self.result[name]

@@ -72,6 +72,9 @@ class Equilibrium(Data):
         note = f"Equilibrium, {self.kind}"
         return html_table(("start value", ""), self.start.items(), note)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.values)
+
     def __getitem__(self, name: str) -> float:
         refuse_unknown("variable", (name,), self.values)
         return self.values[name]

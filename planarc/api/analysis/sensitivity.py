@@ -70,6 +70,9 @@ class Sensitivities(Data):
         rows = f"{len(self.time)} rows"
         return f"<Sensitivities of {len(self.names)} variables by {by}: {rows}, from {self.method}>"
 
+    def _ipython_key_completions_(self) -> list[tuple[str, str]]:
+        return [(n, p) for n in self.names for p in self.parameters]
+
     def __getitem__(self, key: tuple[str, str]) -> Vector:
         variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
         refuse_unknown("variable", (variable,), self.names)
