@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,12 +12,23 @@ from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
+from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
+from planarc.ir.insight import Insight
+from planarc.ir.result import Result
+from planarc.view.table.table import Table
+
+if TYPE_CHECKING:
+    from planarc.view.page.runs import Shown
 
 
 def view(
     result: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="A result, .csv or .mat, also of another tool.")
+        list[Path],
+        typer.Argument(
+            metavar="RESULT...",
+            help="A result, .csv or .mat, also of another tool; others are laid beside the first.",
+        ),
     ],
     model: Annotated[
         str | None,
@@ -37,53 +49,98 @@ def view(
 ) -> int:
     """Show a result file as a page: motion, curves, energy.
 
-    What planarc wrote says which model made it, a .csv by the file `<Class>.csv-metadata.json`
-    beside it. Of other results the model is looked for: a library's class, or a file beside the
-    result (or here) that declares the class that a .mat names, or that the .csv is called after.
-    Without a model there are curves only, which replace no page that shows the motion.
+    With several results the first plays; the others are pale behind it, and their curves lie
+    beside its curves. What planarc wrote says which model made it, a .csv by the file
+    `<Class>.csv-metadata.json` beside it. Of other results the model is looked for: a library's
+    class, or a file beside the result (or here) that declares the class that a .mat names, or that
+    the .csv is called after. Without a model there are curves only, which replace no page that
+    shows the motion.
     """
-    from planarc import stages
-    from planarc.api.restore import restore
-    from planarc.cli.motion import find_model
     from planarc.view.page.report import write_report
-    from planarc.view.scene import make_scene
-    from planarc.view.table.files import read_table
 
     if class_name is not None and model is None:
         raise usage_error("C291", "`--class` needs a file", hint="name it with `--model FILE`")
-    path = page_destination(result.stem, output)
-    table = read_table(result)
-    if not len(table.time):
-        raise usage_error(
-            "C292", f"`{result}` holds no row", hint="was the run ended before its start?"
-        )
-    table.refuse_unknown(curves or ())
-    request, compiled = find_model(result, table, model, class_name, library)
-    restored = restore(table, result.name, compiled)
-    rows = restored.result
+    first, *others = result
+    stem = first.stem.replace(".", "_")
+    path = page_destination(f"{stem}-runs" if others else stem, output)
+    found = [_read(file, model, class_name, library) for file in result]
+    main = found[0]
+    main.table.refuse_unknown(curves or ())
     kept: tuple[tuple[str, str], ...] = ()
-    if compiled is None and output is None and _shows_motion(path):
+    if not main.where and output is None and _shows_motion(path):
         kept = (("kept", f"{path}, which shows the motion"),)
-        path = page_destination(f"{result.stem}-curves", None)
-    insight = stages.study(rows, restored.kernel) if compiled is not None else None
-    scene = make_scene(rows)
-    notes = restored.notes if compiled is not None else (_WITHOUT,)
+        path = page_destination(f"{path.stem}-curves", None)
+    shown = _shown(result, found)
+    time = main.table.time
     summary = [
-        ("file", result.name),
-        ("model", rows.program.name if compiled is not None else ""),
-        ("rows", f"{len(table.time)}, t = {table.time[0]:.6g} to {table.time[-1]:.6g} s"),
+        ("file", first.name),
+        ("model", shown[0].result.program.name if main.where else ""),
+        ("rows", f"{len(time)}, t = {time[0]:.6g} to {time[-1]:.6g} s"),
+        ("beside it", ", ".join(file.name for file in others)),
     ]
-    write_report(path, rows, scene, [s for s in summary if s[1]], curves, insight, notes)
-    where = "unknown: curves only"
-    if compiled is not None and request is not None:
-        file = f" in {request.file}" if request.file else ""
-        where = model or f"{request.class_name}{file}"
-    told = [("model", where)]
+    write_report(
+        path,
+        shown[0].result,
+        shown[0].scene,
+        [row for row in summary if row[1]],
+        curves,
+        shown[0].insight,
+        notes := tuple(dict.fromkeys(note for one in found for note in one.notes)),
+        shown[0].label,
+        shown[1:],
+    )
     if not console.is_quiet():
-        console.say_rows([*told, ("written", str(path)), *kept, *(("note", n) for n in notes)])
+        told = [("model", main.where or "unknown: curves only"), ("written", str(path))]
+        console.say_rows([*told, *kept, *(("note", n) for n in notes)])
     if not no_open:
         _open(path)
     return Exit.DONE
+
+
+class _Found(Data):
+    """A result with its model; `where` says where that stands, nothing without one."""
+
+    table: Table
+    where: str
+    result: Result
+    insight: Insight | None
+    notes: tuple[str, ...]
+
+
+def _read(
+    file: Path, model: str | None, class_name: str | None, library: list[Path] | None
+) -> _Found:
+    from planarc import stages
+    from planarc.api.restore import restore
+    from planarc.cli.motion import find_model
+    from planarc.view.table.files import read_table
+
+    table = read_table(file)
+    if not len(table.time):
+        raise usage_error(
+            "C292", f"`{file}` holds no row", hint="was the run ended before its start?"
+        )
+    request, compiled = find_model(file, table, model, class_name, library)
+    restored = restore(table, file.name, compiled)
+    if compiled is None or request is None:
+        return _Found(table, "", restored.result, None, (_WITHOUT,))
+    where = model or f"{request.class_name}{f' in {request.file}' if request.file else ''}"
+    insight = stages.study(restored.result, restored.kernel)
+    return _Found(table, where, restored.result, insight, restored.notes)
+
+
+def _shown(files: Sequence[Path], found: Sequence[_Found]) -> list[Shown]:
+    """The runs with labels: the parameters by which they differ, or else their files."""
+    from planarc.view.page.runs import Shown, labels_of
+    from planarc.view.scene import make_scene
+
+    origins = [one.table.origin for one in found]
+    told = [{} if origin is None else origin.parameters for origin in origins]
+    labels = labels_of([one.result for one in found], told, [str(file) for file in files])
+    return [
+        Shown(label, one.result, make_scene(one.result), one.insight)
+        for label, one in zip(labels, found, strict=True)
+    ]
 
 
 _WITHOUT = (

@@ -256,5 +256,16 @@ planarc.createFields = function (element, { changed, opened = 10 }) {
     changed("");
   }
 
-  return { show, search, values, blame, reset, get changes() { return set.size; } };
+  function told() {
+    // What the user changed, as the fields show it.
+    return [...set.keys()].filter((name) => rows.has(name)).map((name) => {
+      const { row } = rows.get(name);
+      const input = row.querySelector("[id^=field-]");
+      const unit = row.querySelector(".number span");
+      const value = input.matches("select") ? input.selectedOptions[0].text : input.value;
+      return `${name.replace(/^[=$]/, "")} = ${value} ${unit ? unit.textContent : ""}`.trim();
+    });
+  }
+
+  return { show, search, values, blame, reset, told, get changes() { return set.size; } };
 };

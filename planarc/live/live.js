@@ -18,6 +18,8 @@
   let seconds = 0; // of the last run
   let still = false; // whether the next order is for the start alone
   let resumed = null; // what was looked at before that start: {time, playing}
+  let runs = null;
+  let latest = null; // the answer that is shown, and what was set for it
   let looked = ""; // the view that this page chose last
   const delays = []; // ms from each moved field to its picture; for tests and measuring
 
@@ -36,6 +38,9 @@
   get("reset").addEventListener("click", () => {
     fields.reset();
     get("reset").hidden = true;
+  });
+  get("hold").addEventListener("click", () => {
+    if (latest) runs.add({ label: latest.label, scene: latest.scene, curves: latest.curves }, { removable: true });
   });
   get("search").addEventListener("input", () => fields.search(get("search").value));
 
@@ -118,6 +123,8 @@
       tree.setVariables(plots.variables);
       look(answer.scene.box);
     }
+    if (!isStart) latest = { ...answer, label: fields.told().join(", ") || "as the file says" };
+    if (latest) runs.name(latest.label);
     if (asked) requestAnimationFrame(() => setTimeout(() => delays.push(performance.now() - asked)));
   }
 
@@ -127,6 +134,12 @@
     plots = planarc.createPlots(get("plots"), answer.curves, {
       seek: (t) => player.setTime(t),
       changed: (names) => tree && tree.check(names),
+    });
+    runs = planarc.createRuns(get("runs"), {
+      changed: (shown) => {
+        player.setGhosts(shown);
+        plots.setRuns(shown);
+      },
     });
     tree = planarc.createTree(get("tree"), plots.variables, { toggle: plots.toggle });
     player.onTime((t, reader) => {

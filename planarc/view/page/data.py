@@ -117,11 +117,12 @@ def _values(result: Result, column: Column) -> Track:
     return float(result.constants[column.slot])
 
 
-def choose_rows(result: Result, figures: Sequence[Figure], tracks: int) -> Any:
-    """The rows of a page: all, or so many that what must be there has room."""
+def choose_rows(result: Result, figures: Sequence[Figure], tracks: int, share: int = 1) -> Any:
+    """The rows of a page: all, or so many that what must be there has room, which so many runs
+    share."""
     shown = [n for f in figures if f.on for n in f.curves if n in result][:24]
     needed = tracks + sum(len(f.curves) for f in figures)
-    limit = min(ROWS, max(FEWEST_ROWS, int(ROOM / (5.34 * max(1, needed)))))
+    limit = min(ROWS, max(FEWEST_ROWS, int(ROOM / (5.34 * max(1, needed))))) // share
     return thin_rows(len(result.time), [result[name] for name in shown], limit)
 
 

@@ -16,6 +16,15 @@
     seek: (t) => player.setTime(t),
     changed: (names) => tree && tree.check(names),
   });
+  const runs = planarc.createRuns(get("runs"), {
+    changed: (shown) => {
+      player.setGhosts(shown);
+      plots.setRuns(shown);
+    },
+  });
+  runs.name(data.label);
+  for (const run of data.runs) runs.add(run);
+  window.planarcPlots = plots;
   tree = planarc.createTree(get("tree"), plots.variables, { toggle: plots.toggle });
   player.onTime((t, reader) => {
     plots.mark(t, reader);

@@ -51,6 +51,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   let items = [];
   let layers = [];
   let box = null;
+  let ghosts = []; // of other runs: {items, reader, box}
   let digits = 2;
   let lit = ""; // the component that is lit up
   let alive = true;
@@ -60,12 +61,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     const shown = new Map(layers.map((l) => [l.id, l]));
     reader = planarc.createReader(planarc.times(next.time));
     const tracks = next.tracks.map(planarc.column);
-    const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
-    items = next.items.map((item) => ({
-      ...item, x: at(item.x), y: at(item.y), angle: at(item.angle), length: at(item.length),
-      width: at(item.width), extra: at(item.extra), color: item.color.map(at),
-      shape: next.shapes[item.shape],
-    }));
+    items = readItems(next, tracks);
     box = next.box;
     layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box));
     for (const layer of layers) {
@@ -86,6 +82,30 @@ planarc.createPlayer = function (element, scene, options = {}) {
     state.time = keepTime && !first ? Math.min(reader.stop, Math.max(reader.start, state.time)) : reader.start;
     if (first || !keepView) fit();
     ask();
+  }
+
+  function readItems(source, tracks) {
+    const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
+    return source.items.map((item) => ({
+      ...item, x: at(item.x), y: at(item.y), angle: at(item.angle), length: at(item.length),
+      width: at(item.width), extra: at(item.extra), color: item.color.map(at),
+      shape: source.shapes[item.shape],
+    }));
+  }
+
+  function setGhosts(runs) {
+    ghosts = runs.map(({ scene: source }) => ({
+      items: readItems(source, source.tracks.map(planarc.column)),
+      reader: planarc.createReader(planarc.times(source.time)), box: source.box,
+    }));
+    if (state.fitted) fit();
+    ask();
+  }
+
+  function around() {
+    // The box of all runs.
+    const all = [box, ...ghosts.map((ghost) => ghost.box)].filter(Boolean);
+    return all.length ? [0, 1, 2, 3].map((i) => Math[i < 2 ? "min" : "max"](...all.map((b) => b[i]))) : null;
   }
 
   function listSpeeds(span) {
@@ -168,7 +188,8 @@ planarc.createPlayer = function (element, scene, options = {}) {
     state.asked = false;
     if (!alive) return;
     reader.seek(state.time);
-    stage.draw(items, layers.filter((l) => l.on), reader, lit);
+    for (const ghost of ghosts) ghost.reader.seek(state.time);
+    stage.draw(items, layers.filter((l) => l.on), reader, lit, ghosts);
     for (const layer of layers) layer.dress();
     slider.value = state.time;
     slider.style.setProperty("--done", `${(100 * (state.time - reader.start)) / (reader.stop - reader.start || 1)}%`);
@@ -232,7 +253,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
 
   function fit() {
     state.fitted = true;
-    stage.fit(box, inset);
+    stage.fit(around(), inset);
     ask();
   }
 
@@ -315,7 +336,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
 
   const watch = new ResizeObserver(() => {
     stage.measure();
-    if (state.fitted) stage.fit(box, inset);
+    if (state.fitted) stage.fit(around(), inset);
     ask();
   });
   watch.observe(canvas);
@@ -330,7 +351,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   if (options.playing) play(true);
 
   return {
-    setScene, setTime, play, pause: () => play(false), fit, setLayer, redraw: ask,
+    setScene, setGhosts, setTime, play, pause: () => play(false), fit, setLayer, redraw: ask,
     get time() { return state.time; },
     get playing() { return state.playing; },
     get reader() { return reader; },

@@ -8,6 +8,10 @@ const PALETTE = {
   dark: ["#7fb0ff", "#ffa366", "#7ddc9a", "#e59af0", "#6fd3e6", "#ff9a94", "#e0cc6a", "#b7b6ff"],
 };
 const CHOSEN = "Chosen";
+const DASHES = [[6, 4], [2, 3], [10, 4, 2, 4], [12, 6]]; // of runs that lie beside the first one
+
+const colorsNow = () => PALETTE[planarc.theme.isDark() ? "dark" : "light"];
+planarc.runColor = (number) => colorsNow()[number % colorsNow().length];
 
 planarc.readCurves = function (source) {
   // Curves as the page carries them: columns are decoded when they are first looked at.
@@ -39,8 +43,11 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   const empty = make("p", { class: "faint" }, "No curve is shown: choose a figure above, or variables below.");
   element.append(chips, place, empty);
   let data = planarc.readCurves(source);
+  let own = planarc.createReader(data.time); // where the pointer is
   let figures = open(data.figures);
   let panels = [];
+  let runs = []; // beside the first one: {number, label, data, reader}
+  let woven = null; // the rows of all runs by time: [time, number of the run, row]
   let now = null; // time and reader of the last mark
 
   function open(list) {
@@ -87,7 +94,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   }
 
   function drawPanel(box, figure, unit, curves, count) {
-    const colors = PALETTE[planarc.theme.isDark() ? "dark" : "light"];
+    const colors = colorsNow();
     const holder = make("div", { class: "plot" });
     const legend = make("div", { class: "legend" });
     box.append(holder, legend);
@@ -112,10 +119,13 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
         series: [{}, ...curves.map((c, i) => ({
           stroke: colors[i % colors.length], width: 1.6, dash: i >= colors.length ? [6, 4] : undefined,
           points: { show: false }, pxAlign: 0,
-        }))],
+        })), ...runs.flatMap((run) => curves.map((c, i) => ({
+          stroke: colors[(curves.length > 1 ? i : run.number) % colors.length], width: 1.4,
+          dash: DASHES[(run.number - 1) % DASHES.length], points: { show: false }, pxAlign: 0,
+        })))],
         hooks: { setCursor: [(u) => tell(u.cursor.idx)] },
       },
-      [data.time, ...curves.map((c) => c.values(data.time.length))],
+      numbers(curves),
       holder,
     );
     holder.append(make("span", { class: "axis-unit" }, planarc.unit(unit)));
@@ -130,14 +140,57 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     function tell(row) {
       // While the pointer is in the plot the legend tells the values there.
       panel.hovered = row !== null && row !== undefined;
-      if (panel.hovered) curves.forEach((c, i) => { values[i].textContent = text(chart.data[i + 1][row], unit); });
+      if (panel.hovered) tellValues(panel, chart.data[0][row]);
       else if (now) markPanel(panel, ...now);
     }
     const panel = { chart, line, holder, curves, values, unit, hovered: false };
     return panel;
   }
 
-  const text = (value, unit) => `${planarc.digits(value ?? NaN)} ${planarc.unit(unit)}`.trim();
+  function tellValues({ curves, values, unit }, time, reader = own) {
+    // Of the run that plays, and of those beside it at that time.
+    if (reader === own) own.seek(time);
+    for (const run of runs) run.reader.seek(time);
+    curves.forEach((curve, i) => {
+      const all = [planarc.digits(curve.value(reader))];
+      for (const run of runs.slice(0, 3)) {
+        const same = run.data.variables.get(curve.name);
+        all.push(same ? planarc.digits(same.value(run.reader)) : "–");
+      }
+      values[i].textContent = `${all.join(" | ")} ${planarc.unit(unit)}`.trim();
+    });
+  }
+
+  function numbers(curves) {
+    // The columns of a plot: each run has rows of its own, between which the others are joined.
+    const columns = [data, ...runs.map((run) => run.data)].map((source) => curves.map((c) => {
+      const found = source.variables.get(c.name);
+      return found ? found.values(source.time.length) : null;
+    }));
+    if (!runs.length) return [data.time, ...columns[0]];
+    woven = woven || weave([data.time, ...runs.map((run) => run.data.time)]);
+    const spread = (values, set) => {
+      const line = new Array(woven.length).fill(undefined);
+      if (values) woven.forEach(([, which, row], i) => { if (which === set) line[i] = values[row]; });
+      return line;
+    };
+    return [woven.map(([time]) => time), ...columns.flatMap((own, set) => own.map((values) => spread(values, set)))];
+  }
+
+  function weave(times) {
+    const rows = times.flatMap((time, set) => time.map((t, row) => [t, set, row]));
+    return rows.sort((a, b) => a[0] - b[0] || a[1] - b[1] || a[2] - b[2]);
+  }
+
+  function setRuns(list) {
+    runs = list.map((run) => {
+      const read = planarc.readCurves(run.curves);
+      return { number: run.number, label: run.label, data: read, reader: planarc.createReader(read.time) };
+    });
+    woven = null;
+    build();
+  }
+
   const plain = (value) => {
     const short = Number(value.toPrecision(6));
     const size = Math.abs(short);
@@ -163,7 +216,8 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
 
   function showAll() {
     // All of the time, in every plot: they are zoomed together.
-    const ends = { min: data.time[0], max: data.time[data.time.length - 1] };
+    const times = [data, ...runs.map((run) => run.data)].map((source) => source.time);
+    const ends = { min: Math.min(...times.map((t) => t[0])), max: Math.max(...times.map((t) => t[t.length - 1])) };
     for (const { chart } of panels) chart.setScale("x", ends);
   }
 
@@ -198,7 +252,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     const left = chart.valToPos(t, "x");
     line.style.transform = `translateX(${left}px)`;
     line.hidden = !(left >= -1 && left <= chart.over.clientWidth + 1);
-    if (!hovered && reader) curves.forEach((c, i) => { values[i].textContent = text(c.value(reader), unit); });
+    if (!hovered && reader) tellValues({ curves, values, unit }, t, reader);
   }
 
   function mark(t, reader) {
@@ -220,6 +274,8 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     // Other numbers of the same model: what is shown stays, where it still exists.
     const before = figures;
     data = planarc.readCurves(next);
+    own = planarc.createReader(data.time);
+    woven = null;
     figures = open(data.figures);
     for (const figure of figures) {
       const old = before.find((f) => f.title === figure.title);
@@ -237,7 +293,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     if (!same) return false;
     for (const panel of panels) {
       panel.curves = panel.curves.map((c) => data.variables.get(c.name));
-      panel.chart.setData([data.time, ...panel.curves.map((c) => c.values(data.time.length))]);
+      panel.chart.setData(numbers(panel.curves));
     }
     if (now) mark(...now);
     return true;
@@ -254,7 +310,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   build();
 
   return {
-    mark, toggle, setData,
+    mark, toggle, setData, setRuns,
     get variables() { return data.variables; },
     get chosen() { return new Set(chosen().curves); },
     get panels() { return panels; },

@@ -17,8 +17,9 @@ from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 from planarc.ir.insight import Insight, Peak
 from planarc.ir.result import Result
 from planarc.view.page import assets
-from planarc.view.page.data import choose_rows, curve_data, scene_data
+from planarc.view.page.data import ROOM, choose_rows, curve_data, scene_data
 from planarc.view.page.figures import choose_figures
+from planarc.view.page.runs import Shown, run_data
 from planarc.view.page.typeset import number, typeset, unit
 from planarc.view.scene import Scene
 from planarc.view.storage import write_text
@@ -39,18 +40,21 @@ def write_report(
     curves: Sequence[str] | None = None,
     insight: Insight | None = None,
     notes: Sequence[str] = (),
+    label: str = "",
+    others: Sequence[Shown] = (),
 ) -> None:
     """Write the page of a run to `path`.
 
     `summary` is shown as labels with texts; `curves` names the variables to plot, None chooses
-    them; `notes` stand at the top. Raises UsageError where the file cannot be written or a name
-    is unknown.
+    them; `notes` stand at the top; `others` are laid beside the run, which is then called
+    `label`. Raises UsageError where the file cannot be written or a name is unknown.
     """
     unknown = [name for name in curves or () if name not in result]
     if unknown:
         raise UsageError(Diagnostic("V102", f"the result has no variable `{unknown[0]}`"))
     chosen = None if curves is None else tuple(curves)
-    write_text(path, render_page(result, scene, summary, chosen, insight, notes))
+    page = render_page(result, scene, summary, chosen, insight, notes, label, others)
+    write_text(path, page)
 
 
 def render_page(
@@ -60,18 +64,23 @@ def render_page(
     curves: tuple[str, ...] | None = None,
     insight: Insight | None = None,
     notes: Sequence[str] = (),
+    label: str = "",
+    others: Sequence[Shown] = (),
 ) -> str:
     """The page as text."""
     program = result.program
     figures = choose_figures(result, curves, insight)
-    rows = choose_rows(result, figures, tracks=4 * len(scene.items))
+    share = 1 + len(others)
+    rows = choose_rows(result, figures, 4 * len(scene.items), share)
     events = [(e.time, ", ".join(e.causes)) for e in result.events[:EVENTS]]
     series, layers = ((), ()) if insight is None else (insight.series, insight.layers)
     data = {
         "name": program.name.rpartition(".")[2],
         "scene": scene_data(scene, rows, sorted({t for t, _ in events}), layers),
-        "curves": curve_data(result, figures, rows, series),
+        "curves": curve_data(result, figures, rows, series, ROOM // share),
         "events": events,
+        "label": label,
+        "runs": run_data(others, figures, share),
     }
     chart = assets.chart_script()
     script = assets.script(*assets.PLAYER, *assets.PLOTS, "page.js")
@@ -81,7 +90,7 @@ def render_page(
     cards = [
         _card("Mechanism", _list(insight.facts)) if insight is not None and insight.facts else "",
         _card("Run", _list(summary)) if summary else "",
-        _card("Peak and RMS", peak_table(insight.peaks)) if insight and insight.peaks else "",
+        _peaks([Shown(label, result, scene, insight), *others]),
         _card("Events", _events(len(result.events))) if result.events else "",
     ]
     return Template(assets.text("page.html")).substitute(
@@ -116,15 +125,30 @@ def _list(rows: Rows) -> str:
     return f"<dl>{''.join(entries)}</dl>"
 
 
-def peak_table(peaks: Sequence[Peak]) -> str:
-    """The largest values of drives and joints."""
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(p.name)}</th><td>{number(p.value)}</td>'
-        f"<td>{number(p.time, 3)}</td><td>{number(p.rms)}</td><td>{unit(p.unit)}</td></tr>"
-        for p in peaks[:PEAKS]
+def _peaks(runs: Sequence[Shown]) -> str:
+    """The largest values of drives and joints, runs side by side."""
+    told = [{p.name: p for p in r.insight.peaks} if r.insight else {} for r in runs]
+    names = dict.fromkeys(name for peaks in told for name in peaks)
+    if not names:
+        return ""
+    heads = '<th scope="col">peak</th><th scope="col">at s</th><th scope="col">RMS</th>'
+    above = "".join(f'<th scope="col" colspan="3">{html.escape(r.label)}</th>' for r in runs)
+    lines = [f"<tr><td></td>{above}<td></td></tr>"] if len(runs) > 1 else []
+    lines.append(f"<tr><td></td>{heads * len(runs)}<td></td></tr>")
+    for name in list(names)[:PEAKS]:
+        own = [peaks.get(name) for peaks in told]
+        kind = next(unit(p.unit) for p in own if p is not None)
+        cells = f"{''.join(map(_peak, own))}<td>{kind}</td>"
+        lines.append(f'<tr><th scope="row">{html.escape(name)}</th>{cells}</tr>')
+    return _card("Peak and RMS", f'<div class="wide"><table>{"".join(lines)}</table></div>')
+
+
+def _peak(peak: Peak | None) -> str:
+    if peak is None:
+        return "<td></td>" * 3
+    return (
+        f"<td>{number(peak.value)}</td><td>{number(peak.time, 3)}</td><td>{number(peak.rms)}</td>"
     )
-    heads = "".join(f'<th scope="col">{h}</th>' for h in ("peak", "at s", "RMS"))
-    return f'<div class="wide"><table><tr><td></td>{heads}<td></td></tr>{rows}</table></div>'
 
 
 def _events(count: int) -> str:

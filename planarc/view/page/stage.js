@@ -1,6 +1,7 @@
 // The drawing: the view (what of the world is seen, and how large), the grid, the items of an
 // instant, and the layers over them.
 
+const GHOST = 0.22; // of other runs behind the one that plays
 const LIMIT = 1e12; // of the zoom, in pixels a metre
 
 planarc.createStage = function (canvas) {
@@ -123,7 +124,7 @@ planarc.createStage = function (canvas) {
     planarc.paint(target, pose, px, colors.dark);
   }
 
-  function draw(items, layers, reader, lit = "") {
+  function draw(items, layers, reader, lit = "", ghosts = []) {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = colors.stage;
     context.fillRect(0, 0, canvas.width, canvas.height);
@@ -136,6 +137,15 @@ planarc.createStage = function (canvas) {
       layer.paint(context, reader, px, colors);
     }
     const pose = {};
+    context.globalAlpha = GHOST;
+    for (const ghost of ghosts) {
+      for (const item of ghost.items) {
+        if (!planarc.posed(item, ghost.reader, pose)) continue;
+        world();
+        paint(context, pose, px);
+      }
+    }
+    context.globalAlpha = 1;
     for (const item of items) {
       if (!planarc.posed(item, reader, pose)) continue;
       world();

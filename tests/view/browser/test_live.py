@@ -409,3 +409,20 @@ def test_the_page_fits_every_screen(
         assert box["y"] >= 0
         assert box["y"] + box["height"] < size[1] * 0.6
         screenshot(page, f"live-{name}-fields")
+
+
+def test_a_run_is_kept_beside_what_comes(
+    open_page: Callable[..., Any], serve: Callable[..., Any], four_bar: Request
+) -> None:
+    page = open_page(serve(four_bar).address, DESKTOP)
+    settle(page)
+    assert page.locator("#runs").is_hidden()
+    page.click("#hold")
+    slide(page, "crank.r[1]", 0.3)
+    assert page.locator("#runs .chip").all_inner_texts() == [
+        "crank.r[1] = 0.3 m",
+        "as the file says",
+    ]
+    assert " | " in page.locator(".legend b").first.inner_text()
+    page.locator("#runs .remove").click()
+    assert page.locator("#runs").is_hidden()
