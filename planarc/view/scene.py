@@ -13,13 +13,14 @@ Example: the rod of a pendulum, 1.2 m long, at the origin
     -> Item(shape="beam", x=0.0, y=0.0, angle=array([0, -0.02, ...]), length=1.2, width=0.06)
 
 Needs:     a result whose columns hold the variables that the attributes name.
-           Where nothing of the mechanism draws itself, its frames and joints are drawn.
+           Where nothing of the mechanism draws itself, its links and joints are drawn.
 Promises:  items in drawing order (`height`, then declaration); angles without jumps of
            whole turns; what cannot be evaluated is left out and named in `notes`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -34,17 +35,25 @@ from planarc.ir.dae import Visual
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Track
 from planarc.ir.result import Result
+from planarc.view.box import bounds
 from planarc.view.item import Item, Kind, plain, smooth
+from planarc.view.linkage.dress import dress
+from planarc.view.linkage.groups import find_groups
+from planarc.view.linkage.palette import JOINT
 from planarc.view.skeleton import skeleton
 
 
 class Scene(Data):
-    """Items over time; `box` is (left, bottom, right, top) of all at any time, or None."""
+    """Items over time; `box` is (left, bottom, right, top) of all at any time, or None.
+
+    `corner` are the axes of the world and gravity, small and measured in pixels.
+    """
 
     time: Vector
     items: tuple[Item, ...]
     box: tuple[float, float, float, float] | None
     notes: tuple[str, ...] = ()
+    corner: Item | None = None
 
 
 class NotDrawable(Exception):
@@ -64,13 +73,30 @@ def make_scene(result: Result) -> Scene:
                 items.append(_item(visual, attributes))
             except NotDrawable as reason:
                 notes.append(f"`{visual.component}` is not drawn: {reason}")
-        if not any(_is_of_mechanism(item, worlds) for item in items):
-            items += skeleton(result, axes=not items)
-        items.sort(key=lambda item: item.height)
+        groups = find_groups(result)
+        world = [item for item in items if item.component.rpartition(".")[0] in worlds]
+        stays = {id(item) for item in world if item.kind is not Kind.SHAPE}
+        items = [item for item in items if id(item) not in stays]
+        items = dress(items, groups) or skeleton(result, groups)
         size = _size(items)
         items = [_shortened(item, size, notes) for item in items]
-        box = _bounds(items)
-    return Scene(result.time, tuple(items), box, tuple(notes))
+        box = bounds(items)
+    return Scene(result.time, tuple(items), box, tuple(notes), corner_of(world))
+
+
+def corner_of(world: Sequence[Item]) -> Item | None:
+    """The axes and the gravity arrow of the world, as one item for a corner of the picture."""
+    axes = next((item for item in world if item.kind is Kind.FRAME), None)
+    arrow = next((item for item in world if item.kind is Kind.ARROW), None)
+    if axes is None and arrow is None:
+        return None
+    labels = axes.labels if axes is not None else ()
+    way = _number(arrow.angle) if arrow is not None and _number(arrow.length) else None
+    down = () if way is None else ((math.cos(way), math.sin(way)),)
+    return Item(
+        "world", Kind.SHAPE, 0.0, 0.0, 0.0, 0.0, 0.0, JOINT, shape="corner", upright=True,
+        labels=labels, points=down,
+    )  # fmt: skip
 
 
 def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Scene:
@@ -79,13 +105,8 @@ def with_items(scene: Scene, under: Sequence[Item], over: Sequence[Item]) -> Sce
         return scene
     items = (*under, *scene.items, *over)
     with np.errstate(all="ignore"):
-        box = _bounds(list(items))
+        box = bounds(items)
     return replace(scene, items=items, box=box)
-
-
-def _is_of_mechanism(item: Item, worlds: set[str]) -> bool:
-    """True for an item that shows more than axes and gravity."""
-    return item.component.rpartition(".")[0] not in worlds
 
 
 def _evaluated(value: Any, values: Callable[[Expr], Any]) -> Any:
@@ -180,14 +201,14 @@ def _number(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else float(value[0])
 
 
-#: The longest arrow as a share of the size of all else: the length of a force is a matter of
-#: scale.
-_LONGEST = 0.6
+#: The longest arrow as a share of the size of all else, and what is longer than it may be: the
+#: length of a force is a matter of scale.
+_LONGEST, _TOO_LONG = 0.25, 0.6
 
 
 def _size(items: list[Item]) -> float:
     """The larger side of the box around everything but arrows; 0 where there is nothing."""
-    box = _bounds([item for item in items if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW)])
+    box = bounds([item for item in items if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW)])
     return 0.0 if box is None else max(box[2] - box[0], box[3] - box[1])
 
 
@@ -197,42 +218,8 @@ def _shortened(item: Item, size: float, notes: list[str]) -> Item:
         return item
     lengths = np.abs(np.asarray(item.length))
     longest = float(np.max(lengths, where=np.isfinite(lengths), initial=0.0))
-    if longest <= size:
+    if longest <= _TOO_LONG * size:
         return item
     factor = float(f"{_LONGEST * size / longest:.1g}")
     notes.append(f"the arrow `{item.component}` is drawn {factor:g} times as long as it says")
     return replace(item, length=item.length * factor)
-
-
-def _bounds(items: list[Item]) -> tuple[float, float, float, float] | None:
-    """The smallest upright rectangle around all items at all times."""
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for item in items:
-        for x, y in _outline(item):
-            for axis, value in enumerate((x, y)):
-                finite = np.asarray(value)[np.isfinite(value)]
-                if finite.size:
-                    low[axis] = min(low[axis], finite.min())
-                    high[axis] = max(high[axis], finite.max())
-    if not np.all(np.isfinite(np.concatenate([low, high]))):
-        return None
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
-
-
-def _outline(item: Item) -> list[tuple[Any, Any]]:
-    """Points that lie on the edge of what is drawn, or a little outside."""
-    c, s = np.cos(item.angle), np.sin(item.angle)
-
-    def at(u: Any, v: Any) -> tuple[Any, Any]:
-        return item.x + c * u - s * v, item.y + s * u + c * v
-
-    if item.kind is Kind.CURVE:
-        return [at(u, v) for u, v in item.points]
-    if item.kind is Kind.FRAME:
-        return [at(0.0, 0.0), at(item.length, 0.0), at(0.0, item.length)]
-    half = np.abs(item.width) / 2
-    if item.upright:
-        return [(item.x - half, item.y - half), (item.x + half, item.y + half)]
-    if item.shape == "ground":
-        return [at(-half, -np.abs(item.length)), at(half, 0.0)]
-    return [at(u, v) for u in (0.0, item.length) for v in (-half, half)]

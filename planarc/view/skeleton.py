@@ -1,95 +1,42 @@
-"""The picture of a mechanism that draws nothing itself: its frames and joints.
+"""The picture of a mechanism that draws nothing itself: its links and joints.
 
-In:   Result with its mechanism
-Out:  items: a bar between the frames of a link, a circle at each joint, axes at the origin
+In:   Result with its mechanism, and its rigid groups
+Out:  items: a plate through the frames of a link, a pin at each joint
 
 Used only where no component has a visual of its own, as in a library without pictures or with
-`enableAnimation=false`. Sizes follow from how far the frames are spread.
+`enableAnimation=false`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from planarc.ir.insight import Track
-from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.result import Result
-from planarc.view.item import Item, Kind, plain, smooth
+from planarc.view.item import Item, Kind
+from planarc.view.linkage.groups import Groups
+from planarc.view.linkage.palette import JOINT
+from planarc.view.linkage.plates import plate
 
-_LINK, _JOINT, _GROUND = (110.0, 122.0, 138.0), (214.0, 69.0, 65.0), (90.0, 96.0, 105.0)
+_PIN, _LUMP = 0.62, 2.0  # in units
 
 
-def skeleton(result: Result, axes: bool = True) -> list[Item]:
-    """Bars, joints and axes; none where the result holds no positions of frames."""
-    mechanism = result.program.mechanism
-    if mechanism is None or not len(result.time):
+def skeleton(result: Result, groups: Groups | None) -> list[Item]:
+    """Links and joints; none where the result holds no positions of frames."""
+    if groups is None:
         return []
-    points = {
-        frame: (result.track(f"{frame}.r[1]"), result.track(f"{frame}.r[2]"))
-        for link in mechanism.links
-        for frame in link.frames
-        if f"{frame}.r[1]" in result and f"{frame}.r[2]" in result
-    }
-    if not points:
-        return []
-    size = _spread(points)
-    found = [*_bars(mechanism, points, size), *_joints(mechanism, points, size)]
-    return [_axes(size), *found] if axes else found
-
-
-def _axes(size: float) -> Item:
-    return Item(
-        "world", Kind.FRAME, 0.0, 0.0, 0.0, size / 6, size / 200, _GROUND, -size,
-        labels=("x", "y"),
-    )  # fmt: skip
-
-
-def _bars(
-    mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
-) -> Iterator[Item]:
-    """Bars from the first frame of a link to its others, each place once."""
-    for i, link in enumerate(mechanism.links):
-        frames = [f for f in link.frames if f in points]
-        if i == GROUND or not frames:
-            continue
-        x, y = points[frames[0]]
-        seen = set()
-        for frame in frames[1:]:
-            dx, dy = points[frame][0] - x, points[frame][1] - y
-            length = np.hypot(dx, dy)
-            key = np.round(np.asarray(length) / size, 9).tobytes()
-            if not np.any(length > 1e-9 * size) or key in seen:
-                continue
-            seen.add(key)
-            yield Item(
-                link.name, Kind.SHAPE, x, y, smooth(np.arctan2(dy, dx)), plain(length), size / 50,
-                _LINK, shape="beam",
-            )  # fmt: skip
-        if not seen:
-            yield Item(
-                link.name, Kind.SHAPE, x, y, 0.0, size / 25, size / 25, _LINK, 0.0,
-                shape="box", upright=True,
-            )  # fmt: skip
-
-
-def _joints(
-    mechanism: Mechanism, points: dict[str, tuple[Track, Track]], size: float
-) -> Iterator[Item]:
-    for joint in mechanism.joints:
-        for frame in joint.frames:
-            if frame in points:
-                x, y = points[frame]
-                yield Item(
-                    joint.name, Kind.SHAPE, x, y, 0.0, size / 30, size / 30, _JOINT, size,
-                    shape="cylinder", upright=True,
-                )  # fmt: skip
-
-
-def _spread(points: dict[str, tuple[Track, Track]]) -> float:
-    spans = [
-        np.ptp(np.concatenate([np.atleast_1d(p[axis]) for p in points.values()])) for axis in (0, 1)
+    unit = groups.unit(groups.size)
+    plates = [
+        plate(g, (), unit * (1.0 if len(g.points) > 1 else _LUMP), g.color, ())
+        for g in groups.all.values()
     ]
-    largest = float(max(spans))
-    return largest if largest > 0 and np.isfinite(largest) else 1.0
+    return sorted([*plates, *_joints(result, groups, _PIN * unit)], key=lambda item: item.height)
+
+
+def _joints(result: Result, groups: Groups, width: float) -> Iterator[Item]:
+    mechanism = result.program.mechanism
+    for joint in mechanism.joints if mechanism else ():
+        for x, y, depth in groups.places(joint.frames):
+            yield Item(
+                joint.name, Kind.SHAPE, x, y, 0.0, 0.0, width, JOINT, depth + 0.5,
+                shape="pin", upright=True,
+            )  # fmt: skip

@@ -17,13 +17,13 @@ from planarc.view.marks.measure import sizes_of
 from planarc.view.marks.shapes import Form, Tint, bounded_extra, shape_of
 
 _OVAL = 48  # points of an oval that is no circle
-#: The dark and the light band of a tube: share of white, and edges between axis and rim.
-_BANDS = ((-0.25, -0.92, -0.44), (0.3, 0.04, 0.52))
 
 
 def marks_of(item: Item, pixel: float, dark: bool = False) -> tuple[Mark, ...]:
     """The marks of an item, from the lowest to the highest; none if it has no size yet."""
-    return _marks(replace(item, component="", x=0.0, y=0.0, angle=0.0, height=0.0), pixel, dark)
+    return _marks(
+        replace(item, component="", parts=(), x=0.0, y=0.0, angle=0.0, height=0.0), pixel, dark
+    )
 
 
 @lru_cache(maxsize=2000)  # most things only move
@@ -75,11 +75,6 @@ class _Artist:
             yield from _oval(style, left, right, low, high)
             return
         yield Bar(style, left, right, low, high, r)
-        if form.kind == "tube":
-            half = (high - low) / 2
-            for share, inner, outer in _BANDS:
-                shade = Style(self._tinted((share, share)))
-                yield Bar(shade, left, right, inner * half, outer * half)
 
     def _tinted(self, tint: Tint | None) -> Paint | None:
         if tint is None:

@@ -19,6 +19,7 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.ir.insight import Track
@@ -43,6 +44,12 @@ Place: TypeAlias = tuple[Measure, Measure]
 _PLAIN: Tint = (0.0, 0.0)
 _EDGE: Tint = (-0.4, -0.4)
 _HATCH: Tint = (-0.4, 0.0)
+_FAINT: Tint = (0.3, -0.1)
+#: The line of a guide beside its axis, as a share of the width.
+RAIL = 0.32
+_HOLLOW: Tint = (1.0, -0.85)
+#: The angle between two points of a round corner.
+_ARC = math.pi / 10
 
 
 class Form(Data):
@@ -50,13 +57,12 @@ class Form(Data):
 
     line      straight through `points`, `closed` or not
     bar       between two opposite corners, its ends rounded by `radius` and longer by that
-    tube      the same, light on one side and dark on the other
     oval      in the rectangle between two corners
     disc      about a point, with a `hole`
     label     a text that stays upright, centred at a point, `radius` high
     """
 
-    kind: Literal["line", "bar", "tube", "oval", "disc", "label"]
+    kind: Literal["line", "bar", "oval", "disc", "label"]
     points: tuple[Place, ...]
     fill: Tint | None = None
     line: Tint | None = None
@@ -107,11 +113,19 @@ def _shape(
             return Shape(tuple(_frame(labels)), "l")
         case Kind.CURVE:
             path = tuple((x * METRE, y * METRE) for x, y in points)
-            return Shape((_line(path, W, THIN, _PLAIN),))
+            return Shape((_solid("line", *path) if shape else _line(path, W, THIN, _PLAIN),))
         case Kind.TEXT:
             return Shape((Form("label", ((ZERO, ZERO),), _PLAIN, radius=W, text=labels[0]),))
     if shape == "ground":
         return Shape(tuple(_ground()))
+    if shape == "corner":
+        return Shape(tuple(_corner(labels, points)))
+    if shape == "ruler":
+        return Shape(tuple(_ruler(labels[0])))
+    if shape == "note":
+        return Shape((Form("label", (_ORIGIN,), _FAINT, radius=12.0 * PIXEL, text=labels[0]),))
+    if shape == "plate":
+        return Shape((_plate(points),))
     known = _ENDS if upright else _SIDES
     forms = known.get(shape, known["box"])
     return Shape(tuple(forms(extra)) if callable(forms) else forms, "" if upright else "lw")
@@ -123,7 +137,7 @@ def _first(value: Track) -> float:
     return number if math.isfinite(number) else 0.0
 
 
-def _solid(kind: Literal["line", "bar", "tube", "oval", "disc"], *points: Place) -> Form:
+def _solid(kind: Literal["line", "bar", "oval", "disc"], *points: Place) -> Form:
     return Form(kind, points, _PLAIN, _EDGE, ZERO, 1.2)
 
 
@@ -140,15 +154,80 @@ def _round(hole: Measure = ZERO) -> Form:
     return Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W, hole=hole)
 
 
-def _spring(extra: float) -> Iterator[Form]:
-    """A coil from its side: a wave of as many turns as `extra` says, and straight ends."""
+def _plate(corners: tuple[tuple[float, float], ...]) -> Form:
+    """A flat body through corners in metres, counter-clockwise: rounded by half its width."""
+    if len(corners) < 2:
+        ((x, y),) = corners or ((0.0, 0.0),)
+        return replace(_round(), points=((x * METRE, y * METRE),))
+    rim: list[Place] = []
+    directions = [
+        math.atan2(b[1] - a[1], b[0] - a[0])
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
+    ]
+    for i, (x, y) in enumerate(corners):
+        first = directions[i - 1] - math.pi / 2
+        turn = (directions[i] - directions[i - 1]) % (2 * math.pi)
+        steps = max(1, math.ceil(turn / _ARC))
+        for k in range(steps + 1):
+            angle = first + turn * k / steps
+            across = 0.5 * math.cos(angle) * W, 0.5 * math.sin(angle) * W
+            rim.append((x * METRE + across[0], y * METRE + across[1]))
+    return _solid("line", *rim)
+
+
+def _zigzag(extra: float, low: float = -0.5, high: float = 0.5) -> Iterator[Form]:
+    """A spring: as many turns as `extra` says, and straight ends."""
     turns = max(1, round(extra or 5))
-    steps = 16 * turns
-    wave = (
-        ((0.1 + 0.8 * i / steps) * L, math.sin(2 * math.pi * turns * i / steps) / 2 * W)
-        for i in range(steps + 1)
+    middle, half = (low + high) / 2, (high - low) / 2
+    corners = (
+        ((0.14 + 0.72 * (i + 0.5) / (2 * turns)) * L, (middle + half * (-1) ** i) * W)
+        for i in range(2 * turns)
     )
-    yield _line((_ORIGIN, *wave, (L, ZERO)), 1 / 14 * W, 1.8, _PLAIN)
+    ends = ((0.14 * L, middle * W), (0.86 * L, middle * W))
+    yield _line(
+        ((ZERO, middle * W), ends[0], *corners, ends[1], (L, middle * W)), ZERO, 1.7, _PLAIN
+    )
+
+
+def _dashpot(low: float = -0.5, high: float = 0.5) -> Iterator[Form]:
+    """A damper: a cup from one end, and the piston of the other in it."""
+    middle, half = (low + high) / 2, (high - low) / 2
+    top, bottom, axis = (middle + half) * W, (middle - half) * W, middle * W
+    left, right = 0.5 * L - 0.9 * half * W, 0.5 * L + 1.3 * half * W
+    yield _line(((ZERO, axis), (left, axis)), ZERO, 1.7, _PLAIN)
+    yield _line(((right, top), (left, top), (left, bottom), (right, bottom)), ZERO, 1.7, _PLAIN)
+    inner = 0.5 * L + 0.2 * half * W
+    plate = ((inner, axis + 0.7 * half * W), (inner, axis - 0.7 * half * W))
+    yield _line(plate, ZERO, 2.4, _PLAIN)
+    yield _line(((inner, axis), (L, axis)), ZERO, 1.7, _PLAIN)
+
+
+def _spring_and_damper(extra: float) -> Iterator[Form]:
+    """Both side by side between two bars across."""
+    for x in (0.06 * L, 0.94 * L):
+        yield _line(((x, -0.3 * W), (x, 0.3 * W)), ZERO, 1.7, _PLAIN)
+    for end, x in ((ZERO, 0.06 * L), (L, 0.94 * L)):
+        yield _line(((end, ZERO), (x, ZERO)), ZERO, 1.7, _PLAIN)
+    for forms in (_zigzag(extra or 5, 0.1, 0.5), _dashpot(-0.5, -0.1)):
+        for form in forms:
+            inside = tuple((_between(x), y) for x, y in form.points)
+            yield replace(form, points=inside)
+
+
+def _between(x: Measure) -> Measure:
+    """A place along the length, moved between the bars across."""
+    parts = dict(x.terms)
+    share = parts.pop(0, 0.0)
+    return (0.06 + 0.88 * share) * L + Measure(tuple(parts.items()))
+
+
+def _guide(extra: float) -> Iterator[Form]:
+    """A line beside the axis, hatched on its far side, with `extra` hatches."""
+    y, deep, count = -RAIL * W, (0.5 - RAIL) * W, max(2, round(extra))
+    for i in range(count):
+        x = (i + 0.8) / count * L
+        yield _line(((x, y), (x - deep, y - deep)), ZERO, 1.0, _HATCH)
+    yield _line(((ZERO, y), (L, y)), ZERO, THIN, _HATCH)
 
 
 def _gear_end(extra: float) -> Iterator[Form]:
@@ -202,23 +281,84 @@ def _frame(labels: tuple[str, ...]) -> Iterator[Form]:
             yield Form("label", (place,), _PLAIN, radius=13.0 * PIXEL, text=labels[i])
 
 
+def _corner(labels: tuple[str, ...], down: tuple[tuple[float, float], ...]) -> Iterator[Form]:
+    """Small axes, and beside them the way that things fall; all in pixels."""
+    for label, (u, v) in zip(labels, (_ALONG, (0.0, 1.0)), strict=False):
+        yield from _pixels(((0.0, 0.0), (26.0 * u, 26.0 * v)))
+        place = (35.0 * u * PIXEL, 35.0 * v * PIXEL)
+        yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text=label)
+    for u, v in down:
+        x, y = (48.0, 20.0) if labels else (0.0, 20.0)
+        start, end = (x - 11.0 * u, y - 11.0 * v), (x + 13.0 * u, y + 13.0 * v)
+        yield from _pixels((start, end))
+        place = ((x + 11.0 * abs(v)) * PIXEL, (y + 11.0 * abs(u)) * PIXEL)
+        yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text="g")
+
+
+def _ruler(text: str) -> Iterator[Form]:
+    """A length to measure by."""
+    tick = 4.0 * PIXEL
+    yield _line(((ZERO, tick), _ORIGIN, (L, ZERO), (L, tick)), ZERO, 1.3, _FAINT)
+    place = (0.5 * L, 10.0 * PIXEL)
+    yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text=text)
+
+
+def _pixels(ends: tuple[tuple[float, float], tuple[float, float]]) -> Iterator[Form]:
+    """A thin arrow between two places in pixels."""
+    (x, y), (a, b) = ends
+    length = math.hypot(a - x, b - y)
+    u, v = (a - x) / length, (b - y) / length
+    path = ((x * PIXEL, y * PIXEL), (a * PIXEL, b * PIXEL))
+    yield _line(path, ZERO, 1.3, _FAINT)
+    back = [(a - 7.0 * u - s * v, b - 7.0 * v + s * u) for s in (2.8, -2.8)]
+    corners = (path[1], *((p * PIXEL, q * PIXEL) for p, q in back))
+    yield Form("line", corners, _FAINT)
+
+
 _Forms: TypeAlias = "tuple[Form, ...] | Callable[[float], Iterator[Form]]"
 _TOP = 0.5 * EXTRA  # of a cone
 _PIN = (_round(), Form("disc", (_ORIGIN,), (0.75, 0.75), radius=1 / 6 * W))
+_RING = Form("disc", (_ORIGIN,), _HOLLOW, _PLAIN, ZERO, 1.6, radius=0.5 * W)
 _RIBS = tuple(math.cos(i * math.pi / 8) / 2 * W for i in range(1, 8))
+_BODY = (Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W),)
+_BLOCK = ((-0.5 * L, -0.5 * W), (0.5 * L, 0.5 * W))
+
+
+def _quarter(start: float) -> Form:
+    """A quarter of a circle from an angle on."""
+    arc = (start + i * math.pi / 16 for i in range(9))
+    rim = ((0.5 * math.cos(a) * W, 0.5 * math.sin(a) * W) for a in arc)
+    return Form("line", (_ORIGIN, *rim), _PLAIN)
+
+
+def _spoke(angle: float) -> Form:
+    c, s = 0.42 * math.cos(angle), 0.42 * math.sin(angle)
+    return _line(((-c * W, -s * W), (c * W, s * W)), ZERO, 1.2, _EDGE)
+
+
 #: Solids seen from their side.
 _SIDES: dict[str, _Forms] = {
     "box": (_solid("bar", *_SIDE),),
-    "beam": (Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W),),
-    "cylinder": (_solid("tube", *_SIDE),),
-    "pipe": (_solid("tube", *_SIDE),),
+    "beam": _BODY,
+    "link": _BODY,
+    "cylinder": (_solid("bar", *_SIDE),),
+    "pipe": (_solid("bar", *_SIDE),),
     "sphere": (_solid("oval", *_SIDE),),
     "cone": (_solid("line", (ZERO, -0.5 * W), (L, -_TOP), (L, _TOP), (ZERO, 0.5 * W)),),
     "gearwheel": (
         _solid("bar", *_SIDE),
         *(_line(((ZERO, y), (L, y)), ZERO, 1.2, _EDGE) for y in _RIBS),
     ),
-    "spring": _spring,
+    "spring": _zigzag,
+    "damper": tuple(_dashpot()),
+    "springDamper": _spring_and_damper,
+    "block": (_solid("bar", *_BLOCK),),
+    "guide": _guide,
+    "barrel": (
+        _solid("bar", *_SIDE),
+        _line(((0.94 * L, -0.5 * W), (0.94 * L, 0.5 * W)), ZERO, 1.2, _EDGE),
+    ),
+    "rod": (_solid("bar", *_SIDE),),
 }
 #: The same seen from their end.
 _ENDS: dict[str, _Forms] = {
@@ -230,6 +370,23 @@ _ENDS: dict[str, _Forms] = {
     "pipe": (_round(0.5 * EXTRA),),
     "spring": (_round(0.4 * W),),
     "gearwheel": _gear_end,
+    "pin": (_RING,),
+    "motor": (
+        replace(_RING, line=_PLAIN, least=2.2),
+        Form("label", (_ORIGIN,), _PLAIN, radius=0.62 * W, text="M"),
+    ),
+    "mass": (
+        replace(_RING, line=None),
+        _quarter(0.0),
+        _quarter(math.pi),
+        replace(_RING, fill=None, least=1.3),
+    ),
+    "wheel": (
+        _round(),
+        replace(_round(), fill=None, radius=0.42 * W),
+        _spoke(0.0),
+        _spoke(math.pi / 2),
+    ),
 }
 #: Shapes that are measured by `extra`: its bounds, and what stands for 0.
 _VARY = {

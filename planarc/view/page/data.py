@@ -26,7 +26,7 @@ from planarc.core.arrays import Vector
 from planarc.ir.insight import Layer, Series, Track
 from planarc.ir.program import Column
 from planarc.ir.result import Result
-from planarc.view.item import Item, Kind
+from planarc.view.item import Item
 from planarc.view.marks.shapes import Shape, bounded_extra, shape_of
 from planarc.view.page.columns import Columns, encode, number
 from planarc.view.page.figures import Figure
@@ -51,12 +51,14 @@ def scene_data(
     def put(track: Track) -> Any:
         return number(track) if isinstance(track, (int, float)) else [tracks.add(track)]
 
-    shapes: dict[Any, int] = {}
+    shapes: dict[Shape, int] = {}
+    items = [_item(item, put, shapes) for item in scene.items]
+    corner = [] if scene.corner is None else [_corner(scene.corner, put, shapes)]
     return {
         "time": encode(scene.time[chosen], "<f8"),
-        "items": [_item(item, put, shapes) for item in scene.items],
-        "shapes": [shape_data(*shape) for shape in shapes],
-        "layers": [_layer(layer, put) for layer in layers],
+        "items": items,
+        "shapes": [shape_data(shape) for shape in shapes],
+        "layers": [*(_layer(layer, put) for layer in layers), *corner],
         "tracks": tracks.all,
         "box": scene.box,
         "events": [float(t) for t in events],
@@ -146,15 +148,22 @@ def thin_rows(count: int, columns: Sequence[Vector], limit: int = ROWS) -> Any:
     return np.minimum(np.unique(np.concatenate(keep)), count - 1)
 
 
-def _item(item: Item, put: Any, shapes: dict[tuple[Shape, bool], int]) -> dict[str, Any]:
-    shape = shape_of(item), item.kind is Kind.SHAPE
+def _item(item: Item, put: Any, shapes: dict[Shape, int]) -> dict[str, Any]:
+    shape = shape_of(item)
     data = {name: put(getattr(item, name)) for name in ("x", "y", "angle", "length", "width")}
     extra = bounded_extra(item)
     if not isinstance(extra, float) or extra:
         data["extra"] = put(extra)
     number = shapes.setdefault(shape, len(shapes))
     color = [put(c) for c in item.color]
-    return {"component": item.component, "shape": number, "color": color, **data}
+    told = {"component": item.component, "shape": number, "color": color, **data}
+    return {**told, "parts": item.parts} if item.parts else told
+
+
+def _corner(item: Item, put: Any, shapes: dict[Shape, int]) -> dict[str, Any]:
+    """The axes of the world, as a layer that can be put out."""
+    told = {"id": "axes", "title": "Axes", "kind": "corner", "unit": "", "on": True, "members": []}
+    return {**told, "item": _item(item, put, shapes)}
 
 
 def _layer(layer: Layer, put: Any) -> dict[str, Any]:

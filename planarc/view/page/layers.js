@@ -1,27 +1,28 @@
 // What is laid over the mechanism on demand: paths of points, vectors, instant centres.
 //
 // A layer of the scene is {id, title, kind, unit, members, on}. A member of `paths` and
-// `centres` has x, y; one of `vectors` has x, y and the vector's components u, v.
+// `centres` has x, y; one of `vectors` has x, y and the vector's components u, v. The layer of
+// kind `corner` has an `item`, which lies in a corner whatever the view.
 
 const COLORS = {
   light: { paths: "#0d7a5f", forces: "#c0362c", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00" },
   dark: { paths: "#5fd6b4", forces: "#ff8b7e", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a" },
 };
 
-planarc.layerColor = (id) => COLORS[planarc.theme.isDark() ? "dark" : "light"][id]
-  || COLORS[planarc.theme.isDark() ? "dark" : "light"].paths;
+planarc.layerColor = (id) => COLORS[planarc.theme.isDark() ? "dark" : "light"][id] || "#7a8494";
 
-const PAINTERS = { paths: paintPaths, vectors: paintVectors, centres: paintCentres };
+const PAINTERS = { paths: paintPaths, vectors: paintVectors, centres: paintCentres, corner: paintCorner };
 
-planarc.createLayer = function (source, tracks, box) {
+planarc.createLayer = function (source, tracks, box, shapes = []) {
   const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
   const members = source.members.map((m) => ({
     name: m.name, on: m.on !== false, x: at(m.x), y: at(m.y), u: at(m.u), v: at(m.v), path: null,
   }));
   const layer = {
     id: source.id, title: source.title, unit: source.unit, on: Boolean(source.on), members,
-    under: source.kind === "paths", reach: reach(source.kind, members, box), key: null,
+    under: ["paths", "corner"].includes(source.kind), reach: reach(source.kind, members, box), key: null,
   };
+  if (source.item) layer.item = { ...source.item, shape: shapes[source.item.shape] };
   if (source.kind === "vectors") layer.key = roundTo125(0.5 * layer.reach.largest);
   layer.paint = (...about) => PAINTERS[source.kind](layer, ...about);
   return layer;
@@ -121,6 +122,14 @@ function paintVectors(layer, context, reader, px, colors) {
     context.strokeStyle = color;
     context.restore();
   }
+}
+
+function paintCorner(layer, context, reader, px, colors) {
+  // Near the lower left corner of the canvas, above the scale.
+  const ratio = window.devicePixelRatio || 1;
+  const [x, y] = [20 * ratio, context.canvas.height - 50 * ratio];
+  context.setTransform(ratio / px, 0, 0, -ratio / px, x, y);
+  planarc.paint(context, layer.item, px, colors.dark);
 }
 
 function paintCentres(layer, context, reader, px, colors) {

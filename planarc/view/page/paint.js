@@ -8,8 +8,8 @@ function rgb(color, dark) {
   return color.map((c) => Math.round(c + (255 - c) * mix));
 }
 
-function css(c, alpha = 1) {
-  return `rgba(${c[0]},${c[1]},${c[2]},${alpha})`;
+function css(c) {
+  return `rgb(${c[0]},${c[1]},${c[2]})`;
 }
 
 planarc.paint = function (ctx, item, px, dark) {
@@ -19,7 +19,7 @@ planarc.paint = function (ctx, item, px, dark) {
   const sizes = measure(item, px);
   const color = rgb(item.color, dark);
   ctx.lineJoin = "round";
-  for (const form of shape.forms) paintForm(ctx, form, sizes, color, dark, shape.solid ? 0.92 : 1);
+  for (const form of shape.forms) paintForm(ctx, form, sizes, color, dark);
 };
 
 function measure(item, px) {
@@ -35,12 +35,12 @@ function total(parts, from, basis, sizes) {
   return sum;
 }
 
-function tinted(color, tint, dark, alpha = 1) {
+function tinted(color, tint, dark) {
   const share = tint[dark ? 1 : 0];
-  return css(color.map((v) => Math.round(v + ((share > 0 ? 255 : 0) - v) * Math.abs(share))), alpha);
+  return css(color.map((v) => Math.round(v + ((share > 0 ? 255 : 0) - v) * Math.abs(share))));
 }
 
-function paintForm(ctx, form, sizes, color, dark, alpha) {
+function paintForm(ctx, form, sizes, color, dark) {
   const basis = form.basis;
   const size = (parts) => (parts ? total(parts, 0, basis, sizes) : 0);
   const points = form.points.map((p) => [total(p, 0, basis, sizes), total(p, basis.length, basis, sizes)]);
@@ -54,7 +54,7 @@ function paintForm(ctx, form, sizes, color, dark, alpha) {
   TRACES[form.kind](ctx, points, Math.abs(radius), Math.abs(size(form.hole)));
   if (form.kind === "line" && !form.open) ctx.closePath();
   if (form.fill) {
-    ctx.fillStyle = form.kind === "tube" ? shade(ctx, points, color) : tinted(color, form.fill, dark, alpha);
+    ctx.fillStyle = tinted(color, form.fill, dark);
     ctx.fill();
   }
   if (form.line) {
@@ -84,16 +84,6 @@ const TRACES = {
     ctx.arc(x, y, hole, 0, 2 * Math.PI, true);
   },
 };
-TRACES.tube = TRACES.bar;
-
-function shade(ctx, [[, low], [, high]], color) {
-  const paint = ctx.createLinearGradient(0, low, 0, high);
-  paint.addColorStop(0, css(color.map((v) => v * 0.72)));
-  paint.addColorStop(0.62, css(color.map((v) => v + (255 - v) * 0.35)));
-  paint.addColorStop(1, css(color));
-  return paint;
-}
-
 planarc.label = function (ctx, text, x, y, px, color, { height = 12.5 * px, dx = 0, dy = 0, halo } = {}) {
   // Text stays upright on the screen, whatever the axes do; dx and dy are in pixels.
   const m = ctx.getTransform();

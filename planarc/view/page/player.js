@@ -63,7 +63,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     const tracks = next.tracks.map(planarc.column);
     items = readItems(next, tracks);
     box = next.box;
-    layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box));
+    layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box, next.shapes));
     for (const layer of layers) {
       const before = shown.get(layer.id);
       if (!before) continue;
@@ -359,7 +359,8 @@ planarc.createPlayer = function (element, scene, options = {}) {
     get layers() { return layers; },
     pose(component) {
       // Where the first item of a component is now; for tests and for people at the console.
-      const item = items.find((i) => i.component === component);
+      const item = items.find((i) => i.component === component)
+        || items.find((i) => (i.parts || []).some((part) => planarc.within(component, part)));
       const pose = {};
       reader.seek(state.time);
       return item && planarc.posed(item, reader, pose) ? { ...pose } : null;
@@ -367,7 +368,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     light(component) {
       // Of a part that is not drawn, what it is in.
       lit = component;
-      while (lit && !items.some((item) => planarc.within(item.component, lit))) lit = lit.replace(/\.?[^.]*$/, "");
+      while (lit && !items.some((item) => planarc.shows(item, lit))) lit = lit.replace(/\.?[^.]*$/, "");
       ask();
     },
     pick(x, y) {

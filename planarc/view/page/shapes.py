@@ -9,10 +9,9 @@ from planarc.view.marks.shapes import Form, Shape
 from planarc.view.page.columns import number
 
 
-def shape_data(shape: Shape, solid: bool) -> dict[str, Any]:
-    """A shape for `json`; a `solid` one lets a little of what is below it shine through."""
-    forms = [_form(form) for form in shape.forms]
-    return {"needs": shape.needs, "forms": forms, **({"solid": True} if solid else {})}
+def shape_data(shape: Shape) -> dict[str, Any]:
+    """A shape for `json`."""
+    return {"needs": shape.needs, "forms": [_form(form) for form in shape.forms]}
 
 
 def _form(form: Form) -> dict[str, Any]:

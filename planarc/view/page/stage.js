@@ -149,7 +149,7 @@ planarc.createStage = function (canvas) {
     for (const item of items) {
       if (!planarc.posed(item, reader, pose)) continue;
       world();
-      if (lit && planarc.within(item.component, lit)) {
+      if (lit && planarc.shows(item, lit)) {
         context.shadowColor = colors.accent;
         context.shadowBlur = 18 * ratio;
       }
@@ -195,6 +195,11 @@ planarc.createStage = function (canvas) {
 planarc.within = function (name, component) {
   // True for a component itself, what is in it, and its elements.
   return name.startsWith(component) && ["", ".", "["].includes(name.charAt(component.length));
+};
+
+planarc.shows = function (item, component) {
+  // True where an item is a component, or a part of it, or one shape for it and others.
+  return planarc.within(item.component, component) || (item.parts || []).some((p) => planarc.within(p, component));
 };
 
 planarc.length = function (metres) {

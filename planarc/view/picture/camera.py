@@ -24,13 +24,20 @@ class Camera(Data):
     def __call__(self, x: float, y: float) -> tuple[float, float]:
         return self.x + self.scale * x, self.y - self.scale * y
 
+    def back(self, x: float, y: float) -> tuple[float, float]:
+        """The point of the world at a place of the picture."""
+        return (x - self.x) / self.scale, (self.y - y) / self.scale
+
     def larger(self, factor: int) -> Camera:
         sizes = (self.width * factor, self.height * factor)
         return Camera(*sizes, self.scale * factor, self.x * factor, self.y * factor)
 
 
-def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Camera:
-    """A picture `width` pixels wide around (left, bottom, right, top), in metres."""
+def fit_camera(box: tuple[float, float, float, float] | None, width: int, foot: int = 0) -> Camera:
+    """A picture `width` pixels wide around (left, bottom, right, top), in metres.
+
+    Below it are `foot` pixels, in which nothing of the world is.
+    """
     left, bottom, right, top = box or (-1.0, -1.0, 1.0, 1.0)
     wide, high = right - left, top - bottom
     # A point, or a line, has no size of its own: it gets one that shows it in the middle.
@@ -45,4 +52,4 @@ def fit_camera(box: tuple[float, float, float, float] | None, width: int) -> Cam
     scale = min((width - 2 * margin) / wide, (height - 2 * margin) / high)
     x = width / 2 - scale * (left + right) / 2
     y = height / 2 + scale * (bottom + top) / 2
-    return Camera(width, height, scale, x, y)
+    return Camera(width, height + foot, scale, x, y)

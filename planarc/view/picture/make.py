@@ -22,7 +22,8 @@ from planarc.ir.insight import Layer
 from planarc.ir.result import Result
 from planarc.view.picture import movie
 from planarc.view.picture.camera import Camera, fit_camera
-from planarc.view.picture.motion import Motion, When, resample, sample_motion, still
+from planarc.view.picture.furniture import FOOT, NARROW, furnish
+from planarc.view.picture.motion import Motion, When, sample_motion, still, thinned
 from planarc.view.picture.overlays import trace_items, with_layers
 from planarc.view.picture.raster import render_images
 from planarc.view.picture.svg import render_svg
@@ -80,13 +81,15 @@ def write_picture(
             f"a picture {options.width} pixels wide cannot be made",
             hint=f"choose a width from {_NARROWEST} to {_WIDEST}",
         )
-    scene = with_layers(_scene(result, options.traces), layers, options.layers)
-    camera = fit_camera(scene.box, options.width)
+    scene, keys = with_layers(_scene(result, options.traces), layers, options.layers)
+    foot = FOOT if options.width >= NARROW else 0
+    camera = fit_camera(scene.box, options.width, foot)
     motion = _motion(scene, options, suffix)
+    shown = furnish(motion, camera, scene, keys)
     if suffix == ".svg":
-        write_text(path, render_svg(motion, camera, result.program.name, options.dark))
+        write_text(path, render_svg(shown, camera, result.program.name, options.dark))
     else:
-        _write_images(path, suffix, scene, motion, camera, options)
+        _write_images(path, suffix, shown, camera, options)
     span = float(motion.times[-1] - motion.times[0])
     frames = len(motion.times)
     return Made(frames, motion.shown, span / motion.shown if motion.shown else 1.0, scene.notes)
@@ -143,7 +146,6 @@ def _motion(scene: Scene, options: PictureOptions, suffix: str) -> Motion:
 def _write_images(
     path: Path,
     suffix: str,
-    scene: Scene,
     motion: Motion,
     camera: Camera,
     options: PictureOptions,
@@ -160,6 +162,5 @@ def _write_images(
         if suffix == ".png" or len(motion.times) == 1:
             next(images(motion)).save(file, "PNG" if suffix == ".png" else "GIF")
         else:
-            times = motion.times[:: max(1, len(motion.times) // _SAMPLES)]
-            samples = list(images(resample(scene, times, 1.0)))
+            samples = list(images(thinned(motion, max(1, len(motion.times) // _SAMPLES))))
             movie.write_gif(file, images(motion), samples, options.when.rate)

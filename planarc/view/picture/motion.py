@@ -91,6 +91,16 @@ def resample(scene: Scene, times: object, shown: float) -> Motion:
     return Motion(instants, tuple(item.mapped(at) for item in scene.items), shown)
 
 
+def thinned(motion: Motion, step: int) -> Motion:
+    """Every `step`-th frame of a motion."""
+
+    def at(track: Track) -> Track:
+        return track if isinstance(track, (int, float)) else track[::step]
+
+    items = tuple(item.mapped(at) for item in motion.items)
+    return Motion(motion.times[::step], items, motion.shown)
+
+
 def item_at(item: Item, frame: int) -> Item:
     return item.mapped(lambda t: float(t if isinstance(t, (int, float)) else t[frame]))
 

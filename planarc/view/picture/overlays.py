@@ -14,9 +14,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planarc.core.unknown import refuse_unknown, unknown_name
-from planarc.ir.insight import Layer, Track
+from planarc.ir.insight import Layer, Mark, Track
 from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain
+from planarc.view.picture.furniture import Key, round_125
 from planarc.view.scene import Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
@@ -38,14 +39,18 @@ _TRACE = (214.0, 69.0, 65.0)
 _POINTS = 600
 
 
-def with_layers(scene: Scene, layers: Sequence[Layer], names: Sequence[str]) -> Scene:
-    """The scene with some layers, by their ids. Raises UnknownName for others."""
+def with_layers(
+    scene: Scene, layers: Sequence[Layer], names: Sequence[str]
+) -> tuple[Scene, tuple[Key, ...]]:
+    """The scene with some layers, by their ids, and keys of arrows. Raises UnknownName for
+    others."""
     known = {layer.id: layer for layer in layers if layer.id in _COLORS}
     refuse_unknown("layer of this mechanism", names, known)
     chosen = [known[name] for name in dict.fromkeys(names)]
     items = [item for layer in chosen for item in _items(layer, _span(scene))]
     under = [i for i in items if i.kind is Kind.CURVE]
-    return with_items(scene, under, [i for i in items if i.kind is not Kind.CURVE])
+    drawn = with_items(scene, under, [i for i in items if i.kind is not Kind.CURVE])
+    return drawn, tuple(key for layer in chosen for key in _keys(layer, _span(scene)))
 
 
 def _span(scene: Scene) -> float:
@@ -58,16 +63,31 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
     if layer.kind == "paths":
         yield from (_path(m.name, m.x, m.y, _COLORS[layer.id]) for m in marks)
         return
-    sizes = [np.hypot(mark.u, mark.v) for mark in marks]
-    largest = max((float(np.nanmax(s, initial=0.0)) for s in sizes), default=0.0)
-    if not (largest > 0 and math.isfinite(largest)):
+    scale = _scale(marks, span)
+    if not scale:
         return
-    for mark, size in zip(marks, sizes, strict=True):
+    for mark in marks:
         angle = np.arctan2(mark.v, mark.u)
         turned = np.unwrap(np.nan_to_num(angle)) if angle.ndim else float(angle)
-        length, width = plain(size * (_LONGEST * span / largest)), _THICK * span
+        length, width = plain(np.hypot(mark.u, mark.v) * scale), _THICK * span
         place = mark.name, Kind.ARROW, mark.x, mark.y, turned
         yield Item(*place, length, width, _COLORS[layer.id], _TOP)
+
+
+def _scale(marks: Sequence[Mark], span: float) -> float:
+    """Metres that a vector of size 1 is drawn long; 0 where none has a size."""
+    sizes = (np.nanmax(np.hypot(m.u, m.v), initial=0.0) for m in marks)
+    largest = max(map(float, sizes), default=0.0)
+    return _LONGEST * span / largest if largest > 0 and math.isfinite(largest) else 0.0
+
+
+def _keys(layer: Layer, span: float) -> Iterator[Key]:
+    """The arrow that says how long a round value is drawn."""
+    scale = 0.0 if layer.kind == "paths" else _scale([m for m in layer.members if m.on], span)
+    if scale:
+        value = round_125(0.5 * _LONGEST * span / scale)
+        text = f"{value:.10g} {layer.unit}" if value < 1e6 else f"{value:.0e} {layer.unit}"
+        yield Key(text, value * scale, _COLORS[layer.id])
 
 
 def _path(name: str, x: Track, y: Track, color: tuple[float, float, float]) -> Item:

@@ -201,7 +201,7 @@ def test_replaceable_curves_are_menus(
     screenshot(page, "live-cam-circle")
     # A circle about its own centre does not lift: the follower stays at the height R.
     for time in (0.0, 1.0, 3.0):
-        assert page.evaluate(POSE, ["follower.bar", time])["y"] == pytest.approx(0.3, abs=1e-5)
+        assert page.evaluate(POSE, ["follower.centre", time])["y"] == pytest.approx(0.3, abs=1e-5)
 
 
 def test_structural_values_compile_again_and_say_so(

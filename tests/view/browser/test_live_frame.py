@@ -135,7 +135,7 @@ def test_a_click_on_a_bar_is_told_to_the_editor(
     click(page, frame, "coupler.shape", 0.25, off=-150.0)  # nothing is there
     page.wait_for_function("told.length === 2")
     origin = f"http://127.0.0.1:{live.port}"
-    picked = [{"type": "planarc/picked", "component": f"{n}.shape"} for n in ("coupler", "rocker")]
+    picked = [{"type": "planarc/picked", "component": n} for n in ("coupler", "rocker")]
     assert page.evaluate("told") == [[origin, p] for p in picked]
     screenshot(page, "live-panel")
 

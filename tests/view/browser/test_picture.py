@@ -10,6 +10,7 @@ import pytest
 
 import planarc
 from planarc.view.picture.camera import fit_camera
+from planarc.view.picture.furniture import FOOT
 from planarc.view.picture.motion import resample
 from planarc.view.scene import make_scene
 
@@ -35,15 +36,14 @@ def test_a_moving_picture_moves_as_the_result_does(
     result = planarc.load(FOUR_BAR).simulate(3)
     page = open_page(result.animate(tmp_path / "four_bar.svg", width=600))
     scene = make_scene(result.rows)
-    camera = fit_camera(scene.box, 600)
+    camera = fit_camera(scene.box, 600, FOOT)
     for time in (0.0, 0.6, 1.37, 2.9):
         poses = page.evaluate(POSES, time)
         items = resample(scene, [time], 0.0).at(0)
-        assert len(poses) == len(items) > 10
-        for pose, item in zip(poses, items, strict=True):
-            if item.shape != "sphere":  # whose origin is its middle here
-                assert pose[:2] == pytest.approx(camera(item.x, item.y), abs=0.5)
-            if item.shape == "beam":
+        assert len(poses) > len(items) > 10  # behind them stand scale and time
+        for pose, item in zip(poses, items, strict=False):
+            assert pose[:2] == pytest.approx(camera(item.x, item.y), abs=0.5)
+            if item.shape == "plate":
                 turn = -float(item.angle)
                 assert pose[2:] == pytest.approx([np.cos(turn), np.sin(turn)], abs=0.01)
     screenshot(page, "picture-four-bar")

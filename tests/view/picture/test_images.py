@@ -13,6 +13,7 @@ import pytest
 
 from planarc.core.diagnostic import UsageError
 from planarc.view.picture.camera import fit_camera
+from planarc.view.picture.furniture import FOOT
 from planarc.view.picture.make import PictureOptions, write_picture
 from planarc.view.picture.motion import When
 from planarc.view.scene import make_scene
@@ -31,7 +32,7 @@ def red_middle(image: Any) -> Any:
 def test_a_still_shows_the_pin_where_it_is(swing: Any, tmp_path: Path, time: float) -> None:
     write_picture(tmp_path / "a.png", swing, PictureOptions(at=time, width=400))
     image = pillow.open(tmp_path / "a.png")
-    camera = fit_camera(make_scene(swing).box, 400)
+    camera = fit_camera(make_scene(swing).box, 400, FOOT)
     assert image.size == (camera.width, camera.height)
     assert red_middle(image) == pytest.approx(camera(cos(sin(time)), sin(sin(time))), abs=0.5)
 

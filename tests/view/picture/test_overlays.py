@@ -25,7 +25,7 @@ def result() -> Result:
 def test_velocities_are_arrows_of_one_scale(result: Result) -> None:
     layers = study(result.rows).layers
     scene = make_scene(result.rows)
-    drawn = with_layers(scene, layers, ["velocities"])
+    drawn, (key,) = with_layers(scene, layers, ["velocities"])
     arrows = drawn.items[len(scene.items) :]
     (layer,) = (layer for layer in layers if layer.id == "velocities")
     assert len(arrows) == len(layer.members) > 0
@@ -38,18 +38,22 @@ def test_velocities_are_arrows_of_one_scale(result: Result) -> None:
     assert scene.box is not None and drawn.box is not None
     span = max(scene.box[2] - scene.box[0], scene.box[3] - scene.box[1])
     longest = max(float(np.max(a.length)) for a in arrows)
+    value = float(key.text.partition(" ")[0])
+    assert key.length == pytest.approx(value * scales[0])
+    assert 0.2 * longest < key.length <= 0.5 * longest
     assert longest == pytest.approx(0.28 * span)
     assert drawn.box[2] - drawn.box[0] >= scene.box[2] - scene.box[0]
 
 
 def test_paths_lie_below_and_vectors_above(result: Result) -> None:
     layers = study(result.rows).layers
-    drawn = with_layers(make_scene(result.rows), layers, ["forces", "paths", "forces"])
+    drawn, keys = with_layers(make_scene(result.rows), layers, ["forces", "paths", "forces"])
+    assert [key.text.rpartition(" ")[2] for key in keys] == ["N"]
     kinds = [item.kind for item in drawn.items]
     assert kinds[0] is Kind.CURVE
     assert kinds[-1] is Kind.ARROW
     scene = make_scene(result.rows)
-    assert with_layers(scene, layers, []) is scene
+    assert with_layers(scene, layers, []) == (scene, ())
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".png"])

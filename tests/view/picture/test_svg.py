@@ -13,6 +13,7 @@ import pytest
 
 from planarc.core.diagnostic import UsageError
 from planarc.view.picture.camera import Camera, fit_camera
+from planarc.view.picture.furniture import FOOT
 from planarc.view.picture.make import PictureOptions, write_picture
 from planarc.view.picture.motion import When
 from planarc.view.scene import make_scene
@@ -26,7 +27,7 @@ def draw(path: Path, result: Any, **options: Any) -> Any:
 
 
 def camera_of(result: Any, width: int = 640) -> Camera:
-    return fit_camera(make_scene(result).box, width)
+    return fit_camera(make_scene(result).box, width, FOOT)
 
 
 def groups(svg: Any) -> list[Any]:
@@ -51,7 +52,7 @@ def test_a_moving_picture_shows_each_time_as_the_result_does(
     swing: Any, tmp_path: Path, time: float
 ) -> None:
     svg = draw(tmp_path / "a.svg", swing)
-    spring, rod, pin, _ = groups(svg)
+    spring, rod, pin = groups(svg)[:3]
     camera, angle = camera_of(swing), sin(time)
     turn = animated(rod, time / 4, type="rotate")
     assert turn[0] == pytest.approx(-degrees(angle), abs=0.15)
@@ -70,7 +71,7 @@ def test_a_moving_picture_shows_each_time_as_the_result_does(
 
 def test_what_has_no_place_is_hidden(swing: Any, tmp_path: Path) -> None:
     svg = draw(tmp_path / "a.svg", swing)
-    (shown,) = [a for a in groups(svg)[-1] if a.get("attributeName") == "visibility"]
+    (shown,) = [a for a in groups(svg)[3] if a.get("attributeName") == "visibility"]
     assert shown.get("values") == "visible;hidden"
     assert float(shown.get("keyTimes").split(";")[1]) == pytest.approx(0.5, abs=0.01)
 
@@ -78,7 +79,7 @@ def test_what_has_no_place_is_hidden(swing: Any, tmp_path: Path) -> None:
 def test_a_still_does_not_move(swing: Any, tmp_path: Path) -> None:
     text = draw(tmp_path / "a.svg", swing, at=1.0)
     assert not [n for n in text.iter() if "animate" in n.tag]
-    (pin,) = [g for g in groups(text) if g[0].tag == f"{SVG}circle"]
+    pin = next(g for g in groups(text) if g[0].tag == f"{SVG}circle")
     numbers = [float(n) for n in re.findall(r"-?[\d.]+", pin.get("transform"))]
     assert numbers == pytest.approx(camera_of(swing)(cos(sin(1.0)), sin(sin(1.0))), abs=0.1)
 
@@ -108,7 +109,7 @@ def test_texts_of_a_model_are_escaped(
     svg = draw(tmp_path / "a.svg", result_of(table, [0.0, 1.0], {"x": [0, 1]}, (text,), evil))
     assert not list(svg.iter(f"{SVG}script"))
     assert svg.find(f"{SVG}title").text == evil
-    assert [t.text for t in svg.iter(f"{SVG}text")] == [evil]
+    assert next(svg.iter(f"{SVG}text")).text == evil
 
 
 def test_paths_of_points_are_drawn(swing: Any, tmp_path: Path) -> None:
