@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from planarc.api.analysis.linearize import Linearization
     from planarc.api.analysis.sensitivity import Sensitivities
     from planarc.api.analysis.starting import Place
+    from planarc.api.analysis.stepper import Stepper
     from planarc.api.signals import Signal
 
 _TEXT = re.compile(r"[\n;]")
@@ -292,6 +293,45 @@ class Model:
 
             options = replace(options, starts=starts_from(model, options, start_from, inputs))
         return model.run(options, inputs, progress)
+
+    @telling_keywords
+    def stepper(
+        self,
+        step: float = 0.01,
+        *,
+        stop_time: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        start_from: Place | None = None,
+        solver: str | Solver = Solver.AUTO,
+        fixed_step: float | None = None,
+        backend: str | Backend | None = None,
+    ) -> Stepper:
+        """A run that goes on step by step: set inputs, step, read. For controllers and learning.
+
+        `step` is its length in s; the integrator takes as many steps within it as the tolerance
+        asks for, and events happen at their instants. It ends at `stop_time`, by default as the
+        model's experiment says. All else is as for `simulate`.
+
+        Raises what `simulate` raises where there is no start, UsageError C216 for a wrong `step`.
+        """
+        from planarc.api.analysis.stepper import open_stepper
+
+        model, options = self.asked(parameters, start, start_time, stop_time, tolerance, None)
+        options = replace(
+            options,
+            intervals=1,
+            backend=self.backend if backend is None else _backend(backend),
+            solver=_choice(Solver, "solver", solver),
+            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step, "s"),
+        )
+        if start_from is not None:
+            from planarc.api.analysis.starting import starts_from
+
+            options = replace(options, starts=starts_from(model, options, start_from))
+        return open_stepper(model, options, step)
 
     def asked(
         self,

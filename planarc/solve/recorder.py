@@ -96,6 +96,13 @@ class Recorder:
         """Go back to so many rows, with row `following` of the grid to come."""
         self.count, self.next = count, following
 
+    def keep_last(self) -> None:
+        """Forget all rows but the last one."""
+        if self.count:
+            self.time[0] = self.time[self.count - 1]
+            self.data[0] = self.data[self.count - 1]
+            self.count = 1
+
     def last(self) -> dict[int, float]:
         """The last row, by slot; nothing before there is one."""
         row = self.data[self.count - 1].tolist() if self.count else ()

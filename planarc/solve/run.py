@@ -244,11 +244,17 @@ class Run:
     # On the way
 
     def go(self, progress: Progress | None) -> None:
-        stop, effort = self.request.stop, self.effort
-        while self.ended is None and not same(self.integrator.t, stop):
-            limit = min(self.schedule.next(t := self.integrator.t), self.delays.next(t), stop)
-            if same(limit, stop):
-                limit = stop
+        self.march_to(self.request.stop, progress)
+        if self.ended is None:
+            self._finish()
+
+    def march_to(self, end: float, progress: Progress | None = None) -> None:
+        """Go to a time, not after the stop time, through all events on the way."""
+        effort = self.effort
+        while self.ended is None and not same(self.integrator.t, end):
+            limit = min(self.schedule.next(t := self.integrator.t), self.delays.next(t), end)
+            if same(limit, end):
+                limit = end
             march = self.integrator.march(limit, self.recorder, self.states.watch, effort.steps)
             way = effort.take(self.integrator.t, march.steps)
             if progress is not None:
@@ -270,8 +276,6 @@ class Run:
                 self._follow(self.states.look(self.integrator.t, self.integrator.y, step))
             if way is not None and self.ended is None and march.outcome is not Outcome.LIMIT:
                 self._judge(way)
-        if self.ended is None:
-            self._finish()
 
     def _judge(self, way: float) -> None:
         """End a run that creeps, and note what one may warn of."""
@@ -436,6 +440,39 @@ class Run:
         for diagnostic in found:
             self.ended = diagnostic
             self.recorder.cut(row + 1)
+
+    # Step by step
+
+    def take_inputs(self) -> None:
+        """Go on from here with other inputs, which stand in the workspace already."""
+        t, y = self.integrator.t, self.integrator.y
+        if not self.events.present:
+            self.restart(t, y)
+        elif self._row(t, y):
+            self._process(t, y, self.events.crossings.missed(t, y), [], ())
+
+    def stand(self) -> None:
+        """Fill the workspace for the instant reached, and look at assertions."""
+        if self._row(self.integrator.t, self.integrator.y):
+            self._check_asserts(True)
+
+    def forget_rows(self) -> None:
+        """Keep the last row alone, and go on as after an event: nothing leads back behind it."""
+        self.recorder.keep_last()
+        self.asserts.forget(self.recorder.count)
+        self.records.clear()
+        self.restart(self.integrator.t, self.integrator.y, self.integrator.last_step())
+
+    def go_back(self, t: float, y: Sequence[float], selection: Sequence[int]) -> None:
+        """Go on from an earlier instant, of which the workspace holds all values."""
+        self.ended = None
+        self.recorder.cut(0)
+        self.asserts.forget(0)
+        self.records.clear()
+        self.states.take(selection)
+        self.kernel.accept(t)
+        self.restart(t, y)
+        self.stand()
 
     # The end
 
