@@ -58,7 +58,10 @@ FITS: Final = 1e-11
 DIFFERENCE: Final = 1.5e-8
 #: Size of a column of a constraint Jacobian, beside the largest, that is rounding alone.
 NEGLIGIBLE: Final = 1e-9
-#: Largest sensitivity of a determined candidate to a state that is accepted.
-WORST: Final = 5.0
+#: Largest sensitivity x of a determined candidate to a state that is accepted. Where velocities are
+#: states, too, errors of a position enter those that it determines with x squared.
+WORST: Final = 3.5
+#: The same where velocities are given.
+WORST_DRIVEN: Final = 5.0
 #: Factor by which a worse choice that was accepted must grow to be looked at again.
 GROWN: Final = 1.3

@@ -45,7 +45,7 @@ from planarc.core.prose import both
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel
-from planarc.ir.newton import NEGLIGIBLE, WORST
+from planarc.ir.newton import NEGLIGIBLE, WORST, WORST_DRIVEN
 from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
@@ -58,8 +58,8 @@ if TYPE_CHECKING:
 
     from planarc.solve.states.outlook import Outlook
 
-#: A look that finds this came too late.
-OVERDUE = 10.0
+#: A look that finds this many times the accepted sensitivity came too late.
+OVERDUE = 1.3
 #: Sensitivity up to which the run goes on with a state that must stay one.
 LOST = 25.0
 #: Factor that is accepted before a state gives way to a lower class of StateSelect,
@@ -172,7 +172,7 @@ class Selector:
         self.overdue = False
         self._present.clear()
         for i in self.open:
-            exchanged, trouble, size = self._exchange(i, 2.0 if urgent else WORST)
+            exchanged, trouble, size = self._exchange(i, 2.0 if urgent else self._accepted(i))
             changed |= exchanged
             lost = lost or trouble
             worst = max(worst, size)
@@ -270,6 +270,10 @@ class Selector:
         )
         return PlanarcError(found)
 
+    def _accepted(self, i: int) -> float:
+        """The largest sensitivity of a block with which its states go on."""
+        return WORST_DRIVEN if i in self._driven else WORST
+
     def _exchange(self, i: int, worst: float) -> tuple[bool, Lost | None, float]:
         """Whether candidates were exchanged, a state that is lost, the largest sensitivity."""
         block = self._program.blocks[i]
@@ -284,7 +288,8 @@ class Selector:
             free = [j for j in range(n) if j not in out]
             x = sensitivities(g, out, free)
             if round_ == 0:
-                self.overdue |= x is None or largest(x, range(len(free)))[0] > OVERDUE
+                late = OVERDUE * self._accepted(i)
+                self.overdue |= x is None or largest(x, range(len(free)))[0] > late
                 if x is not None:
                     self._present[i] = x
             if x is None:  # exactly singular: begin anew

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import planarc
+from planarc.ir.newton import WORST
 from planarc.solve.solvers.cvode import Cvode
 from planarc.solve.solvers.integrator import March, Outcome
 from planarc.solve.states.selector import Selector
@@ -66,7 +67,7 @@ def test_both_back_ends_measure_the_same(text: str, monkeypatch: pytest.MonkeyPa
             worst = float(np.max(x))
             seen.append(worst)
             if found.outcome is Outcome.LOOK:
-                assert worst > 5 * (1 - 1e-6)
+                assert worst > WORST * (1 - 1e-6)
             else:
                 assert worst <= watch.bound * (1 + 1e-6)
         return found
@@ -82,7 +83,7 @@ def test_both_back_ends_measure_the_same(text: str, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(Selector, "choose", chosen)
     result = simulate(text, 1e-6)
     assert result.ended is None
-    assert max(seen) > 5
+    assert max(seen) > WORST
     assert min(seen) < 1
 
 
