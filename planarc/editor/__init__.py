@@ -5,7 +5,7 @@ view, mentions   the names around a text; each place at which a text writes one
 meaning          what a name means
 check, worker    a text's models checked when typing pauses
 facts            what a checked model says of its variables: values, states, blocks
-context, complete, signature
+context, words, complete, signature
                  what may be written at a place
 hover, references, rename, symbols, tokens, folds, edits, fixes, hints, parts, handbook
                  one question of an editor each

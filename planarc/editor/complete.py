@@ -6,7 +6,7 @@ Out:  Item   the likely ones first, by their `rank`
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 
 from planarc.core.data import Data
@@ -14,6 +14,7 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.editor import hover
 from planarc.editor.context import Context, Where, context_at
 from planarc.editor.view import View
+from planarc.editor.words import ANNOTATIONS, DECLARING, STATING, VALUING
 from planarc.flatten.tree import lookup, predefined, sight
 from planarc.flatten.tree.nodes import CONNECTOR_KINDS, Element, Instance, Scope
 from planarc.flatten.tree.sight import Candidate
@@ -35,8 +36,8 @@ class Sort(Enum):
 
 
 class Item(Data):
-    """`start` is where the word begins that the item takes the place of; `insert` what is
-    written, where that is not the name alone. `of` is the full name of a class."""
+    """`insert` is what is written, where that is not the name alone. Of an `unread` class nobody
+    has read the file: `told_of` does."""
 
     name: str
     sort: Sort
@@ -44,95 +45,7 @@ class Item(Data):
     description: str = ""
     insert: str = ""
     rank: int = 5
-    of: str = ""
-
-
-#: Words that begin a declaration, an equation, a section.
-_DECLARING = [
-    "parameter",
-    "constant",
-    "discrete",
-    "input",
-    "output",
-    "flow",
-    "inner",
-    "outer",
-    "replaceable",
-    "redeclare",
-    "final",
-    "protected",
-    "public",
-    "equation",
-    "algorithm",
-    "import",
-    "extends",
-    "model",
-    "block",
-    "connector",
-    "record",
-    "package",
-    "function",
-    "type",
-    "partial",
-    "encapsulated",
-    "annotation",
-    "end",
-]
-_STATING = [
-    "connect",
-    "if",
-    "for",
-    "when",
-    "while",
-    "der",
-    "assert",
-    "equation",
-    "algorithm",
-    "annotation",
-    "end",
-    "initial",
-]
-_STATING += ["protected", "public", "then", "elseif", "else", "elsewhen", "loop", "reinit"]
-_VALUING = [
-    "true",
-    "false",
-    "if",
-    "then",
-    "else",
-    "not",
-    "and",
-    "or",
-    "time",
-    "der",
-    "pre",
-    "initial",
-    "terminal",
-]
-
-#: What annotations hold (chapter 18), and what planarc adds.
-ANNOTATIONS: dict[str, tuple[str, ...]] = {
-    "": (
-        "Documentation", "Icon", "Diagram", "Placement", "Line", "experiment", "Dialog", "choices",
-        "Evaluate", "HideResult", "uses", "version", "conversion", "Inline", "LateInline",
-        "smoothOrder", "derivative", "inverse", "obsolete", "missingInnerMessage",
-        "defaultComponentName", "defaultComponentPrefixes", "preferredView", "Include", "Library",
-        "IncludeDirectory", "LibraryDirectory", "unassignedMessage", "absoluteValue", "__planarc",
-    ),
-    "experiment": ("StartTime", "StopTime", "Interval", "Tolerance"),
-    "Documentation": ("info", "revisions", "figures"),
-    "Dialog": (
-        "tab", "group", "enable", "showStartAttribute", "colorSelector", "loadSelector",
-        "saveSelector", "groupImage", "connectorSizing",
-    ),
-    "Placement": ("visible", "transformation", "iconTransformation", "iconVisible"),
-    "transformation": ("origin", "extent", "rotation"),
-    "choices": ("choice", "checkBox", "__planarc"),
-    "figures": ("Figure",),
-    "Figure": ("title", "identifier", "group", "preferred", "plots", "caption"),
-    "Plot": ("title", "identifier", "curves", "x", "y"),
-    "Curve": ("x", "y", "legend"),
-    "__planarc": ("energy", "visual", "contact"),
-}  # fmt: skip
+    unread: bool = False
 
 
 def complete(view: View, offset: int) -> tuple[Context, list[Item]]:
@@ -147,7 +60,10 @@ def complete(view: View, offset: int) -> tuple[Context, list[Item]]:
 
 def _items(view: View, offset: int, context: Context) -> Iterator[Item]:
     match context.where:
-        case Where.NOWHERE | Where.NAME:
+        case Where.NOWHERE:
+            return
+        case Where.NAME:
+            yield from _new_names(view.scope_at(offset), context)
             return
         case Where.ANNOTATION:
             last = context.path[-1] if context.path else ""
@@ -169,11 +85,11 @@ def _items(view: View, offset: int, context: Context) -> Iterator[Item]:
     if context.argument:
         yield from _literals_for(scope, context)
     types = context.where in (Where.DECLARATION, Where.TYPE)
-    words: Iterable[str] = _VALUING
+    words: Iterable[str] = VALUING
     if context.where is Where.DECLARATION:
-        words = _DECLARING
+        words = DECLARING
     elif context.where is Where.EQUATION:
-        words = _STATING
+        words = STATING
     elif types:
         words = ()
     for candidate in sight.in_sight(scope):
@@ -185,11 +101,31 @@ def _items(view: View, offset: int, context: Context) -> Iterator[Item]:
         yield from (Item(n, Sort.FUNCTION, "built-in function", rank=6) for n in builtins.names())
 
 
-def _item(candidate: Candidate, rank: int = 3, of: str = "") -> Item:
+def _new_names(scope: Scope, context: Context) -> Iterator[Item]:
+    """The name of a component after its class, such as `revolute`, or `revolute1` beside one."""
+    found = sight.find_path(scope, context.head) if context.head else []
+    if not found or len(found) != len(context.head):
+        return
+    if not found[-1].is_class or _is_variable(found[-1]):
+        return
+    word = context.head[-1]
+    name = word[:1].lower() + word[1:]
+    taken = {c.name for c in sight.in_sight(scope) if isinstance(c.declaration, syntax.Component)}
+    free = (f"{name}{n or ''}" for n in range(len(taken) + 1))
+    yield Item(next(n for n in free if n not in taken and n != word), Sort.COMPONENT, "a new name")
+
+
+def told_of(view: View, offset: int, path: Sequence[str]) -> tuple[str, str] | None:
+    """The kind and the description of a class in sight; its file is read for it."""
+    found = sight.find_path(view.scope_at(offset), path)
+    node = found[-1].definition if len(found) == len(path) else None
+    return None if node is None else (_detail(node), node.comment)
+
+
+def _item(candidate: Candidate, rank: int = 3) -> Item:
     node = candidate.declaration
-    full = f"{of}.{candidate.name}" if of else candidate.name
     if node is None:
-        return Item(candidate.name, Sort.CLASS, rank=rank, of=full)
+        return Item(candidate.name, Sort.CLASS, rank=rank, unread=True)
     return Item(candidate.name, sort_of(node), _detail(node), node.comment, rank=rank)
 
 
@@ -225,7 +161,7 @@ def _members(scope: Scope, context: Context) -> Iterator[Item]:
         return
     for candidate in sight.members(instance, classes=element.is_class):
         if not candidate.protected:
-            yield _item(candidate, 2, instance.cls.name if element.is_class else "")
+            yield _item(candidate, 2)
 
 
 # Modifiers and arguments -------------------------------------------------------------------------

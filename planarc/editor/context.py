@@ -33,7 +33,8 @@ class Where(Enum):
 
 
 class Context(Data):
-    """`head` is the class, function or component that brackets belong to, `path` the modifiers
+    """`head` is the class, function or component that brackets belong to, or the class of what is
+    to be named; `path` the modifiers
     around inside of it; `argument` the name of what a value is for; `position` counts commas."""
 
     where: Where
@@ -159,9 +160,17 @@ def _of_tokens(tokens: list[Token], offset: int) -> Context:
     if where is Where.CONNECT and frame.position == 1:
         comma = max(i for i, t in enumerate(tokens) if t.type == "COMMA")
         first = _names_back(tokens, comma)
+    head = _class_before(tokens, begin) if where is Where.NAME else frame.head
     return Context(
-        where, prefix, before, frame.head, frame.path, frame.argument, frame.position, first, start
+        where, prefix, before, head, frame.path, frame.argument, frame.position, first, start
     )
+
+
+def _class_before(tokens: list[Token], begin: int) -> tuple[str, ...]:
+    """The class behind which a component is to be named; () where something else stands there."""
+    written = [t for t in tokens[begin:] if t.type not in _PREFIXES]
+    names = _names_back(written, len(written))
+    return names if len(written) == 2 * len(names) - 1 else ()
 
 
 def _statement(tokens: list[Token]) -> tuple[str, int]:

@@ -123,15 +123,17 @@ KINDS = {
 }
 
 
-def completion(item: Item, written: lsp.Range) -> lsp.CompletionItem:
+def completion(item: Item, written: lsp.Range, more: object = None) -> lsp.CompletionItem:
+    """An item that takes the place of what is written; `more` is what is needed to read on."""
     return lsp.CompletionItem(
         item.name,
         kind=_ITEMS[item.sort],
         detail=item.detail or None,
         documentation=item.description or None,
         sort_text=f"{item.rank}{item.name}",
+        filter_text=item.name,  # without it Neovim shows all that it is given
         text_edit=lsp.TextEdit(written, item.insert or item.name),
-        data={"class": item.of} if item.of else None,
+        data=more if item.unread else None,
     )
 
 

@@ -13,7 +13,7 @@ from lsprotocol import types as lsp
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
 from planarc.editor import commands, convert, tokens
-from planarc.editor.complete import complete
+from planarc.editor.complete import complete, told_of
 from planarc.editor.edits import formatted
 from planarc.editor.fixes import fixes_of
 from planarc.editor.folds import folds_of
@@ -155,9 +155,22 @@ def _completion(peer: Peer, params: lsp.CompletionParams) -> lsp.CompletionList:
     context, items = complete(view, offset)
     span = Span(view.text.source, context.start, offset)
     written = peer.units.range(span)
-    return lsp.CompletionList(
-        is_incomplete=False, items=[convert.completion(i, written) for i in items]
+    here = {"uri": params.text_document.uri, "at": offset}
+    made = (
+        convert.completion(i, written, {**here, "path": [*context.before, i.name]}) for i in items
     )
+    return lsp.CompletionList(is_incomplete=False, items=list(made))
+
+
+def _resolve(peer: Peer, item: lsp.CompletionItem) -> lsp.CompletionItem:
+    """An item with what its class tells, whose file was not read for a list."""
+    given: Any = item.data
+    if isinstance(given, dict):
+        view = peer.session.view(peer.text_at(given["uri"]))
+        told = told_of(view, given["at"], given["path"])
+        if told is not None:
+            item.detail, item.documentation = told
+    return item
 
 
 def _signature(peer: Peer, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
@@ -269,7 +282,7 @@ def _quiet(handler: Callable[[Peer, Any], Any]) -> Callable[[Peer, Any], Any]:
 
 
 _LEGEND = lsp.SemanticTokensLegend(list(tokens.TYPES), list(tokens.MODIFIERS))
-_COMPLETES = lsp.CompletionOptions(trigger_characters=[".", "(", ",", "="])
+_COMPLETES = lsp.CompletionOptions([".", "(", ",", "="], resolve_provider=True)
 _SIGNS = lsp.SignatureHelpOptions(["(", ","])
 
 _ANSWERS: dict[str, tuple[Callable[[Peer, Any], Any], Any]] = {
@@ -279,6 +292,7 @@ _ANSWERS: dict[str, tuple[Callable[[Peer, Any], Any], Any]] = {
     lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: (_quiet(_highlight), None),
     lsp.TEXT_DOCUMENT_PREPARE_RENAME: (_quiet(_prepare_rename), None),
     lsp.TEXT_DOCUMENT_COMPLETION: (_quiet(_completion), _COMPLETES),
+    lsp.COMPLETION_ITEM_RESOLVE: (_quiet(_resolve), None),
     lsp.TEXT_DOCUMENT_SIGNATURE_HELP: (_quiet(_signature), _SIGNS),
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: (_quiet(_outline), None),
     lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: (_quiet(_tokens), _LEGEND),

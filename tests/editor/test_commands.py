@@ -60,6 +60,7 @@ async def test_hints_beside_the_text(client: LanguageClient) -> None:
         labels = {(h.position.line + 1, h.label) for h in found or ()}
         if len(labels) == 3:
             break
+        await asyncio.sleep(0.02)
     assert labels == {(1, "2 states"), (4, "= 0.25 m2"), (5, "[2]")}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,7 @@ async def test_hover_tells_the_value_at_the_start(client: LanguageClient) -> Non
         told = found.contents.value
         if "at the start" in told:
             break
+        await asyncio.sleep(0.02)
     assert "at the start: `2 m`" in told
     assert "a state" in told
 
@@ -178,6 +180,41 @@ async def test_literals_and_annotations_are_completed(client: LanguageClient) ->
     assert "StateSelect.prefer" in await completed(editor, text)
     text = "model M\n  annotation(experiment(St|\nend M;\n"
     assert {"StopTime", "StartTime"} <= (await completed(editor, text)).keys()
+
+
+async def test_a_class_tells_its_description_when_it_is_looked_at(client: LanguageClient) -> None:
+    editor = Editor(client)
+    found = await completed(editor, "model M\n  import PlanarMultiBody.Parts.|\nend M;\n")
+    assert found["Body"].documentation is None  # its file was not read
+    told = await client.completion_item_resolve_async(found["Body"])
+    assert (told.detail, told.documentation) == ("model", "Rigid body with mass and inertia")
+    known = await client.completion_item_resolve_async(lsp.CompletionItem("world"))
+    assert known.documentation is None
+
+
+async def test_the_type_of_a_new_line_is_not_hidden_by_the_next_one(
+    client: LanguageClient,
+) -> None:
+    editor = Editor(client)
+    text = "model M\n  import PlanarMultiBody.Parts.Body;\n  Bo|\n  Body b;\nend M;\n"
+    assert (await completed(editor, text))["Body"].documentation is not None
+
+
+@pytest.mark.parametrize(
+    ("before", "names"),
+    [
+        ("PlanarMultiBody.Joints.Revolute |", ["revolute"]),
+        ("Joint joint;\n  Joint jo|", ["joint1"]),
+        ("parameter Real |", []),
+        ("nowhere |", []),
+        ("Joint a |", []),
+    ],
+)
+async def test_a_component_may_be_named_after_its_class(
+    client: LanguageClient, before: str, names: list[str]
+) -> None:
+    text = f"model M\n  model Joint end Joint;\n  {before}\nend M;\n"
+    assert list(await completed(Editor(client), text)) == names
 
 
 async def test_nothing_is_completed_in_comments_and_strings(client: LanguageClient) -> None:

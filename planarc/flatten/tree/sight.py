@@ -164,12 +164,14 @@ def in_sight(scope: Scope) -> Iterator[Candidate]:
 
 
 def _imported(scope: Scope, clause: syntax.Import) -> Iterator[Candidate]:
+    root = scope.session.root_scope
     if clause.wildcard:
-        root = scope.session.root_scope
         found = find_path(root, clause.path)
         if len(found) == len(clause.path) and found[-1].is_class:
             yield from (c for c in members(opened(found[-1])) if not c.protected)
         return
     for name in clause.names or (clause.alias or clause.path[-1],):
-        element = lookup.find_in_scope(scope, name)
-        yield Candidate(name, None if element is None else element.definition)
+        # Not by the name: in a text that is being written, a component may hide it.
+        path = (*clause.path, name) if clause.names else clause.path
+        found = find_path(root, path)
+        yield Candidate(name, found[-1].definition if len(found) == len(path) else None)
