@@ -60,26 +60,28 @@ _HOMES = {
     for name in names.split()
 }
 
-#: Where what is looked for here stands.
-_ELSEWHERE = {
-    name: f': write `planarc.load("model.pmo").{name}(...)`'
-    for name in ("simulate", "linearize", "equilibrium", "assemble", "drive", "sensitivities")
-}
-
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         from importlib.metadata import version
 
         return version("planarc")
-    if name not in _HOMES:
-        hint = _ELSEWHERE.get(name, "")
-        raise AttributeError(f"module `planarc` has no attribute `{name}`{hint}")
     from importlib import import_module
 
+    if name not in _HOMES:
+        # Tools ask any module for names with `_`; `from planarc import stages` asks here first.
+        asked = not name.startswith("_") and not _is_room(name)
+        hint = import_module("planarc.api.elsewhere").where(name, __all__) if asked else ""
+        raise AttributeError(f"module `planarc` has no attribute `{name}`{hint}")
     value = getattr(import_module(f"planarc.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
+
+
+def _is_room(name: str) -> bool:
+    from pathlib import Path
+
+    return any(Path(__path__[0], name + ending).exists() for ending in ("", ".py"))
 
 
 def __dir__() -> list[str]:

@@ -20,6 +20,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
 from planarc.core.options import ACCEPTING, Backend
 
 if TYPE_CHECKING:
+    from planarc.flatten.checks.balance import Lack
     from planarc.flatten.pipeline import Unbalanced
     from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
@@ -63,9 +64,21 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
         return problem
     inputs, head = problem.imbalance.inputs, f"; {problem.imbalance.sizes}"
     over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs, head)
-    told = (*over, *under) or explain_discretes(dae, head)
+    told = (*over, *under) or explain_discretes(dae, head) or _lacking(dae, problem.imbalance.lack)
     found = [replace(d, code=problem.diagnostics[0].code) for d in told]
     return PlanarcError(found) if found else problem
+
+
+def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
+    """The class of the user's that has too few equations."""
+    from planarc.flatten.checks.balance import lacking
+    from planarc.ir.places import is_own
+    from planarc.structure.blame import explain_lack
+
+    if lack is None or not is_own(dae, lack.class_span):
+        return ()
+    names, flows = explain_lack(dae, lack.component, lack.flows, lack.given)
+    return (lacking(lack, names, flows),)
 
 
 def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
@@ -139,7 +152,7 @@ def _in_words_of_parts(
     reason = None
     if isinstance(problem, StructurallySingular):
         reason = explain_misfit(dae, mechanism, problem.undetermined, problem.givers)
-    return (reason,) if reason else _held_too_often(mechanism, problem.diagnostics)
+    return (reason,) if reason else _held_too_often(dae, mechanism, problem.diagnostics)
 
 
 def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnostic, ...]:
@@ -152,15 +165,20 @@ def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnost
 
 
 def _held_too_often(
-    mechanism: Mechanism | None, found: Sequence[Diagnostic]
+    dae: Dae, mechanism: Mechanism | None, found: Sequence[Diagnostic]
 ) -> tuple[Diagnostic, ...]:
-    """Messages of equations that do not fit, with the count of joints where these are too many."""
+    """Messages of equations that do not fit, with the count of joints where these are too many;
+    where it is those of one loop, this alone is said."""
     if mechanism is None or mechanism.mobility >= 0:
         return tuple(found)
     from planarc.insight.facts import count_text
+    from planarc.insight.misfit import overheld
     from planarc.structure.report import TWICE
 
     known = f"{found[0].hint};" if TWICE in found[0].message else ""
+    loop = None if known else overheld(dae, mechanism)
+    if loop is not None:
+        found = (Diagnostic(found[0].code, *loop),)
     hint = f"{known or 'there are too many joints or bars, leave some out:'} "
     hint += count_text(mechanism)
     hint += f"; those that fit are accepted with {ACCEPTING}"

@@ -20,7 +20,7 @@ from planarc.cli.summary import details, state_reasons, summary
 from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError, led_to
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
@@ -63,7 +63,7 @@ class Run:
         try:
             result, remembered = self._simulate()
         except PlanarcError as error:
-            self.outcome.diagnostics += error.diagnostics
+            self.outcome.diagnostics = led_to(self.outcome.diagnostics, error.diagnostics)
             self._tell(())
             return exit_code(error)
         if len(result.time):

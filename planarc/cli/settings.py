@@ -123,9 +123,19 @@ def _value(name: str, text: str) -> Given:
         raise usage_error(
             "C111",
             f"the value `{text}` of `{name}` is no number",
-            hint="give a number, one with a unit such as 20cm, `true`, `false`, the name of an "
-            "enumeration literal, or numbers in braces such as {0.5,0}",
+            hint=_number_hint(text),
         ) from None
+
+
+def _number_hint(text: str) -> str:
+    if re.fullmatch(r"[-+\d]+,\d+", text):
+        return f"write `{text.replace(',', '.')}`: decimals stand behind a point"
+    if ".." in text:
+        return "write a range as FROM:TO:HOW_MANY, such as 1:2:5"
+    return (
+        "give a number, one with a unit such as 20cm, `true`, `false`, the name of an enumeration "
+        "literal, or numbers in braces such as {0.5,0}"
+    )
 
 
 def _parts(text: str) -> list[str]:

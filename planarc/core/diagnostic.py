@@ -13,6 +13,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.render import render_all
 from planarc.core.source import Span
@@ -66,9 +68,7 @@ class PlanarcError(Exception):
 
     def after(self, warnings: Iterable[Diagnostic]) -> PlanarcError:
         """The same error behind warnings, of which one may tell what led to it."""
-        told = {(e.code, e.span) for e in self.diagnostics}
-        others = (w for w in warnings if (w.code, w.span) not in told)
-        return PlanarcError((*others, *self.diagnostics))
+        return PlanarcError(led_to(warnings, self.diagnostics))
 
     def __str__(self) -> str:
         return render_all(self.diagnostics).rstrip("\n")
@@ -86,6 +86,26 @@ class PlanarcError(Exception):
             *(f"line {f.lineno}: {f.line}" for f in frames),
             *render_all(self.diagnostics, color=True).splitlines(),
         ]
+
+
+def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Warnings, then errors; a warning of a place that an error points at tells its reason."""
+    errors = list(errors)
+    told = {(e.code, e.span) for e in errors}
+    others = []
+    for w in warnings:
+        at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
+        if (w.code, w.span) in told:
+            continue
+        if at is not None and w.span is not None:
+            errors[at] = replace(errors[at], hint=f"mend `{w.span.text}` first: {w.message}")
+        else:
+            others.append(w)
+    return (*others, *errors)
+
+
+def _names(error: Diagnostic, span: Span | None) -> bool:
+    return span is not None and (error.span == span or any(r.span == span for r in error.related))
 
 
 class UsageError(PlanarcError):

@@ -20,12 +20,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.prose import be, listed, shortened
+from planarc.core.prose import be, both, listed, shortened
+from planarc.core.source import Span
 from planarc.insight.attachment import place
-from planarc.insight.connectors import find_connectors, owner
+from planarc.insight.connectors import find_connectors, find_frames, owner
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Part
-from planarc.ir.mechanism import Mechanism
+from planarc.ir.mechanism import GROUND, Joint, Mechanism
 from planarc.ir.places import own_part
 
 _SHOWN = 4
@@ -38,6 +39,44 @@ def explain_misfit(
     if mechanism is not None and mechanism.bridged:
         return _bridged(dae, mechanism.bridged[0])
     return _left_open(dae, undetermined, givers)
+
+
+def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
+    """A sentence about the smallest loop whose joints hold more than its parts can move, and the
+    place of its last joint; None where no single loop is to blame."""
+    loops = [found for joint in mechanism.joints if (found := _loop(mechanism, joint)) is not None]
+    for joints in sorted(loops, key=len):
+        links = sorted({i for joint in joints for i in joint.links} - {GROUND})
+        held = sum(joint.conditions for joint in joints)
+        free = sum(mechanism.links[i].free for i in links)
+        if held > free:
+            names = dict.fromkeys(joint.name.partition(".")[0] for joint in joints)
+            parts = dict.fromkeys(mechanism.links[i].name.partition(".")[0] for i in links)
+            last = [j.name for j in mechanism.joints if j in joints][-1]
+            return (
+                f"{both(names)} hold {both(parts)} too often: they take {held} motions away, and "
+                f"there are only {free}",
+                place(dae, last.partition(".")[0]),
+            )
+    return None
+
+
+def _loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
+    """The joints of the shortest loop through one of them; None where it is in no loop."""
+    if len(closing.links) != 2:
+        return None
+    start, goal = closing.links
+    ways: dict[int, tuple[Joint, ...]] = {start: (closing,)}
+    queue = [start]
+    for link in queue:
+        for joint in mechanism.joints:
+            if joint is closing or len(joint.links) != 2 or link not in joint.links:
+                continue
+            other = sum(joint.links) - link
+            if other not in ways:
+                ways[other] = (*ways[link], joint)
+                queue.append(other)
+    return ways.get(goal)
 
 
 def _bridged(dae: Dae, joint: str) -> Diagnostic:
@@ -68,11 +107,16 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     effect = f"so that nothing determines {shortened([f'`{n}`' for n in undetermined], _SHOWN)}"
     if not undetermined:
         effect = f"so that `{givers[-1].name}` moves nothing"
+    joined = f"what `{first}` belongs to"
+    if ends[0] in find_frames(v.name for v in dae.variables) and not all(
+        n.startswith(f"{first}.") for n in undetermined
+    ):
+        joined = "a body with mass"
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
         place(dae, first),
-        hint=f"connect `{ends[0]}` to what `{first}` belongs to, or leave `{first}` out",
+        hint=f"connect `{ends[0]}` to {joined}, or leave `{first}` out",
     )
 
 

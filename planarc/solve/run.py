@@ -26,7 +26,7 @@ from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
 from planarc.solve.effort import Effort, Pace
 from planarc.solve.events.asserts import AssertWatch
-from planarc.solve.events.chatter import Chatter
+from planarc.solve.events.chatter import CHATTER_TIME, Chatter
 from planarc.solve.events.delays import Delays, jumped, not_settled
 from planarc.solve.events.instants import Schedule, room, same
 from planarc.solve.events.iteration import Events
@@ -55,6 +55,8 @@ START_ROUNDS = 50
 #: Failures of an integrator behind which the solution of a block may end, and the part of the run
 #: within which it does.
 LEAPING, FURTHEST = (Cause.BLOCK, Cause.CONVERGENCE, Cause.ERROR_TEST), 1e-6
+#: Solutions in a row, each of which ends at once, that are none to go on from.
+MOST_LEAPS = 3
 #: A value that changes less at the end of a run was not set there.
 ROUNDING = 1e-12
 
@@ -68,6 +70,7 @@ class Run:
         set_workspace(program, kernel, request)
         self.rescue = Rescue(program, kernel)
         self._jumps = Jumps(program, kernel)
+        self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
         self.events = Events(program, kernel, request.span, self.rescue)
         self._chatter = Chatter(program, self.events.crossings, request)
         self.schedule = Schedule(program, kernel, request.start, request.stop)
@@ -227,7 +230,8 @@ class Run:
             self.recorder.last(),
             way,
         )
-        return failure.stopped(scene, t, y, cause, block)
+        failed = self.kernel.failed_block if block < 0 else block
+        return self.rescue.told(failure.stopped(scene, t, y, cause, block), t, failed)
 
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
         """Warn of what the equations leave open in this mode, once for each block."""
@@ -313,6 +317,13 @@ class Run:
         found = leap(self.rescue, t, y, 4 * room(t), furthest)
         if found is None:
             self.recorder.cut(self.recorder.count - whole)
+            return False
+        if self._leaps and t - self._leaps[-1][0] > CHATTER_TIME * self.request.span:
+            self._leaps.clear()
+        self._leaps.append((t, self.recorder.count))
+        if len(self._leaps) > MOST_LEAPS:  # each solution ends where the one before did
+            self.recorder.cut(self._leaps[0][1])
+            self.rescue.forget()
             return False
         self._process(*found, {}, [], self.rescue.leapt)
         return True

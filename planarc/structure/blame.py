@@ -94,7 +94,12 @@ def explain_misfit(
 def _too_many(dae: Dae, misfit: Misfit, head: str) -> Diagnostic:
     rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
     if len(rivals) == 1:
-        message = f"{rivals[0].shown} is one equation too many: what it names is decided without it"
+        shown = rivals[0].shown
+        if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
+            shown = (
+                f"`{' '.join(rivals[0].span.text.split())}`"  # of constants only values are left
+            )
+        message = f"{shown} is one equation too many: what it names is decided without it"
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
@@ -117,6 +122,25 @@ def _how_to_move(dae: Dae, equation: Equation) -> str | None:
                 return f"to begin there, write {start}; to drive the joint, {driven}"
             return f"to drive the joint, remove the equation: {driven}"
     return None
+
+
+def explain_lack(
+    dae: Dae, component: str, flows: Collection[str], given: Collection[str]
+) -> tuple[tuple[str, ...], bool]:
+    """What the equations of a component leave open, by names within it, and whether all of that
+    are flows of its connectors. `given` is what it has from others, by arrays as `flows`."""
+    head = f"{component}." if component else ""
+    names = [v.name for v in dae.variables if v.name.startswith(head)]
+    number = {name: i for i, name in enumerate(names)}
+    inside = [e for e in dae.equations if f"{e.component}.".startswith(head) and not e.generated]
+    arrays = [name if name in flows else name.rpartition("[")[0] or name for name in names]
+    # A flow is taken to be decided before another unknown, and what is given last.
+    ranks = [2 if a in given else 0 if a in flows else 1 for a in arrays]
+    columns = columns_of([_unknowns(e, number) for e in inside], len(names))
+    open_ones = [i for i in _grown(columns, len(inside), ranks).exposed if ranks[i] < 2]
+    return tuple(names[i].removeprefix(head) for i in open_ones), all(
+        not ranks[i] for i in open_ones
+    )
 
 
 def _undecided(

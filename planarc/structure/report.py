@@ -25,6 +25,7 @@ from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination
 from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
+from planarc.structure.grounding import find_ungrounded
 from planarc.structure.matching import Parts, find_singular_parts, match_equations
 from planarc.structure.places import owner_span
 
@@ -175,6 +176,9 @@ def _under(
         Related(f"{e.shown} says nothing new: it follows from other equations", _span(e))
         for e in redundant[:_LISTED]
     )
+    ungrounded = find_ungrounded(dae, names) if redundant else None
+    if ungrounded is not None:
+        return ungrounded
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
     if redundant and forces:
         return _twice(dae, names, redundant)

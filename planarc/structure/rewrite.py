@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.prose import either
 from planarc.ir.actions import expressions_of, rewrite_action
 from planarc.ir.dae import Action, Dae, Reinit, When
-from planarc.ir.expr import Expr, Substitution, text
+from planarc.ir.expr import Expr, Op, Substitution, postorder, text
 
 
 def rewrite_rest(dae: Dae, substitute: Substitution) -> Dae:
@@ -73,7 +74,17 @@ def _action(action: Action, dae: Dae, substitute: Substitution) -> Action:
                     "S312",
                     f"`reinit` of `{text(action.symbol)}`, which is constant: {text(symbol)}",
                     action.span,
-                    hint="reinit a state",
+                    hint=f"reinit a state: {either(_moving(dae))}",
                 )
             )
     return new
+
+
+def _moving(dae: Dae) -> list[str]:
+    """Variables of which an equation holds the derivative; the first few."""
+    roots = [side for e in dae.equations for side in (e.left, e.right)]
+    names = (e.name for e in postorder(roots) if e.op is Op.SYMBOL and e.order)
+    return list(dict.fromkeys(names))[:_SHOWN]
+
+
+_SHOWN = 4

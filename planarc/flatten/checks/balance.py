@@ -13,12 +13,13 @@ Reference: Modelica Language Specification 3.6, section 4.7.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import counted
+from planarc.core.prose import counted, shortened
+from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
@@ -29,12 +30,27 @@ from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import assigned_in, expressions_in, names_in
 
 
+class Lack(Data):
+    """A component whose class has too few equations, `missing` of them. `flows` are those of its
+    own connectors; `given` is what these, and inputs, have from others."""
+
+    component: str
+    class_name: str
+    class_span: Span
+    span: Span
+    missing: int
+    flows: frozenset[str]
+    given: frozenset[str]
+
+
 class Imbalance(Data):
-    """The message by counting; inputs that nothing is connected to; the count as a clause."""
+    """The message by counting; inputs that nothing is connected to; the count as a clause; the
+    component that lacks equations, where it is one."""
 
     problem: Diagnostic
     inputs: tuple[str, ...]
     sizes: str
+    lack: Lack | None = None
 
 
 #: Equations less unknowns of each component, scalars each.
@@ -102,7 +118,41 @@ def check_balance(
     message = f"`{name}` has too {kind} equations: {known} for {wanted}"
     problem = Diagnostic("F320", message, root.cls.span, related=tuple(related))
     sentence = f"`{name}` has {counted(known, 'equation')} for {wanted}"
-    return Imbalance(problem, tuple(v.name for v in inputs), sentence)
+    off = [i for i in found.instances if _off(i, excess) is not None]
+    lack = None
+    if len(off) == 1 and excess[off[0].prefix or ""] < 0:
+        lack = _lack(off[0], -excess[off[0].prefix or ""], leaves.values())
+    return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack)
+
+
+def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf]) -> Lack:
+    own = [x for x in leaves if owner_of(x) is instance]
+    flows = frozenset(x.name for x in own if x.flow is syntax.Flow.FLOW)
+    given = frozenset(
+        x.name
+        for x in own
+        if is_public_input(x)
+        or (x.parent.is_connector and x.causality is not syntax.Causality.OUTPUT)
+    )
+    name, cls = instance.prefix or "", instance.cls
+    return Lack(name, cls.name, cls.span, instance.span, missing, flows, given - flows)
+
+
+def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
+    """The message about a class that leaves `names` open, all of them flows or not."""
+    few = counted(lack.missing, "equation")
+    message = f"`{lack.class_name}` has {few} too few"
+    hint = "write what ties the ends of it together"
+    if names:
+        shown = shortened([f"`{n}`" for n in names], MAX_NAMED)
+        message += f": none of its equations decides {shown}"
+        hint = f"write an equation for `{names[0]}`"
+        if flows and len(names) > lack.missing:
+            hint = "write how its flows depend on each other: of rigid parts they add up to zero, "
+            hint += f"`{' + '.join(names)} = 0`"
+    note = Related(f"`{lack.component}` is one of it", lack.span)
+    related = (note,) if lack.component else ()
+    return Diagnostic("F320", message, lack.class_span, hint=hint, related=related)
 
 
 def _off(instance: Instance, excess: Excess) -> Related | None:

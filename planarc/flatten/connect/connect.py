@@ -80,7 +80,9 @@ def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
             deque(match_leaves(a, b, node.span), 0)  # raises where they do not fit
             found.append(Connection(a, b, node.span, env.component))
         else:
-            raise error("F310", f"`{node.left}` and `{node.right}` differ in dimensions", node.span)
+            many, one = (node.left, node.right) if isinstance(a, list) else (node.right, node.left)
+            message = f"`{many}` is an array of connectors, `{one}` is a single one"
+            raise error("F310", message, node.span, hint=f"connect it to one of them: `{many}[1]`")
     return found
 
 
@@ -314,8 +316,32 @@ def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
         related=[
             Related(f"`{side.name}` is declared here", side.node.span) for side in (left, right)
         ],
-        hint=_flange_hint(left, right) or _flange_hint(right, left),
+        hint=_flange_hint(left, right) or _flange_hint(right, left) or _kinds_hint(left, right),
     )
+
+
+def _kinds_hint(left: Side, right: Side) -> str | None:
+    """What stands between connectors of two kinds."""
+    kinds = {_kind(side): side.name for side in (left, right)}
+    if kinds.keys() == {"turns", "slides"}:
+        return (
+            f"`{kinds['turns']}` turns and `{kinds['slides']}` slides: put a rack and pinion "
+            "between them, `Modelica.Mechanics.Rotational.Components.IdealGearR2T`"
+        )
+    if "signal" in kinds and kinds.keys() & {"turns", "slides"}:
+        library = "Rotational" if "turns" in kinds else "Translational"
+        return (
+            f"`{kinds['signal']}` is a signal: put a source, which makes it a torque, a force or a "
+            f"motion, or a sensor between them, of `Modelica.Mechanics.{library}`"
+        )
+    return None
+
+
+def _kind(side: Side) -> str:
+    if isinstance(side.node, Leaf):
+        return "signal"
+    kinds = {frozenset(("phi", "tau")): "turns", frozenset(("s", "f")): "slides"}
+    return kinds.get(frozenset(component_names(side.node)), side.name)
 
 
 def _flange_hint(flange: Side, frame: Side) -> str | None:

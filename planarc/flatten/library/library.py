@@ -264,7 +264,12 @@ class Library:
         for definition in stored.classes:
             if definition.name == name:
                 return definition
-        raise error("F206", f"the file `{file.name}` holds no class `{name}`", stored.span)
+        message, span, hint = f"the file `{file.name}` holds no class `{name}`", stored.span, None
+        for definition in stored.classes[:1]:
+            message += f", but `{definition.name}`"
+            span = definition.name_span
+            hint = f"name the class `{name}`, or the file `{definition.name}{file.suffix}`"
+        raise error("F206", message, span, hint=hint)
 
     def _read(self, file: Path) -> syntax.StoredDefinition:
         if file not in self._files:

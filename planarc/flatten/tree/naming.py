@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Collection, Mapping
 
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, error
 from planarc.core.nearest import did_you_mean, nearest
-from planarc.core.prose import either
+from planarc.core.prose import either, shortened
 from planarc.core.source import Span
 from planarc.flatten.tree import predefined
 from planarc.flatten.tree.demand import static_instance
@@ -25,8 +26,24 @@ def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcE
     if wrong is not None:
         return PlanarcError(wrong)
     message = f"unknown {what} `{name}`" + (f" in `{where}`" if where else "")
+    known = names_in_sight(scope)
+    moving = _differentiated(name, known)
+    if moving is not None:
+        told = f"write `der({moving})` for the derivative of `{moving}`"
+        return PlanarcError(Once("F210", message, span, hint=told, kind="derivative"))
     hint = f"write {_WHOLE[name]}" if name in _WHOLE else _elsewhere(scope, name)
-    return error("F210", message, span, hint=hint or did_you_mean(name, names_in_sight(scope)))
+    return error("F210", message, span, hint=hint or did_you_mean(name, known))
+
+
+def _differentiated(name: str, known: Collection[str]) -> str | None:
+    """The variable whose derivative other languages call `xdot`, `dx` or `xp`."""
+    found = (m for form in _DERIVATIVES if (m := form.fullmatch(name)) and m[1] in known)
+    return next((m[1] for m in found), None)
+
+
+_DERIVATIVES = tuple(
+    map(re.compile, ("(.+?)_?dot", "d(.+?)(?:_?dt)?", "D(.+)", "(.+)p", "der_?(.+)", "(.+)_der"))
+)
 
 
 #: Names that need their package before them, or a declaration that all parts see.
@@ -86,12 +103,35 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     message = f"`{cls.name}` has no element `{name}`"
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
         return spatial(message, span)
-    return error("F213", message, span, hint=did_you_mean(name, member_names(static_instance(cls))))
+    instance = static_instance(cls)
+    hint = did_you_mean(name, member_names(instance)) or _offered(instance.layout.members, False)
+    return error("F213", message, span, hint=hint)
 
 
-def not_modifiable(owner: str, name: str, span: Span | None, names: Iterable[str]) -> PlanarcError:
+def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:
     message = f"`{owner}` has no element `{name}` to modify"
-    return error("F222", message, span, hint=did_you_mean(name, names))
+    hint = did_you_mean(name, members) or _offered(members, True)
+    return error("F222", message, span, hint=hint)
+
+
+#: Names of a class, each with its part and declaration.
+Members = Mapping[str, tuple[int, syntax.Declaration]]
+
+
+def _offered(members: Members, parameters: bool) -> str | None:
+    """The hint that names what there is, where nothing is near to a name."""
+    names = [
+        name
+        for name, (_, d) in members.items()
+        if isinstance(d, syntax.Component)
+        and not (d.prefixes.protected or d.prefixes.final or d.prefixes.outer)
+        and (d.variability is syntax.Variability.PARAMETER) is parameters
+    ]
+    kind = "parameters are" if parameters else "elements are"
+    return f"its {kind} {shortened([f'`{n}`' for n in names], _MOST_OFFERED)}" if names else None
+
+
+_MOST_OFFERED = 8
 
 
 def names_in_sight(scope: Scope) -> list[str]:

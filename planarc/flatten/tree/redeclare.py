@@ -132,7 +132,8 @@ def _check_fit(element: Element, cls: Class) -> None:
             continue
         old = name_span(element.definition)
         if redeclaration is not None:
-            raise _does_not_fit(element, old, name_span(redeclaration.element), own, reason)
+            new = name_span(redeclaration.element)
+            raise _does_not_fit(element, old, new, own, wanted, reason)
         message = f"`{element.name}` does not fit its constraint `{wanted.name}`: {reason}"
         raise error("F242", message, old)
 
@@ -144,11 +145,15 @@ def _declared_class(element: Element) -> Class:
     return Class(definition, element.scope, element.name, NO_MOD, element.entry)
 
 
-def _does_not_fit(element: Element, old: Span, new: Span, cls: Class, reason: str) -> PlanarcError:
+def _does_not_fit(
+    element: Element, old: Span, new: Span, cls: Class, wanted: Class, reason: str
+) -> PlanarcError:
     body = cls.definition.body
     name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
     message = f"`{name}` cannot replace `{element.name}`: {reason}"
-    return error("F242", message, new, related=[Related("declared here", old)])
+    is_component = isinstance(element.definition, syntax.Component)
+    hint = f"take a class that extends `{wanted.name}`" if is_component else None
+    return error("F242", message, new, related=[Related("declared here", old)], hint=hint)
 
 
 def _widens(definition: syntax.ClassDef) -> bool:

@@ -144,7 +144,8 @@ def _expect_steady(value: flat.Expression, env: Env) -> None:
 
 def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if not isinstance(arguments[0], flat.Reference | flat.Array):
-        raise error("F291", f"`{name}` takes a variable, not an expression", span)
+        hint = f"give the expression a variable of its own: `b = ...`, and write `{name}(b)`"
+        raise error("F291", f"`{name}` takes a variable, not an expression", span, hint=hint)
     type_ = arguments[0].type
     result = type_ if name == "pre" else flat.BOOLEAN.with_dims(type_.dims)
     return flat.Builtin(result, span, name, tuple(arguments))

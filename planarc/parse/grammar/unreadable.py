@@ -15,6 +15,8 @@ _HINTS = {
     "%": "write `mod(a, b)` for a remainder, `//` for a comment",
     "#": "write `//` for a comment",
     "~": "write `not`",
+    "?": "write `if condition then a else b` for `condition ? a : b`",
+    "@": "write `*`, which multiplies matrices, too",
     "\N{MINUS SIGN}": "write `-`",
     "\N{EN DASH}": "write `-`",
     "\N{MULTIPLICATION SIGN}": "write `*`",

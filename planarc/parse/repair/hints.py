@@ -17,6 +17,7 @@ from planarc.core.diagnostic import Diagnostic, Once, Related
 from planarc.core.nearest import nearest
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.expected import expected
+from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
 from planarc.parse.repair.trouble import BLOCKS, Repair, StrayEnd, Trouble, WrongSection, shown
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
@@ -128,69 +129,6 @@ def _open_brace(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     related = (Related("`{` opens here", opened.span),)
     message = f"expected `}}` before `, {trouble.tokens[trouble.at - 1].text} = ...`"
     return Diagnostic("P103", message, before.span, related=related)
-
-
-def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    token, previous = trouble.token, trouble.previous
-    if token.text == "*" and previous and previous.text == "*":
-        hint = "write `^` for a power"
-        return Diagnostic("P101", "`**` is no operator", previous.span.to(token.span), hint=hint)
-    return None
-
-
-def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `.5`: a point and an integer, of which one does not fit."""
-    for at in (trouble.at, trouble.at - 1):
-        point, *digits = trouble.tokens[at : at + 2] if at >= 0 else (trouble.token,)
-        if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
-            continue
-        before = trouble.tokens[at - 1] if at else None
-        touching = before is not None and before.span.end == point.span.start
-        if touching and before and before.type in ("IDENT", "RPAR", "RSQB"):
-            continue
-        number = f".{digits[0].text}"
-        message = f"`{number}` is no number: a digit stands before the point"
-        span = point.span.to(digits[0].span)
-        return Diagnostic("P101", message, span, hint=f"write `0{number}`")
-    return None
-
-
-def _decimal_comma(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `m=0,5`: a number, a comma and a number without a space."""
-    if trouble.at < 2 or trouble.token.type not in _NUMBERS:
-        return None
-    before, comma = trouble.tokens[trouble.at - 2 : trouble.at]
-    span = before.span.to(trouble.token.span)
-    text = f"{before.text},{trouble.token.text}"
-    if before.type not in _NUMBERS or comma.text != "," or span.text != text:
-        return None
-    hint = f"write `{text.replace(',', '.')}`"
-    message = f"`{text}` is no number: decimals stand behind a point"
-    return Diagnostic("P101", message, span, hint=hint)
-
-
-def _unit_hint(number: str, unit: str) -> str:
-    """What a user means by a unit behind a number."""
-    if unit in _CONVERSIONS:
-        return f"write `Modelica.Units.Conversions.{_CONVERSIONS[unit]}({number})`"
-    if unit in _FACTORS:
-        return f"write `{number}{_FACTORS[unit]}`: values are in SI units"
-    if unit in _SI:
-        return f"leave `{unit}` out: values are in SI units"
-    return "write `*` for a product"
-
-
-_NUMBERS = ("INTEGER", "REAL")
-_CONVERSIONS = {
-    "deg": "from_deg",
-    "degree": "from_deg",
-    "degrees": "from_deg",
-    "rpm": "from_rpm",
-    "degC": "from_degC",
-    "bar": "from_bar",
-}
-_FACTORS = {"mm": "e-3", "cm": "e-2", "km": "e3", "g": "e-3", "t": "e3", "kN": "e3", "ms": "e-3"}
-_SI = frozenset(("m", "kg", "s", "N", "Nm", "rad", "Hz", "J", "W", "K", "Pa", "V", "A"))
 
 
 def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -355,8 +293,8 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         return None
     if kind == "TIMES" and previous:
         message = f"expected an operator between `{previous.text}` and {shown(token)}"
-        number = previous.type in _NUMBERS
-        hint = _unit_hint(previous.text, token.text) if number else "write `*` for a product"
+        number = previous.type in NUMBERS
+        hint = unit_hint(previous.text, token.text) if number else "write `*` for a product"
         return Diagnostic("P101", message, token.span, hint=hint)
     message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
     if kind == "ELSE":
@@ -396,11 +334,9 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _modifier_in_braces,
     _open_brace,
     _separator,
+    *OTHER_LANGUAGES,
     _operators_in_a_row,
     _chained,
-    _power_sign,
-    _bare_fraction,
-    _decimal_comma,
     _end_of_text,
     _wrong_section,
     _first_word,

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from planarc.parse.grammar.machine import Stack
+from planarc.parse.repair.habits import find_colon
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
@@ -70,7 +71,7 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    special = (_misspelt_elseif, _stray_end, _first_word, _other_section, _open_brace)
+    special = (_misspelt_elseif, _stray_end, _colon, _first_word, _other_section, _open_brace)
     tries = (*special, _small_change, _skip)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
@@ -180,6 +181,24 @@ def _other_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair |
     return None
 
 
+def _colon(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read the colon of `if x > 1:` as what is meant."""
+    found = find_colon(trouble)
+    if found is None or found[0] < begin.at:
+        return None
+    at, _, word = found
+    stack = _read(trouble, begin, [*kinds[begin.at : at], word.upper()])
+    return Repair((word.upper(),), 1, stack, at + 1, at) if stack else None
+
+
+def _read(trouble: Trouble, begin: Place, kinds: list[str]) -> Stack | None:
+    """What is read of a statement, when it is made of other tokens."""
+    stack: Stack | None = begin.stack
+    for place, kind in enumerate(kinds, begin.at):
+        stack = trouble.automaton.shift(stack, kind, place) if stack else None
+    return stack
+
+
 def _open_brace(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
     """Put in the `}` of `r={1, 0, m=2`: a comma, a name and `=` stand in no array."""
     at, bracket = trouble.at, trouble.open_bracket
@@ -187,10 +206,7 @@ def _open_brace(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | No
         return None
     if kinds[max(at - 2, 0) : at + 1] != ["COMMA", "IDENT", "EQUAL"]:
         return None
-    stack: Stack | None = begin.stack
-    for place in range(begin.at, at - 2):
-        stack = trouble.automaton.shift(stack, kinds[place], place) if stack else None
-    stack = trouble.automaton.shift(stack, "RBRACE", at - 2) if stack else None
+    stack = _read(trouble, begin, [*kinds[begin.at : at - 2], "RBRACE"])
     if not stack or trouble.automaton.advance(stack, kinds[at - 2 : at + 2]) < _ENOUGH + 1:
         return None
     return Repair(("RBRACE",), 0, stack, at - 2, at - 2)

@@ -94,7 +94,8 @@ class AssertWatch:
         """
         first, last = self._checked, recorder.count
         if self._active is None and first < last:
-            self._active = sorted((*self._varying, *self._broken_constants()))
+            # What parameters alone break is the reason of what else is broken.
+            self._active = (*self._broken_constants(), *self._varying)
         if not self._active or first == last or not (all_rows or last - first >= ENOUGH):
             return [], last
         import numpy as np

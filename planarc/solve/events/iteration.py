@@ -94,7 +94,8 @@ class Events:
         before = self._snapshot()
         flag = self.crossings.evaluate(t, y)
         if flag < 0:
-            raise PlanarcError(unsolved(self.program, self.kernel, t, ()))
+            block, found = self.kernel.failed_block, unsolved(self.program, self.kernel, t, ())
+            raise PlanarcError(self._rescue.told(found, t, block))
         if flag == 0:
             truths = self.crossings.truths_at_start(t, y)
             for relation, truth in zip(self.program.relations, truths, strict=True):

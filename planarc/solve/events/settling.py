@@ -153,7 +153,9 @@ class Settling:
     def failed(self) -> bool:
         """The equations have no solution here."""
         program, kernel, done = self.program, self.kernel, self.done
-        done.ended = event_failure.unsolved(program, kernel, self.t, done.reset)
+        block = kernel.failed_block
+        found = event_failure.unsolved(program, kernel, self.t, done.reset)
+        done.ended = self._rescue.told(found, self.t, block)
         return False
 
     def _evaluate(self) -> bool:

@@ -25,8 +25,8 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
     worst = trouble.worst_equations(program, kernel, t, block)
     infos = [info for _, info in worst]
     names = trouble.components(program, infos)
-    message = f"at the event at t = {t:.6g} s the equations of {names or 'the model'} could not "
-    message += "be solved"
+    subject = trouble.subject(names, infos)
+    message = f"at the event at t = {t:.6g} s {subject} could not be solved"
     hint = "these equations may have no solution after the event: look at what it changes"
     if program.mechanism is not None:
         hint = "the mechanism may be stretched or jammed here: look at its position at this time"

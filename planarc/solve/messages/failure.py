@@ -241,7 +241,7 @@ def _block(
         advice = "the mechanism may be stretched or jammed here: look at its position at this time"
     found = Diagnostic(
         "R422",
-        f"{place} the equations of {names or 'the model'} could not be solved",
+        f"{place} {trouble.subject(names, [i for _, i in worst])} could not be solved",
         worst[0][1].span if worst else None,
         hint=place.hint(advice),
         related=tuple(

@@ -33,6 +33,13 @@ def components(program: Program, infos: Sequence[EquationInfo]) -> str:
     return names(own_names(program, (i.component for i in infos if i.component)))
 
 
+def subject(names: str, infos: Sequence[EquationInfo]) -> str:
+    """What could not be solved: the equations of components, else the one that is worst."""
+    if names or not infos:
+        return f"the equations of {names or 'the model'}"
+    return f"`{infos[0].text}`"
+
+
 #: An equation that is off by less is as good as met with the values from before.
 _MET = 1e-6
 

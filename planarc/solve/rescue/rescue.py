@@ -13,8 +13,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.prose import listed
 from planarc.ir.expr import text
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program
@@ -124,6 +127,10 @@ class Rescue:
         self.tried.discard(block)
         self.notes.setdefault((block, self.begun), self._note(t, block, way))
 
+    def forget(self) -> None:
+        """Tell nothing of solutions that were found on the way: they led nowhere."""
+        self.notes = {key: note for key, note in self.notes.items() if not key[1]}
+
     def _note(self, t: float, block: int, way: str) -> Diagnostic:
         infos = [self.program.equations[e] for e in self.program.blocks[block].equations]
         self.leapt = (infos[0].text,)
@@ -159,6 +166,14 @@ class Rescue:
         names = [text(tear) for tear in code.tears]
         return Account(tuple(zip(names, origin, strict=True)), tuple(worst), tuple(WAYS))
 
+    def told(self, found: Diagnostic, t: float, block: int) -> Diagnostic:
+        """The message about a block without solution, with what was tried for it."""
+        account = self.account(t, block)
+        if account is None or found.code != "R422" or self.program.mechanism is not None:
+            return found
+        hint = f"{found.hint}; {account}" if found.hint else str(account)
+        return replace(found, hint=hint)
+
 
 class Account(Data):
     """From where a solution was looked for, how far equations are off there, and the ways."""
@@ -166,6 +181,12 @@ class Account(Data):
     origin: tuple[tuple[str, float], ...]
     worst: tuple[tuple[float, EquationInfo], ...]
     ways: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """A clause for a hint."""
+        from planarc.solve.messages.trouble import values
+
+        return f"from {values(self.origin)} none was found by {listed(self.ways, 'or')}"
 
 
 class BlockFunction:

@@ -9,8 +9,9 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
+from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT
-from planarc.ir.places import declaration, owner, point_home
+from planarc.ir.places import declaration, is_own, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import loop_names
@@ -93,8 +94,7 @@ def _advice(program: Program, tried: Account | None) -> str:
     if tried is None:
         return "check whether these equations have a solution, or give start values near to it"
     return (
-        f"check whether these equations have a solution, or give start values near to it: from "
-        f"{trouble.values(tried.origin)} none was found by {listed(tried.ways, 'or')}"
+        f"check whether these equations have a solution, or give start values near to it: {tried}"
     )
 
 
@@ -280,16 +280,25 @@ def _contradiction(
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
+    full = _best(system, u0, rows, columns, np.array(choice.held))
+    against = [] if others else _own_worst(program, _worst(system, rows, full.residuals))
+    what = f"`{against[0].text}`" if against else "the equations"
+    notes = [
+        (f"`{o.display}` is fixed here", declaration(program, o.display, o.span)) for o in others
+    ]
+    notes += [(f"`{i.text}` stands here", i.span) for i in against[:1]]
     found = Diagnostic(
         "R411",
         f"the fixed start values of {names} contradict each other"
         if others
-        else f"the fixed start value of {names} contradicts the equations",
+        else f"the fixed start value of {names} contradicts {what}",
         declaration(program, first.display, first.span),
         hint=hint,
-        related=tuple(
-            Related(f"`{o.display}` is fixed here", declaration(program, o.display, o.span))
-            for o in others[:_WORST]
-        ),
+        related=tuple(Related(message, span) for message, span in notes[:_WORST]),
     )
     return NotAssembled(found)
+
+
+def _own_worst(program: Program, worst: Sequence[tuple[float, EquationInfo]]) -> list[EquationInfo]:
+    """The user's own of some equations."""
+    return [i for _, i in worst if i.span is not NOWHERE and is_own(program, i.span)]

@@ -1,0 +1,143 @@
+"""What writers bring along from other languages, and from paper: numbers, signs and words.
+
+In:   Trouble, Repair   as for `hints`, which says it in the place of anything less special
+Out:  Diagnostic        None where it is something else
+
+Example: `s += x` is no statement; what is meant is `s := s + x`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.parse.grammar.lexer import Token
+from planarc.parse.repair.trouble import Repair, Trouble
+
+
+def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    token, previous = trouble.token, trouble.previous
+    if token.text == "*" and previous and previous.text == "*":
+        hint = "write `^` for a power"
+        return Diagnostic("P101", "`**` is no operator", previous.span.to(token.span), hint=hint)
+    return None
+
+
+def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `.5`: a point and an integer, of which one does not fit."""
+    for at in (trouble.at, trouble.at - 1):
+        point, *digits = trouble.tokens[at : at + 2] if at >= 0 else (trouble.token,)
+        if point.type != "DOT" or not digits or digits[0].type != "INTEGER":
+            continue
+        before = trouble.tokens[at - 1] if at else None
+        touching = before is not None and before.span.end == point.span.start
+        if touching and before and before.type in ("IDENT", "RPAR", "RSQB"):
+            continue
+        number = f".{digits[0].text}"
+        message = f"`{number}` is no number: a digit stands before the point"
+        span = point.span.to(digits[0].span)
+        return Diagnostic("P101", message, span, hint=f"write `0{number}`")
+    return None
+
+
+def _decimal_comma(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `m=0,5` and `0,5*x`: a number, a comma and a number without a space."""
+    for at in (trouble.at, trouble.at + 1):
+        three = trouble.tokens[max(at - 2, 0) : at + 1]
+        if [t.text == "," for t in three] != [False, True, False]:
+            continue
+        before, _, after = three
+        span = before.span.to(after.span)
+        text = f"{before.text},{after.text}"
+        if not {before.type, after.type} <= set(NUMBERS):
+            continue
+        if span.text == text:
+            hint = f"write `{text.replace(',', '.')}`"
+            message = f"`{text}` is no number: decimals stand behind a point"
+            return Diagnostic("P101", message, span, hint=hint)
+    return None
+
+
+def _assigning_operator(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `s += x` and `n++`."""
+    for at in (trouble.at, trouble.at - 1):
+        pair = trouble.tokens[at : at + 2] if at > 0 else []
+        sign = "".join(t.text for t in pair)
+        if sign not in _ASSIGNING or pair[0].span.to(pair[1].span).text != sign:
+            continue
+        name = trouble.tokens[trouble.begin].span.to(trouble.tokens[at - 1].span).text
+        value = f"{name} {sign[0]} {'1' if sign[0] == sign[1] else '...'}"
+        message = f"`{sign}` is no operator: a statement assigns with `:=`"
+        span = pair[0].span.to(pair[1].span)
+        return Diagnostic("P101", message, span, hint=f"write `{name} := {value}`")
+    return None
+
+
+_ASSIGNING = ("+=", "-=", "*=", "/=", "++", "--")
+
+
+def find_colon(trouble: Trouble) -> tuple[int, Token, str] | None:
+    """The colon of `if x > 1:` at the end of a line, which begins a range: its number, the word
+    that begins the line, and the one that is meant."""
+    for at in range(trouble.at, max(trouble.at - _NEAR, 1), -1):
+        colon, before = trouble.tokens[at - 1 : at + 1]
+        if colon.text != ":" or not _is_line_between(colon, before):
+            continue
+        first = at - 1
+        while first and not _is_line_between(trouble.tokens[first - 1], trouble.tokens[first]):
+            first -= 1
+        word = trouble.tokens[first]
+        opens = _OPENS.get(word.type)
+        if opens is not None:
+            return at - 1, word, opens
+    return None
+
+
+def _colon_for_then(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    found = find_colon(trouble)
+    if found is None:
+        return None
+    at, word, opens = found
+    message = f"`{word.text}` goes on with `{opens}`, not with `:`"
+    return Diagnostic("P101", message, trouble.tokens[at].span, hint=f"write `{opens}`")
+
+
+_NEAR = 6  # tokens of the next line that may be read before a colon is found wrong
+_OPENS = {"IF": "then", "ELSEIF": "then", "WHEN": "then", "FOR": "loop", "WHILE": "loop"}
+
+
+def _is_line_between(a: Token, b: Token) -> bool:
+    return "\n" in a.span.source.text[a.span.end : b.span.start]
+
+
+def unit_hint(number: str, unit: str) -> str:
+    """What a user means by a unit behind a number."""
+    if unit in _CONVERSIONS:
+        return f"write `Modelica.Units.Conversions.{_CONVERSIONS[unit]}({number})`"
+    if unit in _FACTORS:
+        return f"write `{number}{_FACTORS[unit]}`: values are in SI units"
+    if unit in _SI:
+        return f"leave `{unit}` out: values are in SI units"
+    return "write `*` for a product"
+
+
+NUMBERS = ("INTEGER", "REAL")
+_CONVERSIONS = {
+    "deg": "from_deg",
+    "degree": "from_deg",
+    "degrees": "from_deg",
+    "rpm": "from_rpm",
+    "degC": "from_degC",
+    "bar": "from_bar",
+}
+_FACTORS = {"mm": "e-3", "cm": "e-2", "km": "e3", "g": "e-3", "t": "e3", "kN": "e3", "ms": "e-3"}
+_SI = frozenset(("m", "kg", "s", "N", "Nm", "rad", "Hz", "J", "W", "K", "Pa", "V", "A"))
+
+
+OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _power_sign,
+    _bare_fraction,
+    _decimal_comma,
+    _assigning_operator,
+    _colon_for_then,
+)
