@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from planarc.api.analysis.drive import Driven
     from planarc.api.analysis.equilibrium import Equilibrium
     from planarc.api.analysis.linearize import Linearization
+    from planarc.api.analysis.rhs import Rhs
     from planarc.api.analysis.sensitivity import Sensitivities
     from planarc.api.analysis.starting import Place
     from planarc.api.analysis.stepper import Stepper
@@ -432,6 +433,25 @@ class Model:
             self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
 
     # Analyses
+
+    @telling_keywords
+    def rhs(
+        self,
+        *,
+        parameters: Mapping[str, Value] | None = None,
+        start: Mapping[str, Value] | None = None,
+        start_time: float | None = None,
+    ) -> Rhs:
+        """The equations as a function: `f(t, x, u)` gives the derivatives of `f.states`.
+
+        `f.x0` are the states at the start; `f.jacobian` gives df/dx and df/du, `f.outputs` other
+        variables. For integrators, optimisers and observers of other packages; events are theirs to
+        find (`f.settle`). Raises PlanarcError where there is no start, R474 of a model with delays.
+        """
+        from planarc.api.analysis.rhs import Rhs
+
+        model, options = self.asked(parameters, start, start_time, None, None, None)
+        return Rhs(model, options)
 
     @telling_keywords
     def linearize(

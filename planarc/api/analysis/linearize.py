@@ -20,6 +20,7 @@ from msgspec.structs import replace
 
 from planarc.api.analysis.equilibrium import find_equilibrium
 from planarc.api.analysis.point import Point, derivative, open_point
+from planarc.api.analysis.response import Response, response, to_control, to_scipy
 from planarc.api.htmltable import html_table
 from planarc.api.result import Page, Result
 from planarc.api.signals import Signal
@@ -128,6 +129,21 @@ class Linearization(Data, eq=False):
             named = dict(zip(self.states, (complex(x) for x in shape), strict=True))
             modes.append(Mode(complex(values[i]), named))
         return modes
+
+    def to_scipy(self) -> Any:
+        """The linear model as a `scipy.signal.StateSpace`. Raises UsageError C248 where it has no
+        inputs or no outputs."""
+        return to_scipy(self)
+
+    def to_control(self) -> Any:
+        """The linear model as a `control.StateSpace`, with names in which `_` stands for dots.
+        Needs python-control (`pip install control`)."""
+        return to_control(self)
+
+    def bode(self, w: Sequence[float] | Vector | None = None) -> Response:
+        """The answer of outputs to inputs that vibrate with frequencies `w` (rad/s), by default
+        around those of the modes. It has `magnitude`, `decibels`, `phase` and `plot()`."""
+        return response(self, w)
 
     @overload
     def animate(self, mode: Mode | int, amplitude: float = 0.2) -> Page: ...
