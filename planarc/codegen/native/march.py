@@ -158,13 +158,12 @@ def _turn(c: Code, given: _Arguments, end: str) -> None:
     t, places = w.load(REAL), given.places
     h = t - trail.load(REAL)
     with c.loop(n) as i:
-        y1, f1 = w.load(REAL, places.load(INT, i)), w.load(REAL, places.load(INT, n + i))
-        f0 = slopes.load(REAL, i)
-        missed = y1 - states.load(REAL, i) - h * (f0 + f1) * 0.5
-        size = c.largest(c.absolute(f0), c.absolute(f1))
-        found = (f0 * f1 < 0) & (size > least.load(REAL, i))
-        with c.when(found & (c.absolute(missed) > h * size * MISFIT)):
-            odd.set(c.constant(1, INT))
+        f0, f1 = slopes.load(REAL, i), w.load(REAL, places.load(INT, n + i))
+        with c.when(f0 * f1 < 0):
+            missed = w.load(REAL, places.load(INT, i)) - states.load(REAL, i) - h * (f0 + f1) * 0.5
+            size = c.largest(c.absolute(f0), c.absolute(f1))
+            with c.when((size > least.load(REAL, i)) & (c.absolute(missed) > h * size * MISFIT)):
+                odd.set(c.constant(1, INT))
     with c.when(odd.get().equals(1), leaves=True):
         given.set("poles", 1)
         c.jump(end)
