@@ -14,6 +14,8 @@ comes last, as a note.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path
 from typing import Protocol
 
 from msgspec.structs import replace
@@ -41,7 +43,12 @@ def is_own(model: Model, span: Span) -> bool:
     path, home = span.source.path, model.span.source.path
     if path is None or home is None:
         return False
-    package = model.name.partition(".")[0]
+    return _is_beside(path, home, model.name.partition(".")[0])
+
+
+@lru_cache(maxsize=1024)
+def _is_beside(path: Path, home: Path, package: str) -> bool:
+    """Whether a file is in the same folder as another one, or in the same package."""
     folders = (f for f in home.parents if f.name == package)
     return path.parent == home.parent or any(map(path.is_relative_to, folders))
 
