@@ -200,7 +200,7 @@ class Run:
         absolute = self.states.absolute(self.request.tolerance)
         directions = self.events.crossings.directions()
         self.integrator.shift(self.events.crossings.shifts())
-        self.integrator.poles.begin(self.states.places())
+        self.integrator.poles.begin(self.states.places(), absolute)
         self.integrator.restart(t, y, absolute, directions, step)
 
     def _follow(self, decision: GoOn | Diagnostic | None) -> None:

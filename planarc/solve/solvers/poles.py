@@ -5,6 +5,10 @@ root of its implicit formula that is no solution. There a derivative changes its
 step is far from what its ends say, by the trapezoidal rule. Between such ends is searched: where
 the sign changes, a derivative vanishes, jumps, or grows beyond all bounds.
 
+Across a pole as that of der(x) = -1/x^2 no sign changes. Before it the derivative is so large that
+a time that cannot be told from the present one moves the state by more than its tolerance: there
+the way of the step is followed beyond its end.
+
 In machine code the march compares the ends of steps (`codegen.native.march`); this searches.
 """
 
@@ -27,26 +31,38 @@ HALVINGS = 40
 GROWTH = 1e3
 #: Derivatives must be so many times larger before ends are looked between once more.
 LARGER = 4.0
+#: Steps like the last one that are looked along for a pole ahead, and the parts of the golden section.
+AHEAD, SECTION = 16.0, (math.sqrt(5) - 1) / 2
+#: Parts after which a derivative that has not grown has no pole on the way.
+SOON = 12
+#: Times that differ by less than this part cannot be told apart: a thousand roundings.
+ROUNDING = 2.0**-42
 #: Whether zero lies above a number.
 _IS_ABOVE = (0.0).__gt__
 
 
 class Poles:
     """`trail`: the time of the last point (nan: there is none), the states there, their
-    derivatives, and the sizes below which these are not looked at; `places` are the slots of both.
-    All are those of the workspace: an implicit method evaluates beside the end that it accepts."""
+    derivatives, the sizes below which these are not looked at where their sign changes, and the
+    ways of a second below which they are not where it does not; `places` are the slots of both
+    states and derivatives. All are those of the workspace: an implicit method evaluates beside the end that it accepts."""
 
     def __init__(self, kernel: Kernel, states: int) -> None:
         import numpy as np
 
         self.kernel, self.size = kernel, states
         self.places = np.zeros(2 * states, dtype=np.int64)
-        self.trail = np.zeros(1 + 3 * states)
-        self.begin([0] * (2 * states))
+        self.trail = np.zeros(1 + 4 * states)
+        self.begin([0] * (2 * states), [0.0] * states)
 
-    def begin(self, places: Sequence[int]) -> None:
-        """Go on anew, with these slots of the states and of their derivatives."""
+    def begin(self, places: Sequence[int], absolute: Sequence[float]) -> None:
+        """Go on anew, with these slots of the states and of their derivatives, and these absolute
+        tolerances."""
         self.places[:] = places
+        ways = self.trail[1 + 3 * self.size :]
+        ways[:] = absolute
+        ways /= ROUNDING
+        self._least_way = float(ways.min(initial=math.inf))
         self.trail[0] = math.nan
         self._pick = itemgetter(0, *places)  # of the workspace: the time, states, derivatives
         self._last: Sequence[float] = ()  # the last point that `note` took
@@ -63,11 +79,13 @@ class Poles:
         n, before, were = 1 + self.size, self._last, self._falling
         self._last = here = self._pick(self.kernel.w)
         self._falling = falling = [*map(_IS_ABOVE, here[n:])]
-        if falling == were or not before:
+        if not before:
             return False
-        turned = (i for i, (a, b) in enumerate(zip(were, falling, strict=True)) if a != b)
-        if not any(self._is_off(i, before, here) for i in turned):
-            return False
+        most, least = max(here[n:], default=0.0), min(here[n:], default=0.0)
+        if not max(most, -least) * abs(here[0]) > self._least_way:
+            turned = (i for i, (a, b) in enumerate(zip(were, falling, strict=True)) if a != b)
+            if falling == were or not any(self._is_off(i, before, here) for i in turned):
+                return False
         self.trail[: 2 * n - 1] = before
         return self.lies_before()
 
@@ -94,14 +112,55 @@ class Poles:
 
         n, (begin, start), (t, ends) = self.size, self.point, self._here()
         f0, (y, f1) = self.trail[1 + n : 1 + 2 * n].copy(), ends.reshape(2, n)
+        least, ways = self.trail[1 + 2 * n : 1 + 3 * n], self.trail[1 + 3 * n :]
         odd, size = np.sign(f0) * np.sign(f1) < 0, np.maximum(abs(f0), abs(f1))
+        step = (begin, start), (t, y.tolist())
         for i in np.flatnonzero(odd).tolist():
-            if self._grows(i, f0[i], size[i], (begin, start), (t, y.tolist())):
+            if self._grows(i, f0[i], size[i], *step):
+                return True
+        way = abs(t * f1) / (1 + abs(y))
+        steep = (way > ways) & ~odd
+        for i in np.flatnonzero(steep).tolist():
+            if self._rises(i, size[i], *step):
                 return True
         self.kernel.rhs(t, y.tolist(), [0.0] * n)
-        least = self.trail[1 + 2 * n :]
         least[odd] = np.maximum(least, LARGER * size)[odd]
+        ways[steep] = 2 * way[steep]
+        self._least_way = float(ways.min(initial=math.inf))
         self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
+        return False
+
+    def _rises(
+        self,
+        i: int,
+        size: float,
+        begin: tuple[float, Sequence[float]],
+        end: tuple[float, Sequence[float]],
+    ) -> bool:
+        """Whether derivative i has a pole where the step leads: by golden section."""
+        (t0, y0), (t1, y1) = begin, end
+        ydot = [0.0] * self.size
+
+        def height(part: float) -> float:
+            y = [a + part * (b - a) for a, b in zip(y0, y1, strict=True)]
+            flag = self.kernel.rhs(t0 + part * (t1 - t0), y, ydot)
+            return abs(ydot[i]) if flag == 0 and math.isfinite(ydot[i]) else math.inf
+
+        low, high = 0.0, 1.0 + AHEAD
+        a, b = high - SECTION * (high - low), low + SECTION * (high - low)
+        left, right = height(a), height(b)
+        for done in range(2 * HALVINGS):
+            highest = max(left, right)
+            if highest > GROWTH * size or (done > SOON and highest < 2 * size):
+                return highest > GROWTH * size
+            if left > right:
+                high, b, right = b, a, left
+                a = high - SECTION * (high - low)
+                left = height(a)
+            else:
+                low, a, left = a, b, right
+                b = low + SECTION * (high - low)
+                right = height(b)
         return False
 
     def _grows(
