@@ -159,15 +159,16 @@ def _turn(c: Code, given: _Arguments, end: str) -> None:
     h = t - trail.load(REAL)
     with c.loop(n) as i:
         f0, f1 = slopes.load(REAL, i), w.load(REAL, places.load(INT, n + i))
-        y1 = w.load(REAL, places.load(INT, i))
         with c.when(f0 * f1 < 0):
-            missed = y1 - states.load(REAL, i) - h * (f0 + f1) * 0.5
+            missed = w.load(REAL, places.load(INT, i)) - states.load(REAL, i) - h * (f0 + f1) * 0.5
             size = c.largest(c.absolute(f0), c.absolute(f1))
             with c.when((size > least.load(REAL, i)) & (c.absolute(missed) > h * size * MISFIT)):
                 odd.set(c.constant(1, INT))
         way, limit = c.absolute(f1 * t), ways.load(REAL, i)
-        with c.when(way > limit), c.when(way > limit * (c.absolute(y1) + 1.0)):
-            odd.set(c.constant(1, INT))
+        with c.when(way > limit):
+            y1 = w.load(REAL, places.load(INT, i))
+            with c.when(way > limit * (c.absolute(y1) + 1.0)):
+                odd.set(c.constant(1, INT))
     with c.when(odd.get().equals(1), leaves=True):
         given.set("poles", 1)
         c.jump(end)

@@ -31,7 +31,7 @@ HALVINGS = 40
 GROWTH = 1e3
 #: Derivatives must be so many times larger before ends are looked between once more.
 LARGER = 4.0
-#: Steps like the last one that are looked along for a pole ahead, and the parts of the golden section.
+#: Steps like the last one that are looked along for a pole ahead; parts of the golden section.
 AHEAD, SECTION = 16.0, (math.sqrt(5) - 1) / 2
 #: Parts after which a derivative that has not grown has no pole on the way.
 SOON = 12
@@ -44,8 +44,9 @@ _IS_ABOVE = (0.0).__gt__
 class Poles:
     """`trail`: the time of the last point (nan: there is none), the states there, their
     derivatives, the sizes below which these are not looked at where their sign changes, and the
-    ways of a second below which they are not where it does not; `places` are the slots of both
-    states and derivatives. All are those of the workspace: an implicit method evaluates beside the end that it accepts."""
+    products with the time below which they are not elsewhere. `places` are the slots of states and
+    derivatives, those of the workspace: an implicit method evaluates beside the end that it
+    accepts."""
 
     def __init__(self, kernel: Kernel, states: int) -> None:
         import numpy as np

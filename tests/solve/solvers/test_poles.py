@@ -86,7 +86,15 @@ def _ends(body: str, name: str, arrival: float, tolerance: float, backend: str) 
 
 @pytest.mark.parametrize(
     "derivative",
-    ["cos(20*time)*100", "-x", "1e9*cos(1e9*x)", "1e7", "-1e6*(x - sin(time))", "-sin(x)/x", "-noEvent(sign(x))/9"],
+    [
+        "cos(20*time)*100",
+        "-x",
+        "1e9*cos(1e9*x)",
+        "1e7",
+        "-1e6*(x - sin(time))",
+        "-sin(x)/x",
+        "-noEvent(sign(x))/9",
+    ],
 )
 def test_a_change_of_sign_that_is_none_is_passed(derivative: str, backend: str) -> None:
     body = f"Real x(start=0.7, fixed=true); equation der(x) = {derivative};"
