@@ -78,7 +78,7 @@ class _Gatherer:
             equations=tuple(_sections(definition)),
             source=_dedent(definition.span) if whole else "",
             file=definition.span.source.name,
-            head=(*head_of(definition.span.text), *self._energy(entry)),
+            head=(*_told(definition.span.text), *self._energy(entry)),
             inherited=tuple(self._inherited(entry)),
         )
 
@@ -186,6 +186,11 @@ class _Gatherer:
     def _base_links(self, entry: Entry) -> Iterator[Link]:
         for base in self._names.bases(entry):
             yield Link(base.full_name, base.full_name)
+
+
+def _told(text: str) -> list[tuple[str, str]]:
+    """What the head of a class says to whoever uses it: not by which tests it is held."""
+    return [(keyword, told) for keyword, told in head_of(text) if keyword != "Check"]
 
 
 _HEADINGS = (

@@ -1,15 +1,18 @@
-"""Writes the handbook: all classes on one page that needs no network and runs no script.
+"""Writes the handbook: all classes on one page that needs no network.
 
 In:   ClassPage   one for each class, parents before children
 Out:  str         HTML: a tree of all classes, and a section for each, of which one is shown
 
 Which section is shown is decided by the style sheet alone (`:target`), so a link to
-`handbook.html#A.B` opens the class `A.B`. Everything that a library says is escaped by the
-template, `page.html`; a content security policy keeps scripts from running all the same.
+`handbook.html#A.B` opens the class `A.B`; one script, known by its hash, searches the tree and
+opens it at the class. Everything that a library says is escaped by the template, `page.html`; a
+content security policy keeps other scripts from running all the same.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -18,6 +21,7 @@ from jinja2.bccache import Bucket
 from markupsafe import Markup
 
 from planarc.catalog.handbook.code import colored
+from planarc.catalog.handbook.formula import formula
 from planarc.catalog.handbook.icon import icon_svg
 from planarc.catalog.handbook.pages import ClassPage, Link
 from planarc.catalog.handbook.prose import clean
@@ -51,12 +55,15 @@ def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
     templates.filters.update(
         clean=lambda text: Markup(clean(text, known)),
         colored=lambda text: Markup(colored(text)),
+        formula=lambda text: Markup(formula(text)),
         icon=lambda page, size: Markup(icon_svg(page.icon, page.name, size)),
         last_name=_last,
         outer=_outer,
     )
     return templates.get_template("page.html").render(
         title=title,
+        script=Markup(script := (_HERE / "page.js").read_text(encoding="utf-8")),
+        digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         styles=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
         pages=pages,
         roots=roots,

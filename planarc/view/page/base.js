@@ -81,6 +81,16 @@ planarc.theme = (() => {
   }
   wish.addEventListener("change", () => set("auto"));
   set("auto");
+  // Paper is light.
+  let kept = "";
+  addEventListener("beforeprint", () => {
+    if (isDark()) kept = "dark";
+    if (kept) set("light");
+  });
+  addEventListener("afterprint", () => {
+    if (kept) set(kept);
+    kept = "";
+  });
   const color = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
   return { isDark, set, color, onChange: (listener) => listeners.add(listener) };
 })();

@@ -36,7 +36,9 @@ def choose_figures(
     own = _documented(result, formulas)
     joints = [name for name, kind in _parts(result) if ".Joints." in kind]
     known = () if insight is None else insight.figures
-    found = [*(Figure(t, _short(c), True) for t, c, _ in known if t == DRIVES), *own]
+    there = {name for figure in own if figure.on for name in figure.curves}
+    driving = [n for title, curves, _ in known if title == DRIVES for n in curves]
+    found = [Figure(DRIVES, _short([n for n in driving if n not in there]), True), *own]
     if joints:
         found.append(Figure("Joints", _changing(result, _names(joints, ("phi", "s"))), not own))
         found.append(Figure("Joint speeds", _changing(result, _names(joints, ("w", "v")))))

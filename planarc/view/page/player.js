@@ -340,6 +340,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     ask();
   });
   watch.observe(canvas);
+  addEventListener("beforeprint", () => show());
   planarc.theme.onChange(() => {
     stage.dress();
     for (const layer of layers) layer.dress();

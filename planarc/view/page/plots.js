@@ -8,6 +8,7 @@ const PALETTE = {
   dark: ["#7fb0ff", "#ffa366", "#7ddc9a", "#e59af0", "#6fd3e6", "#ff9a94", "#e0cc6a", "#b7b6ff"],
 };
 const CHOSEN = "Chosen";
+const PAPER = 620; // pixels that a sheet of paper surely has for a plot
 const DASHES = [[6, 4], [2, 3], [10, 4, 2, 4], [12, 6]]; // of runs that lie beside the first one
 
 const colorsNow = () => PALETTE[planarc.theme.isDark() ? "dark" : "light"];
@@ -299,13 +300,17 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     return true;
   }
 
-  new ResizeObserver(() => {
+  function resize(most = Infinity) {
     for (const { chart, holder } of panels) {
-      const width = Math.max(200, holder.clientWidth);
+      const width = Math.min(most, Math.max(200, holder.clientWidth));
       if (Math.abs(width - chart.width) > 1) chart.setSize({ width, height: chart.height });
     }
     if (now) mark(...now);
-  }).observe(place);
+  }
+
+  new ResizeObserver(() => resize()).observe(place);
+  addEventListener("beforeprint", () => resize(PAPER));
+  addEventListener("afterprint", () => resize());
   planarc.theme.onChange(build);
   build();
 

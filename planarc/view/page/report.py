@@ -140,7 +140,9 @@ def _peaks(runs: Sequence[Shown]) -> str:
         kind = next(unit(p.unit) for p in own if p is not None)
         cells = f"{''.join(map(_peak, own))}<td>{kind}</td>"
         lines.append(f'<tr><th scope="row">{html.escape(name)}</th>{cells}</tr>')
-    return _card("Peak and RMS", f'<div class="wide"><table>{"".join(lines)}</table></div>')
+    return _card(
+        "Peak and RMS", f'<div class="wide" tabindex="0"><table>{"".join(lines)}</table></div>'
+    )
 
 
 def _peak(peak: Peak | None) -> str:
