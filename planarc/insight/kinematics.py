@@ -16,7 +16,7 @@ Components declare further points, such as centres of mass, and where the force 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,8 @@ from planarc.ir.result import Result
 
 #: The slowest turn (rad/s) that has a centre: slower links move straight on.
 _SLOW = 1e-6
+#: What is no vector: in SI units, and as a share of the largest of its layer.
+_ROUND_OFF, _NEGLIGIBLE = 1e-13, 1e-10
 
 
 class _Motion(Data):
@@ -54,7 +56,7 @@ def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...
     moving = [p for p in points if not (isinstance(p.x, float) and isinstance(p.y, float))]
     found = (
         Layer("paths", "Paths", "paths", "m", tuple(Mark(p.name, p.x, p.y) for p in moving)),
-        Layer("forces", "Joint forces", "vectors", "N", tuple(_forces(values, mechanism))),
+        Layer("forces", "Joint forces", "vectors", "N", _told(_forces(values, mechanism))),
         Layer("velocities", "Velocities", "vectors", "m/s", _vectors(points, 0)),
         Layer("accelerations", "Accelerations", "vectors", "m/s2", _vectors(points, 1)),
         Layer("centres", "Instant centres", "centres", "m", _instant_centres(mechanism, motions)),
@@ -128,11 +130,18 @@ def _declared_points(values: Values) -> Iterator[_Point]:
 
 
 def _vectors(points: list[_Point], which: int) -> tuple[Mark, ...]:
-    return tuple(
+    return _told(
         Mark(p.name, p.x, p.y, *p.vectors[which])
         for p in points
         if p.vectors is not None and not _is_zero(p.vectors[which])
     )
+
+
+def _told(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+    """The vectors that are more than round-off, of themselves and against the largest."""
+    sized = [(m, float(np.nanmax(np.hypot(m.u, m.v), initial=0.0))) for m in marks]
+    least = max(_ROUND_OFF, _NEGLIGIBLE * max((size for _, size in sized), default=0.0))
+    return tuple(m for m, size in sized if size > least)
 
 
 def _is_zero(vector: tuple[Track, Track]) -> bool:

@@ -146,6 +146,15 @@
       plots.mark(t, reader);
       if (get("variables").open) tree.mark(reader);
     });
+    planarc.createCard(player, {
+      variables: () => plots.variables,
+      classes: () => latest?.scene.classes,
+      picked: (component, curves) => {
+        curves.forEach((name) => plots.toggle(name, true));
+        get("search").value = component;
+        fields.search(component);
+      },
+    });
     frame.show(player);
     window.planarcPlayer = player;
     requestAnimationFrame(() => look(answer.scene.box));

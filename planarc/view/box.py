@@ -45,7 +45,8 @@ def _outline(item: Item) -> list[tuple[Any, Any]]:
         return [at(0.0, 0.0), at(item.length, 0.0), at(0.0, item.length)]
     half = np.abs(item.width) / 2
     if item.upright:
-        return [(item.x - half, item.y - half), (item.x + half, item.y + half)]
+        x, y = at(*item.points[0]) if item.points else (item.x, item.y)
+        return [(x - half, y - half), (x + half, y + half)]
     if item.shape == "ground":
         return [at(-half, -np.abs(item.length)), at(half, 0.0)]
     if item.shape == "block":

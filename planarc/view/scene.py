@@ -21,7 +21,7 @@ Promises:  items in drawing order (`height`, then declaration); angles without j
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -46,7 +46,8 @@ from planarc.view.skeleton import skeleton
 class Scene(Data):
     """Items over time; `box` is (left, bottom, right, top) of all at any time, or None.
 
-    `corner` are the axes of the world and gravity, small and measured in pixels.
+    `corner` are the axes of the world and gravity, small and measured in pixels. `classes` are
+    those of the components that the items belong to.
     """
 
     time: Vector
@@ -54,6 +55,7 @@ class Scene(Data):
     box: tuple[float, float, float, float] | None
     notes: tuple[str, ...] = ()
     corner: Item | None = None
+    classes: Mapping[str, str] = {}
 
 
 class NotDrawable(Exception):
@@ -81,7 +83,16 @@ def make_scene(result: Result) -> Scene:
         size = _size(items)
         items = [_shortened(item, size, notes) for item in items]
         box = bounds(items)
-    return Scene(result.time, tuple(items), box, tuple(notes), corner_of(world))
+    classes = _classes(result, items)
+    return Scene(result.time, tuple(items), box, tuple(notes), corner_of(world), classes)
+
+
+def _classes(result: Result, items: Sequence[Item]) -> dict[str, str]:
+    """The classes of the components that are drawn, without their packages."""
+    shown = {name for item in items for name in (item.component, *item.parts)}
+    shown |= {name.rpartition(".")[0] for name in shown}
+    parts = (part for part in result.program.parts if part.name in shown)
+    return {part.name: part.class_name.rpartition(".")[2] for part in parts}
 
 
 def corner_of(world: Sequence[Item]) -> Item | None:

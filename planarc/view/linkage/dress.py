@@ -121,9 +121,12 @@ class _Dresser:
         if number is not None and self._groups is not None and number != GROUND:
             group = self._groups.all[number]
             self._parts.setdefault(number, []).append(item)
-            self._point(number, local(group, item.x, item.y))
+            place = local(group, item.x, item.y)
+            self._point(number, place)
             height = group.depth + 0.4
-            item = replace(item, angle=group.angle)
+            if place is not None:  # in the axes of its group, so that nothing new moves
+                x, y, angle = group.x, group.y, group.angle
+                item = replace(item, x=x, y=y, angle=angle, points=(place,))
             color = group.color if is_open(color) else color
         if not isinstance(item.width, (int, float)) or item.width:
             yield replace(item, shape="sphere", color=color, height=height - 0.1)

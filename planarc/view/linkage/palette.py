@@ -23,6 +23,7 @@ BODIES: tuple[tuple[float, float, float], ...] = (
     (172.0, 140.0, 110.0),  # brown
 )
 JOINT = (70.0, 78.0, 90.0)
+FORCE = (192.0, 54.0, 44.0)
 #: What stands still: bearings, and curves of the ground.
 GROUND, BED = (110.0, 110.0, 110.0), (205.0, 209.0, 215.0)
 

@@ -35,6 +35,8 @@ def hull(points: Iterable[Place], slack: float = 0.0) -> tuple[Place, ...]:
     Reference: A. M. Andrew, Information Processing Letters 9(5), 1979, 216-219.
     """
     ordered = sorted(set(points))
+    if reach(ordered) <= slack:
+        return tuple(ordered[:1])
     if len(ordered) < 3:
         return tuple(ordered)
     corners = [*_chain(ordered, slack), *_chain(ordered[::-1], slack)]

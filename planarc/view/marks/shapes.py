@@ -128,7 +128,16 @@ def _shape(
         return Shape((_plate(points),))
     known = _ENDS if upright else _SIDES
     forms = known.get(shape, known["box"])
-    return Shape(tuple(forms(extra)) if callable(forms) else forms, "" if upright else "lw")
+    drawn = tuple(forms(extra)) if callable(forms) else forms
+    return Shape(tuple(_moved(drawn, *points)), "" if upright else "lw")
+
+
+def _moved(forms: tuple[Form, ...], *places: tuple[float, float]) -> Iterator[Form]:
+    """The forms at a place in metres, if there is one."""
+    x, y = places[0] if places else (0.0, 0.0)
+    for form in forms:
+        shifted = tuple((u + x * METRE, v + y * METRE) for u, v in form.points)
+        yield replace(form, points=shifted) if places else form
 
 
 def _first(value: Track) -> float:

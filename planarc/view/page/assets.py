@@ -21,8 +21,8 @@ _HERE = Path(__file__).parent
 _VENDOR = _HERE.parent / "vendor"
 
 #: The modules of the player, in the order in which they build on each other.
-PLAYER = ("base.js", "series.js", "paint.js", "layers.js", "stage.js", "player.js")
-PLOTS = ("plots.js", "runs.js", "tree.js")
+PLAYER = ("base.js", "series.js", "paint.js", "labels.js", "layers.js", "stage.js", "player.js")
+PLOTS = ("plots.js", "runs.js", "tree.js", "card.js")
 STYLES = ("base.css", "player.css", "plots.css")
 
 

@@ -37,6 +37,8 @@ from planarc.view.scene import Scene
 ROWS = 3000
 #: Characters for the variables, and the least number of rows.
 ROOM, FEWEST_ROWS = 1_000_000, 600
+#: Characters of the motion that always have room beside them.
+_MOTION = 250_000
 
 _DEGREES = 180 / pi
 
@@ -61,8 +63,15 @@ def scene_data(
         "layers": [*(_layer(layer, put) for layer in layers), *corner],
         "tracks": tracks.all,
         "box": scene.box,
+        "classes": scene.classes,
         "events": [float(t) for t in events],
     }
+
+
+def room_beside(scene: dict[str, Any]) -> int:
+    """Characters for the variables of a page that shows a scene: a long one leaves less."""
+    carried = sum(len(t) for t in scene["tracks"] if isinstance(t, str))
+    return max(ROOM // 5, ROOM - max(0, carried - _MOTION))
 
 
 def curve_data(
@@ -154,9 +163,11 @@ def _item(item: Item, put: Any, shapes: dict[Shape, int]) -> dict[str, Any]:
     extra = bounded_extra(item)
     if not isinstance(extra, float) or extra:
         data["extra"] = put(extra)
-    number = shapes.setdefault(shape, len(shapes))
+    shaped = shapes.setdefault(shape, len(shapes))
     color = [put(c) for c in item.color]
-    told = {"component": item.component, "shape": number, "color": color, **data}
+    if item.shape == "plate" and item.points:
+        data["middle"] = [number(float(m)) for m in np.mean(item.points, axis=0)]
+    told = {"component": item.component, "shape": shaped, "color": color, **data}
     return {**told, "parts": item.parts} if item.parts else told
 
 

@@ -124,6 +124,31 @@ function paintVectors(layer, context, reader, px, colors) {
   }
 }
 
+planarc.createNames = function (items, classes) {
+  // The names of bodies and joints, each once.
+  const placer = planarc.createPlacer();
+  const named = new Map();
+  for (const item of items) {
+    let name = item.component; // or of a shape, what it is in
+    while (!item.parts && name.includes(".") && !(name in classes)) name = name.replace(/\.[^.]*$/, "");
+    const within = [...named.values()].some((other) => (other.parts || []).includes(name));
+    if (!named.has(name) && !within) named.set(name, item);
+  }
+  const layer = { id: "names", title: "Names", unit: "", on: false, members: [], under: false, reach: null, key: null };
+  layer.paint = (context, reader, px, colors) => {
+    const points = [];
+    const pose = {};
+    for (const [text, item] of named) {
+      if (!planarc.posed(item, reader, pose)) continue;
+      const [u, v] = item.middle || [0, 0];
+      const [c, s] = [Math.cos(pose.angle), Math.sin(pose.angle)];
+      points.push({ text, x: pose.x + c * u - s * v, y: pose.y + s * u + c * v });
+    }
+    placer.paint(context, points, colors.ink, colors.stage);
+  };
+  return layer;
+};
+
 function paintCorner(layer, context, reader, px, colors) {
   // Near the lower left corner of the canvas, above the scale.
   const ratio = window.devicePixelRatio || 1;
@@ -134,6 +159,7 @@ function paintCorner(layer, context, reader, px, colors) {
 
 function paintCentres(layer, context, reader, px, colors) {
   const color = planarc.layerColor(layer.id);
+  const points = [];
   for (const member of layer.members) {
     if (!member.on) continue;
     const [x, y] = [reader.at(member.x), reader.at(member.y)];
@@ -148,6 +174,8 @@ function paintCentres(layer, context, reader, px, colors) {
     context.moveTo(x, y - 1.7 * r);
     context.lineTo(x, y + 1.7 * r);
     context.stroke();
-    planarc.label(context, member.name, x, y, px, color, { dx: 12, dy: -12, halo: colors.stage });
+    points.push({ text: member.name, x, y });
   }
+  layer.placer = layer.placer || planarc.createPlacer();
+  layer.placer.paint(context, points, color, colors.stage);
 }

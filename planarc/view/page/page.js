@@ -35,6 +35,12 @@
     tree.mark(player.reader, true);
   });
 
+  planarc.createCard(player, {
+    variables: () => plots.variables,
+    classes: () => data.scene.classes,
+    picked: (component, curves) => curves.forEach((name) => plots.toggle(name, true)),
+  });
+
   const picture = get("picture");
   picture.append(planarc.icon("picture"));
   picture.addEventListener("click", () => player.picture().toBlob((blob) => {

@@ -64,6 +64,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     items = readItems(next, tracks);
     box = next.box;
     layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box, next.shapes));
+    if (!options.bare) layers.push(planarc.createNames(items, next.classes || {}));
     for (const layer of layers) {
       const before = shown.get(layer.id);
       if (!before) continue;
@@ -257,6 +258,12 @@ planarc.createPlayer = function (element, scene, options = {}) {
     ask();
   }
 
+  function touched(x, y) {
+    reader.seek(state.time);
+    const place = canvas.getBoundingClientRect();
+    return stage.pick(items, reader, x - place.left, y - place.top);
+  }
+
   function faster(direction) {
     speed.selectedIndex = Math.min(speed.length - 1, Math.max(0, speed.selectedIndex + direction));
   }
@@ -374,9 +381,12 @@ planarc.createPlayer = function (element, scene, options = {}) {
     },
     pick(x, y) {
       // The component of the topmost item at a point of the window, or null.
-      reader.seek(state.time);
-      const place = canvas.getBoundingClientRect();
-      return stage.pick(items, reader, x - place.left, y - place.top);
+      return touched(x, y)?.component ?? null;
+    },
+    part(x, y) {
+      // The same with all components that the shape stands for.
+      const item = touched(x, y);
+      return item && { component: item.component, parts: item.parts || [] };
     },
     picture: () => canvas,
     onTime: (listener) => listeners.add(listener),

@@ -17,7 +17,7 @@ from planarc.core.diagnostic import Diagnostic, Severity, UsageError
 from planarc.ir.insight import Insight, Peak
 from planarc.ir.result import Result
 from planarc.view.page import assets
-from planarc.view.page.data import ROOM, choose_rows, curve_data, scene_data
+from planarc.view.page.data import choose_rows, curve_data, room_beside, scene_data
 from planarc.view.page.figures import choose_figures
 from planarc.view.page.runs import Shown, run_data
 from planarc.view.page.typeset import number, typeset, unit
@@ -74,10 +74,11 @@ def render_page(
     rows = choose_rows(result, figures, 4 * len(scene.items), share)
     events = [(e.time, ", ".join(e.causes)) for e in result.events[:EVENTS]]
     series, layers = ((), ()) if insight is None else (insight.series, insight.layers)
+    motion = scene_data(scene, rows, sorted({t for t, _ in events}), layers)
     data = {
         "name": program.name.rpartition(".")[2],
-        "scene": scene_data(scene, rows, sorted({t for t, _ in events}), layers),
-        "curves": curve_data(result, figures, rows, series, ROOM // share),
+        "scene": motion,
+        "curves": curve_data(result, figures, rows, series, room_beside(motion) // share),
         "events": events,
         "label": label,
         "runs": run_data(others, figures, share),

@@ -164,7 +164,7 @@ planarc.createStage = function (canvas) {
   }
 
   function pick(items, reader, x, y) {
-    // The component of the topmost item under a point of the canvas, or else close to it.
+    // The topmost item under a point of the canvas, or else close to it; null where none is.
     return touched(items, reader, x, y, 1) ?? touched(items, reader, x, y, 9);
   }
 
@@ -182,7 +182,7 @@ planarc.createStage = function (canvas) {
         k, 0, 0, -k, width / 2 - view.x * k - x + size / 2, height / 2 + view.y * k - y + size / 2,
       );
       paint(target, pose, 1 / k);
-      if (target.getImageData(0, 0, size, size).data.some((byte) => byte > 0)) return item.component;
+      if (target.getImageData(0, 0, size, size).data.some((byte) => byte > 0)) return item;
     }
     return null;
   }

@@ -17,13 +17,14 @@ from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.insight import Layer, Mark, Track
 from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain
+from planarc.view.linkage.palette import FORCE
 from planarc.view.picture.furniture import Key, round_125
 from planarc.view.scene import Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
 _COLORS = {
     "paths": (13.0, 122.0, 95.0),
-    "forces": (192.0, 54.0, 44.0),
+    "forces": FORCE,
     "velocities": (29.0, 99.0, 196.0),
     "accelerations": (160.0, 56.0, 155.0),
 }

@@ -1,0 +1,164 @@
+"""Mechanisms as they are drawn: what becomes one shape, where it lies, what covers what."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import planarc
+from planarc.view.item import Item
+from planarc.view.linkage.groups import find_groups
+from planarc.view.linkage.palette import BODIES, FORCE, JOINT
+from planarc.view.scene import Scene, make_scene
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+def run(text: str, **more: Any) -> Any:
+    return planarc.load(text, **more).simulate().rows
+
+
+def scene_of(name: str) -> Scene:
+    return make_scene(run(name))
+
+
+def shapes(scene: Scene, *names: str) -> list[Item]:
+    return [item for item in scene.items if item.shape in names]
+
+
+def ends(item: Item) -> Any:
+    """The corners of a plate in the world, over time."""
+    c, s = np.cos(item.angle), np.sin(item.angle)
+    return [(item.x + c * u - s * v, item.y + s * u + c * v) for u, v in item.points]
+
+
+def test_a_rod_and_its_body_are_one_link_from_hinge_to_hinge() -> None:
+    result = run("PlanarMultiBody.Examples.Loops.FourBar")
+    plates = {item.component: item for item in shapes(make_scene(result), "plate")}
+    assert set(plates) == {"crank", "coupler", "rocker"}
+    for name, hinges in {"crank": ("A", "B"), "coupler": ("B", "C")}.items():
+        for x, y in ends(plates[name]):
+            off = [
+                np.max(
+                    np.hypot(x - result[f"rev{h}.frame_b.r[1]"], y - result[f"rev{h}.frame_b.r[2]"])
+                )
+                for h in hinges
+            ]
+            assert min(off) < 1e-6
+    assert plates["crank"].parts == ("crank.frameTranslation", "crank.body")
+
+
+def test_neighbours_have_different_quiet_colours_and_joints_none() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.Loops.AndrewsSqueezer")
+    colors = [item.color for item in shapes(scene, "plate")]
+    assert len(colors) == len(set(colors)) == 7
+    assert set(colors) <= set(BODIES)
+    assert {item.color for item in shapes(scene, "pin", "motor")} == {JOINT}
+
+
+def test_colours_are_told_apart_in_grey_and_are_not_those_of_forces() -> None:
+    grey = [0.3 * r + 0.59 * g + 0.11 * b for r, g, b in BODIES]
+    assert all(abs(a - b) > 15 for a, b in itertools.pairwise(grey))
+    for color in (*BODIES, JOINT):
+        assert np.linalg.norm(np.subtract(color, FORCE)) > 90
+
+
+def test_links_lie_in_the_order_of_the_chain_and_pins_above_them() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.Elementary.DoublePendulum")
+    heights = {item.component: item.height for item in scene.items}
+    bars = sorted(item.height for item in shapes(scene, "plate"))
+    pins = sorted(item.height for item in shapes(scene, "pin"))
+    assert bars == [1.0, 2.0]
+    assert all(b < p for b, p in zip(bars, pins, strict=True))
+    assert min(heights.values()) == min(item.height for item in shapes(scene, "ground"))
+
+
+def test_a_slide_in_the_ground_is_a_block_on_a_guide_as_long_as_its_travel() -> None:
+    result = run("PlanarMultiBody.Examples.Loops.CrankSlider")
+    scene = make_scene(result)
+    (guide,), (block,) = shapes(scene, "guide"), shapes(scene, "block")
+    s = result["dyad.s"]
+    assert guide.length > np.ptp(s)
+    along = block.x - guide.x
+    assert np.all((along > block.length / 2) & (along < guide.length - block.length / 2))
+    assert isinstance(guide.x, float)
+
+
+def test_the_lever_of_a_quick_return_carries_a_block() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.Systems.QuickReturn")
+    assert len(shapes(scene, "block")) == 2
+    assert not shapes(scene, "barrel", "rod")
+
+
+CYLINDER = """
+model M
+  import PlanarMultiBody.*;
+  inner World world;
+  Parts.Fixed a(r={0, 0});
+  Parts.Fixed b(r={1, 0});
+  Joints.Revolute low, arm, high;
+  Joints.Prismatic piston(s(start=0.8, fixed=true));
+  Parts.Body barrel(m=1, r_CM={0.2, 0}), rod(m=1, r_CM={-0.2, 0});
+  Parts.BodyShape beam(r={0.8, 0.6}, m=2);
+equation
+  connect(a.frame_b, low.frame_a);
+  connect(low.frame_b, piston.frame_a);
+  connect(piston.frame_b, high.frame_a);
+  connect(high.frame_b, beam.frame_b);
+  connect(b.frame_b, arm.frame_a);
+  connect(arm.frame_b, beam.frame_a);
+  connect(barrel.frame_a, piston.frame_a);
+  connect(rod.frame_a, piston.frame_b);
+  annotation(experiment(StopTime=0.1));
+end M;
+"""
+
+
+def test_a_slide_between_two_pivots_is_barrel_and_rod() -> None:
+    result = run(CYLINDER)
+    scene = make_scene(result)
+    (barrel,), (rod,) = shapes(scene, "barrel"), shapes(scene, "rod")
+    s = result["piston.s"]
+    assert isinstance(barrel.length, float)
+    assert isinstance(rod.length, float)
+    inner = s + rod.length  # of the rod's inner end, from frame_a
+    assert np.all((inner > 0) & (inner < barrel.length))
+    assert rod.height < barrel.height
+
+
+def test_bearings_stand_where_pins_are_in_the_ground_once() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.Loops.CrankSlider")
+    assert len(shapes(scene, "ground")) == 1
+    assert len(shapes(scene_of(str(EXAMPLES / "four_bar.pmo")), "ground")) == 2
+
+
+def test_cams_are_filled_with_the_colour_of_their_body() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.CurveCurveJoint.CamFollower")
+    (cam,) = shapes(scene, "cam")
+    assert cam.color in BODIES
+
+
+def test_sizes_and_colours_that_are_given_are_kept() -> None:
+    result = run(
+        "model M extends PlanarMultiBody.Examples.Elementary.Pendulum("
+        "bob(sphereDiameter=0.2, sphereColor={1, 2, 3}), hinge(cylinderDiameter=0.1)); "
+        "annotation(experiment(StopTime=0.1)); end M;"
+    )
+    scene = make_scene(result)
+    (disc,), (pin,) = shapes(scene, "sphere"), shapes(scene, "pin")
+    assert disc.width == 0.2
+    assert disc.color == (1.0, 2.0, 3.0)
+    assert pin.width == 0.1
+    assert len(shapes(scene, "mass")) == 1
+
+
+def test_the_unit_is_small_against_links_and_seen_in_the_picture() -> None:
+    result = run("PlanarMultiBody.Examples.Loops.FourBar")
+    groups = find_groups(result)
+    assert groups is not None
+    unit = groups.unit(groups.size)
+    assert groups.size / 260 <= unit <= groups.size / 30
+    assert unit < 0.4 / 5
