@@ -3,6 +3,8 @@
 planarc.simulate, planarc.check   {uri, class?}         {ok, text}, and a message
 planarc.view                      {uri, class?}         {url, class}, and the page is shown
 planarc.handbook                  {code}                {text}
+                                  a text alone is the class, or the code; without an address the
+                                  text that was last used is meant
 planarc/livePage, closePage       {uri, class?}         {url, class}
 planarc/partAt                    a position            {class, component}
 planarc/placeOf                   {uri, class, component}   a location
@@ -42,10 +44,21 @@ def register(peer: Peer) -> None:
 
 def _command(peer: Peer, work: Callable[[Peer, Asked], Any]) -> Callable[..., Any]:
     async def run(*arguments: Any) -> Any:
-        first = arguments[0] if arguments else None
+        first = _addressed(peer, arguments[0] if arguments else {}, work is _handbook)
         return await asyncio.to_thread(_careful(work), peer, first)
 
     return run
+
+
+def _addressed(peer: Peer, given: Any, is_code: bool) -> Any:
+    """What a command is given, with what an editor's command line leaves out of it."""
+    if isinstance(given, str):
+        given = {"code" if is_code else "class": given}
+    if is_code or not isinstance(given, dict) or given.keys() & {"uri", "textDocument"}:
+        return given
+    if peer.used is None:
+        raise RequestFailed("no text is open: open a model first")
+    return {**given, "uri": peer.used}
 
 
 def _careful(work: Callable[[Peer, Asked], Any]) -> Callable[[Peer, Any], Any]:

@@ -59,14 +59,14 @@ class Pages:
             if key not in self._open:
                 page = LiveServer(Session(request, fastest_backend()), request, framed=True)
                 page.start()
-                self._open[key] = page
+                self._open[key], self._next[key] = page, Edition(shelf, text)
             return self._open[key].address, request.class_name
 
     def follow(self, shelf: Shelf, text: Text, name: str, seen: Seen, wanted: Wanted) -> bool:
         """Let the page of a model show what a check made of it; false where there is none.
         Raises Overtaken."""
         key = text.path, name
-        if key not in self._open or text.errors:  # what was left out of a text is not its model
+        if not self._is_old(key, text) or text.errors:  # what was left out is not its model
             return False
         from planarc.editor.handover import draft_of
 
@@ -77,9 +77,13 @@ class Pages:
     def settle(self, shelf: Shelf, text: Text) -> None:
         """Let the pages of a text show its present edition, those that do not yet."""
         for key, _ in self._of(text.path):
-            known = self._next.get(key)
-            if known is None or known.text is not text:
+            if self._is_old(key, text):
                 self._put(key, Edition(shelf, text))
+
+    def _is_old(self, key: Key, text: Text) -> bool:
+        """True for an open page that shows another edition."""
+        known = self._next.get(key)
+        return known is not None and known.text is not text
 
     def _put(self, key: Key, edition: Edition) -> None:
         self._next[key] = edition

@@ -95,6 +95,7 @@ class Peer(LanguageServer):
         self.session = Session(*told, pause, self._seen)
         self.pages = Pages(self._failed)
         self._uris: dict[Path, str] = {}
+        self.used: str | None = None  # the address of the open text that was last used
         self._loop: asyncio.AbstractEventLoop | None = None
 
     # Its life
@@ -147,6 +148,8 @@ class Peer(LanguageServer):
 
     def text_at(self, uri: str) -> Text:
         """The text of an address. Raises OSError where it is neither open nor a file."""
+        if path_of(uri) in self._uris:
+            self.used = uri
         return self.session.text(path_of(uri))
 
     def uri(self, path: Path) -> str:
@@ -154,13 +157,15 @@ class Peer(LanguageServer):
 
     def put(self, uri: str, content: str, edition: int, touched: int = 0) -> None:
         path = path_of(uri)
-        self._uris[path] = uri
+        self._uris[path] = self.used = uri
         self.session.put(path, content, edition, touched)
 
     def forget(self, uri: str) -> None:
         self.session.close(path_of(uri))
         self.pages.close(path_of(uri))
         self._uris.pop(path_of(uri), None)
+        if self.used == uri:
+            self.used = next(reversed(self._uris.values()), None)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     # From the worker's thread

@@ -100,6 +100,37 @@ async def test_a_command_without_what_it_needs_is_refused(client: LanguageClient
         await client.workspace_execute_command_async(lsp.ExecuteCommandParams("planarc.no"))
 
 
+async def test_a_command_line_names_no_text(client: LanguageClient) -> None:
+    editor = Editor(client)
+
+    async def checked(*arguments: object) -> str:
+        given = list(arguments) or None
+        said = await client.workspace_execute_command_async(
+            lsp.ExecuteCommandParams("planarc.check", arguments=given)
+        )
+        return str(said["text"])
+
+    with pytest.raises(JsonRpcException, match="open a model first"):
+        await checked()
+    uri = editor.open(FOUR_BAR)
+    assert "FourBar is complete" in await checked()
+    two = editor.open(Path("untitled:two"), COMPUTED + "model N end N;\n")
+    assert "N is complete" in await checked("N")
+    assert "M is complete" in await checked({"class": "M"})
+    with pytest.raises(JsonRpcException, match="`M`, `N`"):
+        await checked()
+    await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document(uri)))
+    assert "FourBar is complete" in await checked()
+    for closed in (uri, two):
+        client.text_document_did_close(lsp.DidCloseTextDocumentParams(document(closed)))
+    with pytest.raises(JsonRpcException, match="open a model first"):
+        await checked()
+    handbook = await client.workspace_execute_command_async(
+        lsp.ExecuteCommandParams("planarc.handbook", arguments=["F210"])
+    )
+    assert handbook["text"].startswith("## F210")
+
+
 async def test_the_live_page_of_a_text(client: LanguageClient) -> None:
     editor = Editor(client)
     uri = editor.open(FOUR_BAR)
