@@ -68,6 +68,11 @@ class Result:
         self.warnings = rows.warnings
         self.ended = rows.ended  # the reason why the run ended before its time, if it did
 
+    @property
+    def compiled(self) -> Compiled | None:
+        """The model that made the rows, where it is at hand."""
+        return self._compiled
+
     def __getitem__(self, name: str) -> Vector:
         """The values of a name. Raises UnknownName (a UsageError and a KeyError)."""
         if isinstance(name, str) and name in self.rows:

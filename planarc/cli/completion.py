@@ -89,13 +89,13 @@ def settings(ctx: typer.Context, incomplete: str) -> Iterable[str]:
 @_quietly
 def metrics(ctx: typer.Context, incomplete: str) -> Iterable[str]:
     """Variables, alone or in what is made of them."""
-    from planarc.study.metric import REDUCTIONS
+    from planarc.study.metric import KINDS
 
     head, bracket, begun = incomplete.rpartition("(")
     names = _stepwise((c.name for c in _program(ctx).columns if not c.constant), begun)
     if bracket:
         return [f"{head}({name}" + ")" * (not name.endswith(".")) for name in names]
-    return [*(f"{kind}(" for kind in REDUCTIONS), *names]
+    return [*(f"{kind}(" for kind in KINDS), *names]
 
 
 @_quietly

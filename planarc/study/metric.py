@@ -18,6 +18,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.program import Program
+from planarc.study.extremum import highest, lowest
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
 
@@ -32,13 +33,18 @@ def _mean(time: Any, x: Any) -> Any:
 
 REDUCTIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "final": lambda time, x: x[-1],
-    "max": lambda time, x: np.max(x),
-    "min": lambda time, x: np.min(x),
     "mean": _mean,
     "rms": lambda time, x: np.sqrt(_mean(time, x * x)),
-    "range": lambda time, x: np.ptp(x),
-    "maxabs": lambda time, x: np.max(np.abs(x)),
 }
+#: Those that take the highest and lowest places of a variable, between the rows, too.
+EXTREMA: Mapping[str, Callable[[Result, str], float]] = {
+    "max": highest,
+    "min": lowest,
+    "range": lambda result, name: highest(result, name) - lowest(result, name),
+    "maxabs": lambda result, name: max(highest(result, name), -lowest(result, name)),
+}
+#: All that a metric may be made with, in the order of the help.
+KINDS = ("final", "max", "min", "mean", "rms", "range", "maxabs")
 
 
 class Reduction(Data):
@@ -48,6 +54,8 @@ class Reduction(Data):
     variable: str
 
     def __call__(self, result: Result) -> float:
+        if self.kind in EXTREMA:
+            return EXTREMA[self.kind](result, self.variable)
         return float(REDUCTIONS[self.kind](result.time, result[self.variable]))
 
 
@@ -116,6 +124,6 @@ def _read(text: Any, program: Program) -> Reduction:
     if call is None or call[1] == "der":
         raise unknown_name("variable", name, columns)
     kind, variable = call[1], call[2].strip()
-    refuse_unknown("metric", (kind,), REDUCTIONS)
+    refuse_unknown("metric", (kind,), KINDS)
     refuse_unknown("variable", (variable,), columns)
     return Reduction(kind, variable)
