@@ -35,7 +35,6 @@ _TOP = 1e6
 
 #: The endings with which a name is tried, in this order.
 _VECTORS = ("", ".r_0CM", ".r", ".frame_a.r", ".frame_b.r")
-_TRACE = (214.0, 69.0, 65.0)
 #: The most points of a path; no picture shows more.
 _POINTS = 600
 
@@ -111,7 +110,7 @@ def _trace(result: Result, name: str) -> Item:
     x, y = result[f"{vector}[1]"], result[f"{vector}[2]"]
     times = np.linspace(result.time[0], result.time[-1], min(_POINTS, 4 * len(x)))
     path = np.interp(times, result.time, x), np.interp(times, result.time, y)
-    return _path(name, *path, _TRACE)
+    return _path(name, *path, _COLORS["paths"])
 
 
 def _has_point(result: Result, part: str) -> bool:
