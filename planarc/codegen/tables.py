@@ -17,7 +17,7 @@ from planarc.core.unit import rate_text
 from planarc.evaluate.value import evaluate
 from planarc.ir.actions import rewrite_action
 from planarc.ir.dae import SHARING, Action, Kind, Parameter, Variable
-from planarc.ir.expr import Expr, Op, symbol_text
+from planarc.ir.expr import Expr, Op, postorder, symbol_text, symbols
 from planarc.ir.program import (
     CandidateSlot,
     Column,
@@ -29,6 +29,9 @@ from planarc.ir.program import (
     WhenCode,
 )
 from planarc.ir.sorted import Candidate, SortedDae
+
+#: Functions that turn back again and again where their argument goes on.
+WAVES = ("sin", "cos", "tan")
 
 
 class Tables:
@@ -162,8 +165,17 @@ class Tables:
         found = []
         for i, (r, zero) in enumerate(zip(self._dae.relations, self._sections.zeros, strict=True)):
             told = (r.strict, r.time_only, r.text, r.span, r.component)
-            found.append(RelationSlot(self._layout[f"event[{i}]"], zero, *told))
+            waves = not r.time_only and self._waves(r.zero)
+            found.append(RelationSlot(self._layout[f"event[{i}]"], zero, *told, waves=waves))
         return tuple(found)
+
+    def _waves(self, zero: Expr) -> bool:
+        """Whether a formula swings with what changes between events."""
+        swings = [e for e in postorder((zero,)) if e.op is Op.CALL and e.data in WAVES]
+        if not swings:
+            return False
+        known = {p.name for p in self._dae.parameters} | {v.name for v in self._dae.discretes}
+        return any(s.name not in known for s in symbols(*swings))
 
     def samplers(self) -> tuple[tuple[int, Expr, Expr, Span], ...]:
         aliases = self._sections.aliases

@@ -178,7 +178,8 @@ class DiscreteSlot(Data):
 class RelationSlot(Data):
     """Truth of a relation in `slot`; its zero function in the statement list `roots`.
 
-    A `certain` one is looked at whatever others say, so that its zero function must be a number.
+    A `certain` one is looked at whatever others say, so that its zero function must be a number;
+    one that `waves` may switch any number of times within a step.
     """
 
     slot: int
@@ -189,6 +190,7 @@ class RelationSlot(Data):
     span: Span
     component: str = ""
     certain: bool = True
+    waves: bool = False
 
 
 class WhenCode(Data):

@@ -85,6 +85,7 @@ class Run:
             self.delays if self.delays.present else None,
             request.fixed_step,
             _followed(program),
+            any(r.waves for r in program.relations),
         )
         self.integrator: Integrator
         self.integrator, self.reason = make_integrator(

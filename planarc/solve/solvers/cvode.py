@@ -137,7 +137,8 @@ class Cvode(Integrator):
         self._time = C.c_double()
         self._total = Counts()
         # Who must see every step lets it come back to Python.
-        self.looks = self._addresses is not None and settings.past is None
+        alone = settings.past is None and not settings.waves
+        self.looks = self._addresses is not None and alone
         self._driver: Driver | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if self._addresses is not None:
@@ -344,7 +345,10 @@ class Cvode(Integrator):
         return self._dense  # type: ignore[no-any-return]
 
     def _zeros(self) -> Sequence[float]:
-        return self._callbacks.zeros
+        if self._addresses is None:
+            return self._callbacks.zeros
+        found = [0.0] * self._settings.relations
+        return found if self._relations.roots(self.t, self.y, found) == 0 else ()
 
     def _go_back(self, t: float, y: Sequence[float]) -> None:
         self._time.value, self._y[:] = t, list(y)

@@ -12,7 +12,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from enum import Enum
-from typing import Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 from msgspec.structs import replace
 
@@ -23,6 +24,9 @@ from planarc.solve.solvers.dips import Dips
 from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.watch import Watch
 from planarc.solve.solvers.zeros import Zeros
+
+if TYPE_CHECKING:
+    from planarc.solve.solvers.waves import Waves
 
 #: States from which derivatives of the right-hand side are cheaper than its differences.
 FEWEST_DERIVED = 8
@@ -90,6 +94,7 @@ class Settings(Data):
     past: Past | None = None
     fixed_step: float | None = None  # seconds
     tears: tuple[int, ...] = ()  # slots of the unknowns of nonlinear blocks of the top
+    waves: bool = False  # zero functions may switch any number of times within a step
 
 
 class Integrator(ABC):
@@ -167,6 +172,8 @@ class Integrator(ABC):
             zeros = self._zeros() if switches and march.outcome is not Outcome.ROOT else ()
             if zeros and self._dips.note(self.t, zeros):
                 march = self._dip() or march
+            if self._settings.waves:
+                march = self._switch(begin) or march
             unsolved = March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
             if past is not None and not past.take(self, begin):
                 return unsolved
@@ -214,6 +221,20 @@ class Integrator(ABC):
         t, directions = found
         self._go_back(t, list(self.interpolate(t)))
         return March(Outcome.ROOT, tuple(directions))
+
+    def _switch(self, begin: float) -> March | None:
+        """Go back to the first crossing since `begin`, however often functions switch."""
+        found = self._waves.search(self.interpolate, begin, self.t, self._crossing)
+        if found is None or not begin < found[0] < self.t:
+            return None
+        self._go_back(found[0], list(self.interpolate(found[0])))
+        return March(Outcome.ROOT, tuple(found[1]))
+
+    @cached_property
+    def _waves(self) -> Waves:
+        from planarc.solve.solvers.waves import Waves
+
+        return Waves(self._relations, self._settings.relations)
 
     def _take_rows(self, recorder: Recorder, until: float) -> bool:
         """Every row due up to a time; false where the equations could not be solved."""
