@@ -14,12 +14,12 @@ from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
-from planarc.ir.insight import Insight
-from planarc.ir.result import Result
-from planarc.view.table.table import Table
 
 if TYPE_CHECKING:
+    from planarc.ir.insight import Insight
+    from planarc.ir.result import Result
     from planarc.view.page.runs import Shown
+    from planarc.view.table.table import Table
 
 
 def view(
