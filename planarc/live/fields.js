@@ -20,7 +20,7 @@ function nice(size) {
   return [1, 2, 5, 10].map((f) => f * power).find((s) => s >= size * 0.999);
 }
 
-planarc.createFields = function (element, { changed, opened = 10 }) {
+planarc.createFields = function (element, { changed, refused = () => {}, opened = 10 }) {
   const { element: make } = planarc;
   const set = new Map(); // what the user changed: key -> number in SI units, or class
   const rows = new Map(); // key -> {row, field, put, original}
@@ -102,7 +102,7 @@ planarc.createFields = function (element, { changed, opened = 10 }) {
     function take(value) {
       const problem = outside(field, value);
       tell(name, problem);
-      if (problem) return;
+      if (problem) return refused(label, problem);
       place(value);
       change(name, value);
     }
@@ -115,7 +115,8 @@ planarc.createFields = function (element, { changed, opened = 10 }) {
         slider.style.setProperty("--done", `${part}%`);
         const problem = outside(field, Number(text(value)) / field.factor);
         tell(name, problem);
-        if (!problem) change(name, Number(text(value)) / field.factor);
+        if (problem) refused(label, problem);
+        else change(name, Number(text(value)) / field.factor);
       });
       slider.addEventListener("dblclick", () => { put(rows.get(name).original); take(rows.get(name).original); });
     }

@@ -29,6 +29,7 @@
 
   const frame = planarc.createFrame();
   const fields = planarc.createFields(get("fields"), {
+    refused: (label, message) => fail(`${label}: ${message}`),
     changed: (name) => {
       moved = performance.now();
       get("reset").hidden = fields.changes === 0;
@@ -100,13 +101,28 @@
       fields.search(get("search").value);
     }
     const left = fields.blame(answer.problems);
-    tell([...left.map((p) => ["error", p.hint && !p.text ? `${p.message}\n${p.hint}` : p.message, p.text]), ...notes]);
+    // The text repeats the message in its first line.
+    const told = left.map((p) => ["error", p.hint && !p.text ? `${p.message}\n${p.hint}` : p.message, excerpt(p.text)]);
+    tell([...told, ...notes]);
     stale(!answer.scene);
     if (answer.scene) show(answer, asked, isStart);
     if (isStart && answer.scene) return say("working …", true);
     seconds = answer.seconds;
+    const [problem] = answer.problems;
+    if (problem) return fail(problem.message);
     const time = answer.seconds < 10 ? `${Math.round(1000 * answer.seconds)} ms` : `${answer.seconds.toFixed(0)} s`;
-    say(answer.scene ? `simulated in ${time}` : "cannot be simulated");
+    say(`simulated in ${time}`);
+  }
+
+  const excerpt = (text) => text.split("\n").slice(1).join("\n");
+
+  function fail(message) {
+    // The header tells in a line what the field or the notes tell whole.
+    const [line] = message.split("\n");
+    say("");
+    get("state").append(...planarc.spoken(line));
+    get("state").title = line;
+    get("state").classList.add("wrong");
   }
 
   function show(answer, asked, isStart) {
@@ -136,9 +152,9 @@
       changed: (names) => tree && tree.check(names),
     });
     runs = planarc.createRuns(get("runs"), {
-      changed: (shown) => {
+      changed: (shown, name) => {
         player.setGhosts(shown);
-        plots.setRuns(shown);
+        plots.setRuns(shown, name);
       },
     });
     tree = planarc.createTree(get("tree"), plots.variables, { toggle: plots.toggle });
@@ -186,6 +202,8 @@
 
   function say(text, busy = false) {
     get("state").textContent = text;
+    get("state").title = "";
+    get("state").classList.remove("wrong");
     get("state").classList.toggle("busy", busy);
   }
 
@@ -209,12 +227,7 @@
         tell([["error", await response.text()]]);
         return;
       }
-      const link = make("a", {
-        href: URL.createObjectURL(await response.blob()),
-        download: `${get("name").textContent.split(".").pop()}.${button.dataset.ending}`,
-      });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+      planarc.download(`${get("name").textContent.split(".").pop()}.${button.dataset.ending}`, await response.blob());
     });
   }
 

@@ -17,9 +17,9 @@
     changed: (names) => tree && tree.check(names),
   });
   const runs = planarc.createRuns(get("runs"), {
-    changed: (shown) => {
+    changed: (shown, name) => {
       player.setGhosts(shown);
-      plots.setRuns(shown);
+      plots.setRuns(shown, name);
     },
   });
   runs.name(data.label);
@@ -43,11 +43,7 @@
 
   const picture = get("picture");
   picture.append(planarc.icon("picture"));
-  picture.addEventListener("click", () => player.picture().toBlob((blob) => {
-    const link = make("a", { href: URL.createObjectURL(blob), download: `${data.name}.png` });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  }));
+  picture.addEventListener("click", () => player.picture().toBlob((blob) => planarc.download(`${data.name}.png`, blob)));
 
   const events = get("events");
   if (events) {

@@ -48,6 +48,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   let figures = open(data.figures);
   let panels = [];
   let runs = []; // beside the first one: {number, label, data, reader}
+  let here = ""; // what the run that plays is called among several
   let woven = null; // the rows of all runs by time: [time, number of the run, row]
   let now = null; // time and reader of the last mark
 
@@ -82,7 +83,20 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
 
   function drawFigure(figure) {
     const box = make("section", { class: "figure", "aria-label": figure.title });
-    box.append(make("h3", {}, figure.title));
+    const saved = (ending, write) => make(
+      "button",
+      {
+        type: "button", class: "link save", title: `Save what is shown as .${ending}`,
+        "aria-label": `Save ${figure.title} as .${ending}`,
+        onclick: () => planarc.download(`${figure.title}.${ending}`, write(), ending === "csv" ? "text/csv" : "image/svg+xml"),
+      },
+      ending.toUpperCase(),
+    );
+    const own = () => panels.filter((panel) => panel.figure === figure);
+    box.append(make(
+      "div", { class: "title" }, make("h3", {}, figure.title),
+      saved("csv", () => planarc.figureCsv(own())), saved("svg", () => planarc.figureSvg(figure.title, own())),
+    ));
     place.append(box); // before the plots, which ask for their width
     const units = new Map();
     for (const name of figure.curves) {
@@ -105,6 +119,16 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       ticks: { stroke: planarc.theme.color("line"), width: 1, size: 4 },
     };
     const values = curves.map((curve, i) => entry(legend, figure, curve, colors[i % colors.length], i >= colors.length));
+    const looks = curves.map((c, i) => ({
+      name: c.name, label: runs.length ? here : "", color: colors[i % colors.length], width: 1.6,
+      dash: i >= colors.length ? [6, 4] : undefined,
+    }));
+    for (const run of runs) {
+      looks.push(...curves.map((c, i) => ({
+        name: c.name, label: run.label, color: colors[(curves.length > 1 ? i : run.number) % colors.length],
+        width: 1.4, dash: DASHES[(run.number - 1) % DASHES.length],
+      })));
+    }
     const chart = new uPlot(
       {
         width: Math.max(200, holder.clientWidth),
@@ -117,13 +141,9 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
           { ...axis, size: 28, values: (u, ticks) => ticks.map((v, i) => (i === ticks.length - 1 ? `${plain(v)} s` : plain(v))) },
           { ...axis, size: room, values: (u, ticks) => ticks.map(plain) },
         ],
-        series: [{}, ...curves.map((c, i) => ({
-          stroke: colors[i % colors.length], width: 1.6, dash: i >= colors.length ? [6, 4] : undefined,
-          points: { show: false }, pxAlign: 0,
-        })), ...runs.flatMap((run) => curves.map((c, i) => ({
-          stroke: colors[(curves.length > 1 ? i : run.number) % colors.length], width: 1.4,
-          dash: DASHES[(run.number - 1) % DASHES.length], points: { show: false }, pxAlign: 0,
-        })))],
+        series: [{}, ...looks.map(({ color, width, dash }) => ({
+          stroke: color, width, dash, points: { show: false }, pxAlign: 0,
+        }))],
         hooks: { setCursor: [(u) => tell(u.cursor.idx)] },
       },
       numbers(curves),
@@ -144,7 +164,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       if (panel.hovered) tellValues(panel, chart.data[0][row]);
       else if (now) markPanel(panel, ...now);
     }
-    const panel = { chart, line, holder, curves, values, unit, hovered: false };
+    const panel = { chart, line, holder, curves, values, unit, figure, looks, plain, hovered: false };
     return panel;
   }
 
@@ -183,7 +203,8 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
     return rows.sort((a, b) => a[0] - b[0] || a[1] - b[1] || a[2] - b[2]);
   }
 
-  function setRuns(list) {
+  function setRuns(list, name = "") {
+    here = name;
     runs = list.map((run) => {
       const read = planarc.readCurves(run.curves);
       return { number: run.number, label: run.label, data: read, reader: planarc.createReader(read.time) };

@@ -45,7 +45,7 @@ planarc.createRuns = function (element, { changed }) {
 
   function draw() {
     dress();
-    changed(shown());
+    changed(shown(), own);
   }
 
   planarc.theme.onChange(dress);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -94,3 +95,31 @@ def test_the_table_of_peaks_has_each_run(
     row = page.locator(".about tr", has_text="revA force").locator("td").all_inner_texts()
     assert len(row) == 3 * 3 + 1
     assert row[-1] == "N"
+
+
+@pytest.mark.parametrize("ending", ["csv", "svg"])
+def test_what_a_figure_shows_is_saved(
+    ending: str, page_of_three: Path, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    page = open_page(page_of_three)
+    page.evaluate("planarcPlots.panels.forEach((p) => p.chart.setScale('x', { min: 2, max: 4 }))")
+    with page.expect_download() as download:
+        page.get_by_label(f"Save Joints as .{ending}").click()
+    assert download.value.suggested_filename == f"Joints.{ending}"
+    file = tmp_path / f"saved.{ending}"
+    download.value.save_as(file)
+    text = file.read_text("utf-8")
+    if ending == "svg":
+        from xml.etree import ElementTree
+
+        paths = ElementTree.fromstring(text).findall("{http://www.w3.org/2000/svg}path")
+        curves = [p for p in paths if p.get("fill") == "none"]
+        assert len(curves) == 4 * 3
+        assert all(len(p.get("d", "")) > 200 for p in curves)
+        return
+    head, *rows = list(csv.reader(text.splitlines()))
+    assert head[0] == "time [s]"
+    assert head[1] == "revA.phi [deg] (crank.r[1] = 0.4 m)"
+    assert len(head) == 1 + 4 * 3
+    times = [float(row[0]) for row in rows]
+    assert (min(times) >= 2, max(times) <= 4, len(times) > 100) == (True, True, True)
