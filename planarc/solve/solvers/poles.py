@@ -54,7 +54,7 @@ class Poles:
         self.kernel, self.size = kernel, states
         self.places = np.zeros(2 * states, dtype=np.int64)
         self.trail = np.zeros(1 + 4 * states)
-        self.begin([0] * (2 * states), [0.0] * states)
+        self.begin([0] * (2 * states), [math.inf] * states)  # nothing to look at yet
 
     def begin(self, places: Sequence[int], absolute: Sequence[float]) -> None:
         """Go on anew, with these slots of the states and of their derivatives, and these absolute
