@@ -113,6 +113,10 @@ def run(
         result = simulate(compiled.program, kernel, options, progress=progress)
         given = options.tolerance or compiled.program.experiment.tolerance
         lost = judge_losses(result, given)
+        if result.events and any(d.kind == "event" for d in compiled.program.declared):
+            from planarc.insight.happenings import name_events
+
+            result = replace(result, events=name_events(result))
     return result if lost is None else replace(result, warnings=(*result.warnings, lost))
 
 

@@ -20,10 +20,13 @@ if TYPE_CHECKING:
 
 
 class EventRecord(Data):
-    """An instant at which something switched; `causes` names the relations."""
+    """An instant at which something switched. `causes` tells what happened, in words of the
+    components that declare these (`insight.happenings`), else the relations; `owners` are the
+    components of relations that switched, in their order."""
 
     time: float
     causes: tuple[str, ...]
+    owners: tuple[str, ...] = ()
 
 
 class StateChoice(Data):

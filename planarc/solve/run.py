@@ -373,7 +373,8 @@ class Run:
     def _event(self, t: float, crossing: dict[int, bool], fired: list[int]) -> None:
         y = self.integrator.y
         if self._row(t, y):
-            self._process(t, y, crossing, fired, self.events.causes(crossing, fired))
+            owners = self.events.owners(crossing)
+            self._process(t, y, crossing, fired, self.events.causes(crossing, fired), owners)
 
     def _process(
         self,
@@ -382,6 +383,7 @@ class Run:
         crossing: dict[int, bool],
         fired: list[int],
         causes: tuple[str, ...],
+        owners: tuple[str, ...] = (),
     ) -> None:
         """Settle what happens at an instant, of which the row before is taken, and restart."""
         self.kernel.accept(t)
@@ -389,7 +391,7 @@ class Run:
         self.delays.kink(t)
         before = self._jumps.positions()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
-        self.records.append(EventRecord(t, causes))
+        self.records.append(EventRecord(t, causes, owners))
         self._note(done.ended, done.warnings)
         if self._row(t, done.y):
             self.recorder.pass_by(t)

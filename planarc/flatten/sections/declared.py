@@ -9,6 +9,8 @@ Out:  flat.Declared, one for each expression, typed in the component's own scope
     energy(lossPower = P, suppliedPower = P)     turned into heat; put in from outside; in W
     point(centre = r), point = r                 a point of the plane that moves, in m
     contact = r                                  where a joint's force acts, in m
+    event('sticks' = locked)                     what happens when a condition becomes true
+    event('sticks'(from = sliding) = locked)     the same, where another one was true before
 
 Example: `annotation(__planarc(energy(potential = c*s^2/2)))` in the class of `spring` becomes
     Declared("spring", "energy", "potential", spring.c*spring.s^2/2)
@@ -31,7 +33,7 @@ from planarc.ir import flat, syntax
 _WORD = "__planarc"
 _ENERGIES = {"kinetic": "J", "potential": "J", "lossPower": "W", "suppliedPower": "W"}
 _STORED = ("kinetic", "potential")
-_KINDS = ("visual", "energy", "point", "contact")
+_KINDS = ("visual", "energy", "point", "contact", "event")
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
 
 
@@ -41,8 +43,12 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
     for index, foreign, kind, name, value in _told(instance.layout, session):
         try:
             typed = type_expression(value, Env(instance.scope(index)))
-            dims = () if kind == "energy" else (2,)
-            if typed.type.base not in _NUMBERS or typed.type.dims != dims:
+            bases, dims = (
+                ((flat.Base.BOOLEAN,), ())
+                if kind == "event"
+                else (_NUMBERS, () if kind == "energy" else (2,))
+            )
+            if typed.type.base not in bases or typed.type.dims != dims:
                 raise _wrong_type(kind, name, value)
         except PlanarcError as problem:
             if not foreign:  # a library in another version may have other variables
@@ -54,12 +60,12 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
 def unit_of(kind: str, name: str) -> str:
     """The unit in which something is declared."""
     if kind != "energy":
-        return "m"
+        return "" if kind == "event" else "m"
     return "W" if name.endswith(".rate") else _ENERGIES[name]
 
 
 def _wrong_type(kind: str, name: str, value: syntax.Expression) -> PlanarcError:
-    what = "a number" if kind == "energy" else "a vector of two numbers"
+    what = {"energy": "a number", "event": "true or false"}.get(kind, "a vector of two numbers")
     return error("F267", f"`{name or kind}` of `{_WORD}` must be {what}", value.span)
 
 
@@ -118,11 +124,15 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
     if value is not None:
         if kind == "energy":
             raise error("F267", "say which energy: `energy(kinetic = ...)`", argument.span)
+        if kind == "event":
+            raise error("F267", "say what happens: `event('sticks' = ...)`", argument.span)
         yield kind, "", value
     for inner in inside(argument):
         name = _name(inner)
         if kind == "energy":
             yield from _energy(name, inner)
+        elif kind == "event":
+            yield from _event(name.strip("'"), inner)
         elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
             yield kind, name, own
 
@@ -139,6 +149,19 @@ def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, sy
         if name not in _STORED or _name(inner) != "rate" or rate is None:
             raise _unknown(_name(inner), ("rate",) if name in _STORED else (), inner)
         yield "energy", f"{name}.rate", rate
+
+
+def _event(text: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+    assert isinstance(argument, syntax.ElementModification)
+    value = binding_of(argument)
+    if value is None:
+        raise error("F267", f"say when: `event('{text}' = ...)`", argument.span)
+    yield "event", text, value
+    for inner in inside(argument):
+        before = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
+        if _name(inner) != "from" or before is None:
+            raise _unknown(_name(inner), ("from",), inner)
+        yield "event", f"{text}.from", before
 
 
 def _name(argument: syntax.Argument) -> str:

@@ -195,6 +195,10 @@ class Events:
         ]
         return tuple(texts)
 
+    def owners(self, crossing: Iterable[int]) -> tuple[str, ...]:
+        """The components of relations."""
+        return tuple(self.program.relations[i].component for i in crossing)
+
     def finish(self) -> bool:
         """Whether anything may happen at the end."""
         self._set_flag(TERMINAL, True)
