@@ -123,15 +123,16 @@ def read(start: str, span: Span) -> Reading:
         errors = language.build.errors
         if tree is None:
             from planarc.parse.repair.recover import find_errors
-            from planarc.parse.repair.salvage import salvage
+            from planarc.parse.repair.salvage import leaves_out, salvage
 
             errors, mended = find_errors(language, start, tokens, lexical)
             language.build.begin(span)
-            run(language.table, language.reductions, start, [*mended, tokens[-1]])
+            tree = run(language.table, language.reductions, start, [*mended, tokens[-1]])
             errors = [*errors, *_errors_beside(language, [*errors, *lexical])]
-            language.build.begin(span)
-            whole = salvage(language.table, start, tokens, mended)
-            tree = run(language.table, language.reductions, start, whole)
+            if tree is None or leaves_out(tokens, mended):
+                language.build.begin(span)
+                whole = salvage(language.table, start, tokens, mended)
+                tree = run(language.table, language.reductions, start, whole)
     found = sorted((*lexical, *errors), key=lambda e: e.span.start if e.span else 0)
     every: dict[tuple[object, ...], Diagnostic] = {}
     for e in found:

@@ -28,9 +28,14 @@ _MOST = 200
 def salvage(table: Table, start: str, tokens: list[Token], mended: list[Token]) -> list[Token]:
     """The tokens to build; the last of `tokens` is the end of the text."""
     automaton = Automaton(table, start)
-    if _classes(mended) < _classes(tokens):
+    if leaves_out(tokens, mended):
         mended = _without_statements(automaton, tokens)
     return _closed(automaton, mended, tokens[-1])
+
+
+def leaves_out(tokens: list[Token], mended: list[Token]) -> bool:
+    """True where repairs left out a class."""
+    return _classes(mended) < _classes(tokens)
 
 
 def _classes(tokens: list[Token]) -> int:
