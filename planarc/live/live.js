@@ -19,6 +19,7 @@
   let still = false; // whether the next order is for the start alone
   let resumed = null; // what was looked at before that start: {time, playing}
   let runs = null;
+  let pose = {}; // start values of the position to which the mechanism was dragged
   let latest = null; // the answer that is shown, and what was set for it
   let looked = ""; // the view that this page chose last
   const delays = []; // ms from each moved field to its picture; for tests and measuring
@@ -32,12 +33,25 @@
     refused: (label, message) => fail(`${label}: ${message}`),
     changed: (name) => {
       moved = performance.now();
-      get("reset").hidden = fields.changes === 0;
+      get("reset").hidden = fields.changes === 0 && Object.keys(pose).length === 0;
       ask(name);
     },
   });
+  const drag = planarc.createDrag(page, {
+    show: (poses) => player.drag(poses),
+    release: (start) => {
+      pose = { ...pose, ...start };
+      resumed = { time: -Infinity, playing: !window.matchMedia("(prefers-reduced-motion: reduce)").matches };
+      moved = performance.now();
+      get("reset").hidden = false;
+      ask("");
+    },
+  });
   get("reset").addEventListener("click", () => {
+    const dragged = Object.keys(pose).length > 0;
+    pose = {};
     fields.reset();
+    if (dragged) ask("");
     get("reset").hidden = true;
   });
   get("hold").addEventListener("click", () => {
@@ -57,7 +71,7 @@
     }
   }
 
-  const order = (more = {}) => JSON.stringify({ ...fields.values(), known, page, changed: wish ?? "", ...more });
+  const order = (more = {}) => JSON.stringify({ ...fields.values(), pose, known, page, changed: wish ?? "", ...more });
 
   async function send() {
     const mine = { since: performance.now(), abort: new AbortController(), still };
@@ -146,7 +160,7 @@
 
   function start(answer) {
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    player = planarc.createPlayer(get("player"), answer.scene, { keys: document, playing: !still });
+    player = planarc.createPlayer(get("player"), answer.scene, { keys: document, playing: !still, drag });
     plots = planarc.createPlots(get("plots"), answer.curves, {
       seek: (t) => player.setTime(t),
       changed: (names) => tree && tree.check(names),
@@ -173,6 +187,7 @@
     });
     frame.show(player);
     window.planarcPlayer = player;
+    window.planarcDrag = drag;
     requestAnimationFrame(() => look(answer.scene.box));
   }
 

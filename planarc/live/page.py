@@ -44,7 +44,9 @@ def live_page(name: str, description: str, framed: bool = False) -> tuple[str, s
 @cache
 def _script() -> str:
     shared = assets.script(*assets.PLAYER, *assets.PLOTS)
-    return shared + "".join(f"{{\n{_text(n)}}}\n" for n in ("fields.js", "frame.js", "live.js"))
+    return shared + "".join(
+        f"{{\n{_text(n)}}}\n" for n in ("fields.js", "frame.js", "drag.js", "live.js")
+    )
 
 
 @cache

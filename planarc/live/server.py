@@ -8,6 +8,7 @@ from elsewhere, and this machine may be asked under any port. Orders still come 
 
     GET  /TOKEN/           the page
     POST /TOKEN/run        an order (see `session`); the motion, or what is wrong
+    POST /TOKEN/drag       a place of the pointer that drags a part; the poses of all
     POST /TOKEN/report, /TOKEN/csv, /TOKEN/svg       the same, as a file to keep
     GET  /TOKEN/events     tells when a file was edited (server-sent events)
     POST /TOKEN/leave      the page was closed
@@ -38,7 +39,7 @@ from werkzeug.wrappers import Request, Response
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.live.page import live_page
-from planarc.live.session import Order, Overtaken, Session
+from planarc.live.session import Drag, Order, Overtaken, Session
 from planarc.live.watch import Watch
 from planarc.request import request as requests
 from planarc.view.picture.camera import fit_camera
@@ -180,6 +181,7 @@ class LiveServer:
             "report": ("POST", self._report),
             "csv": ("POST", self._csv),
             "svg": ("POST", self._svg),
+            "drag": ("POST", self._drag),
             "leave": ("POST", self._leave),
         }
         if name not in known:
@@ -199,6 +201,10 @@ class LiveServer:
         except Overtaken:
             answer = {"overtaken": True}
         return _json(answer)
+
+    def _drag(self, request: Request) -> Response:
+        drag = _read(request, Drag)
+        return _json(self.session.drag(replace(drag, page=drag.page[:100])))
 
     def _leave(self, request: Request) -> Response:
         self.session.leave(request.get_data(as_text=True)[:100])

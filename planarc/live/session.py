@@ -26,12 +26,14 @@ from planarc.api.result import Result, RunStopped
 from planarc.api.variant import texts_of, variant_of
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake, usage_error
-from planarc.core.options import Backend
+from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import be, both
 from planarc.core.render import render_all
 from planarc.flatten.library.library import Library
+from planarc.ir.result import Result as Rows
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.controls import Field, Group, groups_of
+from planarc.live.grip import Grip
 from planarc.request.request import Request, open_target
 from planarc.stages import study
 from planarc.view.page.data import choose_rows, curve_data, scene_data
@@ -50,16 +52,29 @@ class Order(Data):
 
     `known` is the key of the model whose fields the page shows, `changed` the name of the
     field that was moved last, `page` tells pages apart. `still` asks for the start alone.
+    `pose` are start values of the position to which the mechanism was dragged.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
+    pose: Mapping[str, float] = field(default_factory=dict)
     choices: Mapping[str, str] = field(default_factory=dict)
     stop: float | None = None
     known: str = ""
     changed: str = ""
     page: str = ""
     still: bool = False
+
+
+class Drag(Data):
+    """A place of the pointer that drags a part of what a page shows; with `components`, the shape
+    that is taken hold of there, at a time of the run."""
+
+    x: float
+    y: float
+    page: str = ""
+    components: tuple[str, ...] = ()
+    time: float = 0.0
 
 
 class Overtaken(Exception):
@@ -90,6 +105,8 @@ class Session:
         self._lock = Lock()  # one compilation or run at a time
         self._latest: dict[str, int] = {}  # number of the last order of each page
         self._edition = 0
+        self._seen: dict[str, tuple[Variant, RunOptions, Rows]] = {}  # what each page shows
+        self._grips: dict[str, Grip] = {}
         self._trouble: PlanarcError | None = None
         self._open()
 
@@ -135,6 +152,32 @@ class Session:
     def leave(self, page: str) -> None:
         """Forget a page that is gone: nobody waits for its run."""
         self._latest[page] = self._latest.get(page, 0) + 1
+        self._seen.pop(page, None)
+        self._grips.pop(page, None)
+
+    def drag(self, drag: Drag) -> dict[str, Any]:
+        """The poses of the items that the page shows, as a pointer drags them, and the start
+        values there; nothing where that cannot be."""
+        with self._lock:
+            try:
+                grip = self._held(drag)
+                if grip is None or not grip.move(drag.x, drag.y):
+                    return {}
+                return {"poses": grip.poses(), "start": grip.start()}
+            except PlanarcError:
+                return {}
+
+    def _held(self, drag: Drag) -> Grip | None:
+        """The grip of a page; a new one where it takes hold."""
+        if not drag.components:
+            return self._grips.get(drag.page)
+        self._grips.pop(drag.page, None)
+        if drag.page in self._seen:
+            variant, options, rows = self._seen[drag.page]
+            grip = Grip(variant.model, options, rows, drag.time)
+            if grip.take(drag.components, drag.x, drag.y):
+                self._grips[drag.page] = grip
+        return self._grips.get(drag.page)
 
     # Answers
 
@@ -192,7 +235,8 @@ class Session:
         variant, values = self._variant(order, notes)
         names = variant.names
         values = {n: v for n, v in values.items() if n in names}
-        starts = {n: v for n, v in order.starts.items() if f"{n}.start" in names}
+        given = {n: v for n, v in order.starts.items() if f"{n}.start" in names}
+        starts = {**_of_model(variant.model, order.pose), **given}
 
         def progress(_time: float) -> None:
             if self.overtaken(order.page, number):
@@ -200,13 +244,16 @@ class Session:
 
         model = variant.model
         stop = model.program.experiment.start if order.still else order.stop
+        ended: Diagnostic | None = None
         try:
             result = model.simulate(stop, parameters=values, start=starts, progress=progress)
         except RunStopped as stopped:
             if not len(stopped.result):
                 raise
-            return variant, stopped.result, stopped.diagnostics[0]
-        return variant, result, None
+            result, ended = stopped.result, stopped.diagnostics[0]
+        _, options = model.asked(values, starts)
+        self._seen[order.page] = variant, options, result.rows
+        return variant, result, ended
 
     # Variants
 
@@ -326,6 +373,14 @@ class Session:
             for d in diagnostics
             if d.severity is not Severity.NOTE
         ]
+
+
+def _of_model(model: Model, pose: Mapping[str, float]) -> dict[str, float]:
+    """The start values that a model knows; after a structural change some may be gone."""
+    program = model.program
+    known = {name for c in program.candidates for name in (c.display, c.name)}
+    known |= {f.display for f in program.fixed}
+    return {name: value for name, value in pose.items() if name in known}
 
 
 def _field_name(f: Field) -> str:

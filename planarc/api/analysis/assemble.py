@@ -59,12 +59,12 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
     request = open_program(program, kernel, options)
     system = System(program, kernel, request.start, frozenset(request.starts))
     guess = np.array([float(kernel.w[c.start]) for c in program.candidates])
-    rows, columns = _positions(system)
+    rows, columns = position_stage(system)
     if not columns:
         return ()
     choice = choose_held(system, guess)
     system = system.holding(choice.others)
-    rows, columns = _positions(system)
+    rows, columns = position_stage(system)
     held = choice.held
     free = [c for c in columns if not held[c]]
     turns = _turns(system)
@@ -85,18 +85,18 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
     for point in found:
         system(point)
         known = starts_at(program, kernel.w)
-        positions = {n: v for n, v in known.items() if n in _names(system, columns)}
+        positions = {n: v for n, v in known.items() if n in position_names(system, columns)}
         distance = float(np.linalg.norm((point - guess)[columns]))
         assemblies.append(Assembly(positions, distance))
     return tuple(sorted(assemblies, key=lambda a: (round(a.distance, 9), *a.start.values())))
 
 
-def _positions(system: System) -> tuple[list[int], list[int]]:
+def position_stage(system: System) -> tuple[list[int], list[int]]:
     """The rows and candidates of the lowest level."""
     return next(iter(system.stages), ([], []))
 
 
-def _names(system: System, columns: Sequence[int]) -> set[str]:
+def position_names(system: System, columns: Sequence[int]) -> set[str]:
     """The names of positions: candidates, and others with a start value."""
     program = system.program
     found = {

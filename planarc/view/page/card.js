@@ -92,7 +92,10 @@ planarc.createCard = function (player, { variables, classes = () => ({}), picked
     return undefined;
   }
 
-  canvas.addEventListener("pointerdown", (event) => { pressed = event; });
+  canvas.addEventListener("pointerdown", (event) => {
+    pressed = event;
+    hide();
+  });
   canvas.addEventListener("pointermove", (event) => {
     if (event.buttons || event.timeStamp - last < REST) return;
     last = event.timeStamp;

@@ -190,7 +190,8 @@ planarc.createPlayer = function (element, scene, options = {}) {
     if (!alive) return;
     reader.seek(state.time);
     for (const ghost of ghosts) ghost.reader.seek(state.time);
-    stage.draw(items, layers.filter((l) => l.on), reader, lit, ghosts);
+    const dragged = items.some((item) => item.dragged); // then only what needs no run is laid over
+    stage.draw(items, layers.filter((l) => l.on && (!dragged || !l.members.length)), reader, lit, ghosts);
     for (const layer of layers) layer.dress();
     slider.value = state.time;
     slider.style.setProperty("--done", `${(100 * (state.time - reader.start)) / (reader.stop - reader.start || 1)}%`);
@@ -303,6 +304,12 @@ planarc.createPlayer = function (element, scene, options = {}) {
     setTime(Number(slider.value));
   });
 
+  let held = null; // the pointer that drags a part
+  function there(event) {
+    const place = canvas.getBoundingClientRect();
+    return stage.place(event.clientX - place.left, event.clientY - place.top);
+  }
+
   const touches = new Map(); // pointers that hold the picture
   function spread() {
     const [a, b] = [...touches.values()];
@@ -312,9 +319,21 @@ planarc.createPlayer = function (element, scene, options = {}) {
   canvas.addEventListener("pointerdown", (event) => {
     if (options.bare) return;
     canvas.setPointerCapture(event.pointerId);
+    const part = options.drag && touches.size === 0 && touched(event.clientX, event.clientY);
+    if (part) {
+      held = { pointer: event.pointerId, x: event.clientX, y: event.clientY, moved: false };
+      options.drag.take({ components: [part.component, ...(part.parts || [])], time: state.time, ...there(event) });
+      return;
+    }
     touches.set(event.pointerId, [event.clientX, event.clientY]);
   });
   canvas.addEventListener("pointermove", (event) => {
+    if (held?.pointer === event.pointerId) {
+      held.moved = held.moved || Math.hypot(event.clientX - held.x, event.clientY - held.y) > 4;
+      if (!held.moved) return;
+      play(false);
+      options.drag.move(there(event));
+    }
     if (!touches.has(event.pointerId)) return;
     const before = spread();
     touches.set(event.pointerId, [event.clientX, event.clientY]);
@@ -328,7 +347,12 @@ planarc.createPlayer = function (element, scene, options = {}) {
     ask();
   });
   for (const end of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(end, (event) => touches.delete(event.pointerId));
+    canvas.addEventListener(end, (event) => {
+      touches.delete(event.pointerId);
+      if (held?.pointer !== event.pointerId) return;
+      held = null;
+      options.drag.leave();
+    });
   }
   canvas.addEventListener("dblclick", fit);
   canvas.addEventListener("wheel", (event) => {
@@ -377,6 +401,11 @@ planarc.createPlayer = function (element, scene, options = {}) {
       // Of a part that is not drawn, what it is in.
       lit = component;
       while (lit && !items.some((item) => planarc.shows(item, lit))) lit = lit.replace(/\.?[^.]*$/, "");
+      ask();
+    },
+    drag(poses) {
+      // Shows the items elsewhere than the run says, or, without poses, where it says.
+      items.forEach((item, i) => { item.dragged = poses ? poses[i] : undefined; });
       ask();
     },
     pick(x, y) {

@@ -163,6 +163,11 @@ planarc.createStage = function (canvas) {
     ruler(step);
   }
 
+  function place(x, y) {
+    // The point of the world at a point of the canvas.
+    return { x: view.x + (x - width / 2) / view.scale, y: view.y - (y - height / 2) / view.scale };
+  }
+
   function pick(items, reader, x, y) {
     // The topmost item under a point of the canvas, or else close to it; null where none is.
     return touched(items, reader, x, y, 1) ?? touched(items, reader, x, y, 9);
@@ -189,7 +194,7 @@ planarc.createStage = function (canvas) {
 
   dress();
   measure();
-  return { view, fit, zoom, move, draw, pick, measure, dress };
+  return { view, fit, zoom, move, draw, pick, place, measure, dress };
 };
 
 planarc.within = function (name, component) {
@@ -210,15 +215,24 @@ planarc.length = function (metres) {
 };
 
 planarc.posed = function (item, reader, pose) {
-  // The item at the reader's instant; false where it has no finite place.
+  // The item at the reader's instant, or where it is dragged; false where it has no finite place.
+  if (item.dragged) {
+    [pose.x, pose.y, pose.angle, pose.length, pose.width] = item.dragged;
+    if (item.dragged.some((v) => v === null)) return false;
+    return dressed(item, reader, pose);
+  }
   pose.x = reader.at(item.x);
   pose.y = reader.at(item.y);
   pose.angle = reader.at(item.angle);
   pose.length = reader.at(item.length);
   pose.width = reader.at(item.width);
   if (!Number.isFinite(pose.x + pose.y + pose.angle + pose.length + pose.width)) return false;
+  return dressed(item, reader, pose);
+};
+
+function dressed(item, reader, pose) {
   pose.extra = item.extra === undefined ? 0 : reader.at(item.extra);
   pose.color = item.color.map((c) => reader.at(c));
   pose.shape = item.shape;
   return true;
-};
+}

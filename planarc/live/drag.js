@@ -1,0 +1,69 @@
+// Dragging a part of the mechanism: the server says where all of it goes, one place after the
+// other, the latest first; when it is let go, it runs from there.
+//
+//   const drag = planarc.createDrag(page, { show: (poses) => ..., release: (start) => ... });
+//   drag.take({ components, time, x, y });  drag.move({ x, y });  drag.leave();
+
+planarc.createDrag = function (page, { show, release }) {
+  let taken = null; // where it was taken hold of, until it is moved
+  let hold = null; // the same, to be told first
+  let place = null; // the next place to be told
+  let busy = false;
+  let held = false;
+  let start = null; // start values of the last poses
+  const delays = []; // ms from a place to its poses; for tests and measuring
+
+  async function tell(order) {
+    const since = performance.now();
+    const response = await fetch("drag", {
+      method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ page, ...order }),
+    });
+    const answer = response.ok ? await response.json() : {};
+    if (!answer.poses) return;
+    start = answer.start;
+    show(answer.poses);
+    delays.push(performance.now() - since);
+  }
+
+  async function send() {
+    busy = true;
+    try {
+      while (hold || place) {
+        const order = hold ?? place;
+        if (hold) hold = null;
+        else place = null;
+        await tell(order);
+      }
+    } catch {
+      hold = place = null; // that the server is gone the page tells by itself
+    }
+    busy = false;
+    if (!held) end();
+  }
+
+  function end() {
+    if (start) release(start);
+    start = null;
+  }
+
+  return {
+    delays,
+    take(order) {
+      taken = order;
+      held = true;
+      start = null;
+    },
+    move(to) {
+      if (!held) return;
+      hold = taken ?? hold;
+      taken = null;
+      place = to;
+      if (!busy) send();
+    },
+    leave() {
+      held = false;
+      taken = null;
+      if (!busy) end();
+    },
+  };
+};

@@ -1,0 +1,85 @@
+"""On the live page a body follows the pointer, and the mechanism runs from where it is let go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planarc.core.options import Backend
+from planarc.live.server import LiveServer
+from planarc.live.session import Session
+from planarc.request.request import Request
+
+FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
+
+PLACE = """([u, component]) => {
+  const { x, y, angle } = planarcPlayer.pose(component);
+  const canvas = planarcPlayer.picture().getBoundingClientRect();
+  const { view } = planarcPlayer;
+  return {
+    x: canvas.left + canvas.width / 2 + (x + u * Math.cos(angle) - view.x) * view.scale,
+    y: canvas.top + canvas.height / 2 - (y + u * Math.sin(angle) - view.y) * view.scale,
+  };
+}"""
+
+
+@pytest.fixture
+def live() -> Iterator[LiveServer]:
+    request = Request(FOUR_BAR)
+    server = LiveServer(Session(request, Backend.NUMPY), request)
+    server.start()
+    yield server
+    server.stop()
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait for a condition; playwright's own waiting is against the page's security policy."""
+    page.evaluate(
+        f"""async () => {{
+          const end = performance.now() + 60000;
+          while (!({condition})) {{
+            if (performance.now() > end) throw new Error("it did not come");
+            await new Promise((done) => setTimeout(done, 10));
+          }}
+        }}"""
+    )
+
+
+def settle(page: Any) -> None:
+    until(page, "window.planarcPlayer && !planarcLive.busy")
+
+
+def angle(page: Any) -> float:
+    """The angle of the crank at the start."""
+    page.evaluate("planarcPlayer.pause(); planarcPlayer.setTime(0)")
+    until(page, "planarcPlayer.time === 0")
+    return float(page.evaluate("planarcPlayer.pose('crank').angle"))
+
+
+def test_a_bar_is_dragged_and_let_go(
+    live: LiveServer, open_page: Callable[..., Any], screenshot: Callable[..., Path]
+) -> None:
+    page = open_page(live.address)
+    settle(page)
+    before = angle(page)
+    place = page.evaluate(PLACE, [0.35, "crank"])
+    view = page.evaluate("({ ...planarcPlayer.view })")
+    page.mouse.move(place["x"], place["y"])
+    page.mouse.down()
+    for i in range(1, 11):
+        page.mouse.move(place["x"] + 9 * i, place["y"] + 4 * i)
+    until(page, "planarcDrag.delays.length > 1")
+    assert page.evaluate("planarcPlayer.pose('crank').angle") < before - 0.1
+    assert page.evaluate("({ ...planarcPlayer.view })") == view  # the picture stays where it is
+    screenshot(page, "live-dragged")
+    page.mouse.up()
+    until(page, "!document.getElementById('reset').hidden")
+    settle(page)
+    assert angle(page) < before - 0.1
+    page.locator("#reset").click()
+    settle(page)
+    until(page, "!planarcLive.busy")
+    assert angle(page) == pytest.approx(before, abs=1e-6)
