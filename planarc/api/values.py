@@ -217,10 +217,12 @@ def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> f
     if isinstance(value, str) or hasattr(value, "to_base_units"):
         from planarc.core import quantity
 
-        if not isinstance(value, str):
-            return quantity.of_pint(name, value, unit)
-        if (number := quantity.in_unit(name, value, unit)) is not None:
-            return number
+        with_unit = (
+            quantity.in_unit(name, value, unit)
+            if isinstance(value, str)
+            else quantity.of_pint(name, value, unit)
+        )
+        value = value if with_unit is None else with_unit
     try:
         number = float("" if isinstance(value, str | bytes) else value)
     except OverflowError:

@@ -10,7 +10,7 @@ Reference: SI brochure, 9th edition, tables 7 and 8.
 from __future__ import annotations
 
 import re
-from math import pi
+from math import copysign, inf, isfinite, pi
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import UsageError, usage_error
@@ -82,14 +82,20 @@ def in_unit(name: str, text: str, unit: str) -> float | None:
         raise usage_error("C115", f"`{name}` takes a number without unit, not `{text}`", hint=hint)
     if _kind(given) != _kind(unit):
         raise _unfit(f"`{name}` takes {_wanted(unit)}, not `{text}`", given, unit)
+    size, turns = _size(given)
+    wanted, counted = _size(unit)
+    plain = float(number)
+    if not isfinite(plain) or (plain == 0 and given != "degC"):  # too large, or too small
+        return plain
     from fractions import Fraction
 
     value = Fraction(number)
     if given == "degC" != unit:
         return float(value + Fraction(_KELVIN_AT_ZERO))
-    size, turns = _size(given)
-    wanted, counted = _size(unit)
-    return float(value * size / wanted) * pi ** (turns - counted)
+    try:
+        return float(value * size / wanted) * pi ** (turns - counted)
+    except OverflowError:
+        return copysign(inf, plain)
 
 
 def of_pint(name: str, value: Any, unit: str) -> float:

@@ -28,6 +28,8 @@ from planarc.core.quantity import in_unit, of_pint
         ("2kg.m/s2", "N", 2.0),
         ("3bar", "Pa", 3e5),
         ("20degC", "K", 293.15),
+        ("0degC", "K", 273.15),
+        ("0deg", "rad", 0.0),
         ("50%", "1", 0.5),
         ("5 1/s", "Hz", 5.0),
         ("20cm", "mm", 200.0),
@@ -61,6 +63,14 @@ def test_what_is_no_number_with_a_unit_is_left_alone(text: str) -> None:
 def test_a_unit_that_does_not_fit_is_told(text: str, unit: str, told: str) -> None:
     with pytest.raises(UsageError, match=f"(?s)C115.*{told}"):
         in_unit("x", text, unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("1e400m", math.inf), ("-1e400m", -math.inf), ("1e-999999999m", 0.0), ("1e308km", math.inf)],
+)
+def test_numbers_beyond_all_bounds_take_no_time(text: str, number: float) -> None:
+    assert in_unit("x", text, "m") == number
 
 
 class Length:

@@ -110,7 +110,7 @@ class Stepper:
 
     def __getitem__(self, name: str | Sequence[str]) -> Any:
         """A number, or an array of an array's elements or of several names."""
-        key = name if isinstance(name, str) else tuple(name)
+        key = name if isinstance(name, str) else tuple(name) if _is_several(name) else str(name)
         reader = self._readers.get(key)
         if reader is None:
             self._running()
@@ -204,6 +204,11 @@ class Stepper:
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to an instant that was saved by this stepper."""
         run = self._running()
+        if not isinstance(snapshot, Snapshot) or len(snapshot.workspace) != len(self._w):
+            hint = "`save()` gives one"
+            raise usage_error(
+                "C202", f"`restore` takes a Snapshot, not {snapshot!r:.40}", hint=hint
+            )
         self._w[:] = list(snapshot.workspace)
         self._steps, self._changed = snapshot.steps, False
         self._since = snapshot.time - snapshot.steps * self.step_size
@@ -241,6 +246,10 @@ class Stepper:
     def __repr__(self) -> str:
         where = "closed" if self._run is None else f"t = {self.time:g} s of {self._stop:g} s"
         return f"<Stepper of {self._program.name}: {where}, steps of {self.step_size:g} s>"
+
+
+def _is_several(names: object) -> bool:
+    return hasattr(names, "__iter__")
 
 
 def _length(step: Any) -> float:

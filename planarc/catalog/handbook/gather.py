@@ -78,7 +78,7 @@ class _Gatherer:
             equations=tuple(_sections(definition)),
             source=_dedent(definition.span) if whole else "",
             file=definition.span.source.name,
-            head=(*_told(definition.span.text), *self._energy(entry)),
+            head=(*_told(definition.span.text), *self._says(entry)),
             inherited=tuple(self._inherited(entry)),
         )
 
@@ -89,19 +89,25 @@ class _Gatherer:
             if sections:
                 yield Link(part.full_name, part.full_name), sections
 
-    def _energy(self, entry: Entry) -> Iterator[tuple[str, str]]:
-        """The declarations of a class's energy, its own and those of its bases."""
-        told: dict[str, str] = {}
+    def _says(self, entry: Entry) -> Iterator[tuple[str, str]]:
+        """The declarations of a class's energy and events, its own and those of its bases."""
+        energies: dict[str, str] = {}
+        events: dict[str, None] = {}
         for part in self._names.lineage(entry):
-            own = find_argument(self._annotation(part.definition.annotation), "__planarc")
-            for kind in inside(find_argument(inside(own), "energy")):
+            own = inside(find_argument(self._annotation(part.definition.annotation), "__planarc"))
+            for kind in inside(find_argument(own, "energy")):
                 if isinstance(kind, syntax.ElementModification):
                     value, rate = binding_of(kind), binding_of(find_argument(inside(kind), "rate"))
                     shown = rate if value is None else value
                     name = kind.name[0] if shown is value else f"rate of {kind.name[0]}"
-                    told[name] = "" if shown is None else expression_text(shown)
-        if told:
-            yield "Energy", "\n".join(f"{name} = {text}" for name, text in told.items())
+                    energies[name] = "" if shown is None else expression_text(shown)
+            happens = inside(find_argument(own, "event"))
+            named = (e.name[0] for e in happens if isinstance(e, syntax.ElementModification))
+            events |= dict.fromkeys(name.strip("'") for name in named)
+        if energies:
+            yield "Energy", "\n".join(f"{name} = {text}" for name, text in energies.items())
+        if events:
+            yield "Events", "; ".join(events)
 
     def _annotation(self, annotation: syntax.Annotation | None) -> tuple[syntax.Argument, ...]:
         return () if annotation is None else self._library.parse_annotation(annotation)

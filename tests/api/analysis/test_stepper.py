@@ -163,8 +163,14 @@ def test_wrong_requests_are_told(cart: planarc.Model) -> None:
         s["g"] = 1
     with pytest.raises(planarc.UnknownName, match="no variable `y`"):
         s["y"]
-    with pytest.raises(planarc.UsageError, match="C202"):
-        s["f"] = math.nan
+    for key in (3, ("x", "y")):
+        with pytest.raises(planarc.UnknownName, match="no variable"):
+            s[key]  # type: ignore[index]
+    for value in (math.nan, "1e400N"):
+        with pytest.raises(planarc.UsageError, match="C202"):
+            s["f"] = value  # type: ignore[assignment]
+    with pytest.raises(planarc.UsageError, match=r"C202.*Snapshot"):
+        s.restore(3)  # type: ignore[arg-type]
     s.close()
     with pytest.raises(planarc.UsageError, match="the stepper is closed"):
         s.step()

@@ -131,6 +131,8 @@ def test_the_head_of_a_class_tells_its_energy_also_that_of_its_bases() -> None:
     assert head["Energy"] == "potential = c*(s - s_unstretched)^2/2"
     source = dict(pages()["Modelica.Mechanics.Rotational.Sources.Torque"].head)
     assert source["Energy"].startswith("suppliedPower = -flange.tau")
+    brake = dict(pages()["Modelica.Mechanics.Rotational.Components.Brake"].head)
+    assert "sticks; comes free" in brake["Events"]
 
 
 def test_the_head_of_a_class_tells_its_law() -> None:
