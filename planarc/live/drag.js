@@ -3,14 +3,17 @@
 //
 //   const drag = planarc.createDrag(page, { show: (poses) => ..., release: (start) => ... });
 //   drag.take({ components, time, x, y });  drag.move({ x, y });  drag.leave();
+//
+// With Shift a length is dragged: `stretch(order)` gives what each place of the pointer is told to.
 
-planarc.createDrag = function (page, { show, release }) {
+planarc.createDrag = function (page, { show, release, stretch = () => null }) {
   let taken = null; // where it was taken hold of, until it is moved
   let hold = null; // the same, to be told first
   let place = null; // the next place to be told
   let busy = false;
   let held = false;
   let start = null; // start values of the last poses
+  let pull = null; // of a length
   const delays = []; // ms from a place to its poses; for tests and measuring
 
   async function tell(order) {
@@ -48,13 +51,18 @@ planarc.createDrag = function (page, { show, release }) {
 
   return {
     delays,
-    take(order) {
+    take({ shift, ...order }) {
+      pull = shift ? stretch(order) : null;
       taken = order;
       held = true;
       start = null;
     },
     move(to) {
       if (!held) return;
+      if (pull) {
+        pull(to);
+        return;
+      }
       hold = taken ?? hold;
       taken = null;
       place = to;
@@ -62,7 +70,7 @@ planarc.createDrag = function (page, { show, release }) {
     },
     leave() {
       held = false;
-      taken = null;
+      taken = pull = null;
       if (!busy) end();
     },
   };

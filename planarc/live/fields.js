@@ -268,5 +268,14 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     });
   }
 
-  return { show, search, values, blame, reset, told, get changes() { return set.size; } };
+  function put(name, value) {
+    // A value that was not typed here, such as of a length that is dragged; false without field.
+    if (!rows.has(name)) return false;
+    rows.get(name).put(value);
+    tell(name, "");
+    change(name, value);
+    return true;
+  }
+
+  return { show, search, values, blame, reset, told, put, has: (name) => rows.has(name), get changes() { return set.size; } };
 };

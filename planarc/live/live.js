@@ -37,7 +37,30 @@
       ask(name);
     },
   });
+  function stretch({ components, x, y }) {
+    // The rod whose end is nearest gets longer or shorter by the way of the pointer along it.
+    const value = (name) => plots.variables.get(name)?.value(player.reader);
+    player.reader.seek(player.time);
+    const rods = components
+      .filter((name) => fields.has(`${name}.r[1]`) && fields.has(`${name}.r[2]`))
+      .map((name) => ({
+        name, a: [1, 2].map((i) => value(`${name}.frame_a.r[${i}]`)), b: [1, 2].map((i) => value(`${name}.frame_b.r[${i}]`)),
+        r: [1, 2].map((i) => value(`${name}.r[${i}]`)),
+      }))
+      .filter(({ a, b, r }) => [...a, ...b, ...r].every(Number.isFinite) && Math.hypot(...r) > 0)
+      .sort((p, q) => Math.hypot(p.b[0] - x, p.b[1] - y) - Math.hypot(q.b[0] - x, q.b[1] - y));
+    if (!rods.length) return null;
+    const [{ name, a, b, r }] = rods;
+    const length = Math.hypot(...r);
+    return (to) => {
+      const along = ((to.x - x) * (b[0] - a[0]) + (to.y - y) * (b[1] - a[1])) / length;
+      const factor = Math.max(0.02, 1 + along / length);
+      r.forEach((part, i) => { if (part) fields.put(`${name}.r[${i + 1}]`, Number((part * factor).toPrecision(3))); });
+    };
+  }
+
   const drag = planarc.createDrag(page, {
+    stretch,
     show: (poses) => player.drag(poses),
     release: (start) => {
       pose = { ...pose, ...start };

@@ -1,6 +1,7 @@
 """The colours of the bodies: quiet, told apart by eyes that mix up red and green, and in grey.
 
-Light and dark ones take turns, so that neighbours differ where there is no colour at all.
+Light and dark ones take turns, so that neighbours differ where there is no colour at all; the
+first three, of a loop of three bars, are dark, light and darker.
 Forces (red) and joints (grey) have colours of their own.
 """
 
@@ -16,11 +17,11 @@ Color: TypeAlias = "tuple[Track, Track, Track]"
 BODIES: tuple[tuple[float, float, float], ...] = (
     (104.0, 153.0, 204.0),  # blue
     (228.0, 198.0, 128.0),  # sand
-    (98.0, 168.0, 152.0),  # teal
+    (72.0, 140.0, 126.0),  # teal
     (176.0, 216.0, 232.0),  # sky
     (164.0, 144.0, 202.0),  # lilac
     (198.0, 206.0, 132.0),  # olive
-    (172.0, 140.0, 110.0),  # brown
+    (140.0, 116.0, 88.0),  # brown
 )
 JOINT = (70.0, 78.0, 90.0)
 FORCE = (192.0, 54.0, 44.0)

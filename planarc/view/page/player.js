@@ -322,7 +322,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     const part = options.drag && touches.size === 0 && touched(event.clientX, event.clientY);
     if (part) {
       held = { pointer: event.pointerId, x: event.clientX, y: event.clientY, moved: false };
-      options.drag.take({ components: [part.component, ...(part.parts || [])], time: state.time, ...there(event) });
+      options.drag.take({ components: [part.component, ...(part.parts || [])], time: state.time, shift: event.shiftKey, ...there(event) });
       return;
     }
     touches.set(event.pointerId, [event.clientX, event.clientY]);

@@ -83,3 +83,22 @@ def test_a_bar_is_dragged_and_let_go(
     settle(page)
     until(page, "!planarcLive.busy")
     assert angle(page) == pytest.approx(before, abs=1e-6)
+
+
+def test_with_shift_a_rod_gets_longer(live: LiveServer, open_page: Callable[..., Any]) -> None:
+    page = open_page(live.address)
+    settle(page)
+    angle(page)
+    start, place = (page.evaluate(PLACE, [u, "rocker"]) for u in (0.0, 0.7))
+    page.keyboard.down("Shift")
+    page.mouse.move(place["x"], place["y"])
+    page.mouse.down()
+    for i in (1, 2, 3):  # a fifth farther from the hinge
+        page.mouse.move(
+            *(p + 0.2 * i / 3 * (p - s) for p, s in ((place[k], start[k]) for k in "xy"))
+        )
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    settle(page)
+    field = page.locator('.field[data-name="rocker.r[1]"] input[type=text]')
+    assert float(field.input_value()) == pytest.approx(0.8 + 0.2 * 0.7, rel=0.02)
