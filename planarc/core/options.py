@@ -69,7 +69,9 @@ ACCEPTING = '`--redundant accept` (in Python `redundant="accept"`)'
 class RunOptions(Data):
     """Times in seconds. None takes what the model's `experiment` annotation says.
 
-    `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`).
+    `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`). `near` are values
+    of all candidates for states where a run like this one began: better guesses than start values
+    that nothing holds.
     """
 
     start: float | None = None
@@ -83,3 +85,4 @@ class RunOptions(Data):
     redundant: Redundant | None = None  # None: as the model was compiled
     values: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
+    near: tuple[float, ...] | None = None

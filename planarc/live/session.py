@@ -20,6 +20,7 @@ from time import perf_counter
 from typing import Any
 
 from msgspec import field, to_builtins
+from msgspec.structs import replace
 
 from planarc.api.model import Model
 from planarc.api.result import Result, RunStopped
@@ -86,6 +87,9 @@ class Variant:
 
     def __init__(self, model: Model, key: str, seconds: float) -> None:
         self.model, self.key, self.seconds = model, key, seconds
+        # Where the last run began, and the start values that it was given: the next one follows.
+        self.began: tuple[float, ...] | None = None
+        self.began_with: dict[str, float] = {}
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -244,13 +248,26 @@ class Session:
 
         model = variant.model
         stop = model.program.experiment.start if order.still else order.stop
+        model, options = model.asked(values, starts, None, stop, None, None)
+        near = variant.began if variant.began_with == starts else None
         ended: Diagnostic | None = None
         try:
-            result = model.simulate(stop, parameters=values, start=starts, progress=progress)
+            try:
+                result = model.run(replace(options, near=near), progress=progress)
+            except RunStopped:
+                raise
+            except PlanarcError:  # no assembly beside the last one: it is looked for afresh
+                if near is None:
+                    raise
+                result = model.run(options, progress=progress)
         except RunStopped as stopped:
             if not len(stopped.result):
                 raise
             result, ended = stopped.result, stopped.diagnostics[0]
+        if len(result):
+            count = len(model.program.candidates)
+            variant.began = tuple(h.value for h in result.start[:count])
+            variant.began_with = starts
         _, options = model.asked(values, starts)
         self._seen[order.page] = variant, options, result.rows
         return variant, result, ended

@@ -115,7 +115,13 @@ class Run:
                 raise PlanarcError(found)
             self.warnings.append(found)
         self._open(t)
-        self.held = self.settle(t, self._led(t))
+        near = self._led(t)
+        follow = near is None and self.request.near is not None
+        if follow:
+            import numpy as np
+
+            near = np.array(self.request.near)
+        self.held = self.settle(t, near, follow)
         y = self.states.values()
         self.rescue.begun = True
         self.kernel.outputs(t, y)
@@ -147,12 +153,16 @@ class Run:
         self.events.begin(t)
         self.delays.begin(t)
 
-    def settle(self, t: float, near: Vector | None = None) -> tuple[Held, ...]:
+    def settle(
+        self, t: float, near: Vector | None = None, follow: bool = False
+    ) -> tuple[Held, ...]:
         """Start values, near to a place that is known to be good, and what is true there."""
         delayed: bool = False
         for _ in range(START_ROUNDS):
             given = frozenset(self.request.starts)
-            start = solve_start(self.program, self.kernel, t, given, rescue=self.rescue, near=near)
+            start = solve_start(
+                self.program, self.kernel, t, given, rescue=self.rescue, near=near, follow=follow
+            )
             self.kernel.accept(t)
             self.states.choose(t, start.held[: len(self.program.candidates)])
             delayed = self.delays.settle_start(t)

@@ -42,6 +42,7 @@ class Request(Data):
     fixed_step: float | None
     values: Mapping[int, float]  # slot of a parameter -> value
     starts: Mapping[int, float]  # slot of a start value -> value
+    near: tuple[float, ...] | None = None  # of the candidates, a good guess
 
     @property
     def span(self) -> float:
@@ -77,6 +78,7 @@ def resolve(program: Program, options: RunOptions) -> Request:
         fixed_step=options.fixed_step,
         values=_start_time(program, start) | _parameter_values(program, options.values),
         starts=_start_values(program, options.starts),
+        near=options.near if len(options.near or ()) == len(program.candidates) else None,
     )
 
 

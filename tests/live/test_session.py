@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import threading
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,15 +64,15 @@ def test_the_start_alone_comes_before_a_long_run(session: Session) -> None:
 
 def test_a_text_that_was_edited_overtakes_the_run_of_the_old_one(session: Session) -> None:
     begun, reloaded = threading.Event(), threading.Event()
-    simulate = session._base.model.simulate
+    go = session._base.model.run
 
     def slowly(*given: Any, progress: Any, **more: Any) -> Any:
         begun.set()
         while not reloaded.wait(0.01):
             progress(0.0)
-        return simulate(*given, progress=progress, **more)
+        return go(*given, progress=progress, **more)
 
-    session._base.model.simulate = slowly  # type: ignore[method-assign]
+    session._base.model.run = slowly  # type: ignore[method-assign]
     told: list[object] = []
 
     def run() -> None:
@@ -267,3 +269,33 @@ def test_a_pipe_in_the_place_of_the_file_is_told(session: Session, swing: Reques
         assert problem["code"] == "C108"
     finally:
         swing.file.unlink()
+
+
+def test_a_moved_parameter_follows_the_last_assembly(
+    folder: Path, steps_of: Callable[[Callable[[], object]], int]
+) -> None:
+    """Of the same values as a run that looks for its start, in a small part of the steps."""
+    file = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
+    session = Session(Request(file), Backend.NUMPY)
+    session.answer(Order(page="a"))
+    order = Order(page="a", values={"crank.r[1]": 0.39})
+    following = session.result(order)
+    options = {"parameters": {"crank.r[1]": 0.39}}
+    fresh = planarc.load(str(file)).simulate(backend="numpy", **options)
+    for name in ("revB.phi", "revC.phi", "revD.w"):
+        assert following[name] == pytest.approx(fresh[name], abs=1e-5)
+    still = Order(page="a", values={"crank.r[1]": 0.38}, still=True)
+    followed = steps_of(lambda: session.result(still))
+    session.reload()
+    assert followed < steps_of(lambda: session.result(still))
+
+
+def test_where_no_assembly_is_near_it_is_looked_for_afresh(folder: Path) -> None:
+    file = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
+    session = Session(Request(file), Backend.NUMPY)
+    first = session.answer(Order(page="a"))
+    broken = session.answer(Order(page="a", values={"coupler.r[1]": 9.0}))
+    assert broken["problems"]
+    again = session.answer(Order(page="a"))
+    assert not again["problems"]
+    assert again["curves"]["columns"] == first["curves"]["columns"]

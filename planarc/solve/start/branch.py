@@ -66,6 +66,8 @@ def nearest_root(
     level = _Level(system, rows, [c for c in columns if not held[c]])
     if not level.free or not rows or not level.guides:
         return level.solve(u)
+    if system.follow and (root := level.following(u)) is not None:
+        return root
     first = level.agreeing(u) or level.solve(u)
     if first.converged:
         first = level.without_turns(first)
@@ -100,6 +102,12 @@ class _Level:
 
     def solve(self, guess: Vector) -> newton.Root:
         return solve_stage(self.system, guess, self.rows, self.free)
+
+    def following(self, u: Vector) -> newton.Root | None:
+        """The root beside an assembly that was good before; None where it lies elsewhere."""
+        root = self.solve(u)
+        moved = abs(root.point - u)[self.free]
+        return root if root.converged and bool((moved <= NEAR).all()) else None
 
     def agreeing(self, u: Vector) -> newton.Root | None:
         """The root that moves no written value, where all of these agree with each other."""

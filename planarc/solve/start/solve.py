@@ -60,15 +60,17 @@ def solve_start(
     judge: Callable[[System, Vector], None] = refuse_redundancy,
     rescue: Rescue | None = None,
     near: Vector | None = None,
+    follow: bool = False,
 ) -> Start:
     """Leaves the workspace at the start values found. `given` are the slots of start values
     that the user sets for this run: they count as written. `judge` is shown the assembled
     mechanism, before it is known whether it can move. `near` are the candidates at a place that
-    is better as a guess than start values that nothing holds."""
+    is better as a guess than start values that nothing holds; with `follow` it was an assembly, and
+    one beside it is taken without looking for others."""
     import numpy as np
 
     u0 = np.array([float(kernel.w[c.start]) for c in program.candidates])
-    system = System(program, kernel, t, given, rescue=rescue)
+    system = System(program, kernel, t, given, rescue=rescue, follow=follow)
     if not system.rows and not any(system.written(f) for f in program.fixed):
         return _finish(system, u0, [True] * len(u0), judge)
     if near is None:
@@ -95,7 +97,7 @@ def solve_start(
 
         raise start_failure.explain(system, u0, choice)
     if sharing.missed(system, values):
-        return solve_start(sharing.strict(program), kernel, t, given, judge, rescue, near)
+        return solve_start(sharing.strict(program), kernel, t, given, judge, rescue, near, follow)
     refuse_singular(system, u0, values, choice)
     return _finish(system, values, choice.held, judge)
 

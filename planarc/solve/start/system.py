@@ -29,7 +29,8 @@ Stage: TypeAlias = tuple[list[int], list[int]]
 
 
 class System:
-    """`conditions`: the fixed variables that are no candidates, and `others` that are held."""
+    """`conditions`: the fixed variables that are no candidates, and `others` that are held.
+    `follow`: the guess is near an assembly that was good before."""
 
     def __init__(
         self,
@@ -39,9 +40,11 @@ class System:
         given: frozenset[int] = frozenset(),
         others: Sequence[FixedSlot] = (),
         rescue: Rescue | None = None,
+        follow: bool = False,
     ) -> None:
         import numpy as np
 
+        self.follow = follow
         self.program, self.kernel, self.t, self.given = program, kernel, t, given
         self.rescue = Rescue(program, kernel) if rescue is None else rescue
         self.conditions = (*(f for f in program.fixed if f.fixed), *others)
@@ -66,7 +69,9 @@ class System:
         """The system with some more variables held."""
         if not others:
             return self
-        return System(self.program, self.kernel, self.t, self.given, others, self.rescue)
+        return System(
+            self.program, self.kernel, self.t, self.given, others, self.rescue, self.follow
+        )
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
