@@ -68,6 +68,16 @@ def test_a_gap_says_when_it_touches() -> None:
     assert causes(planarc.load(text)) == ["`stop` touches", "`stop` lets go"]
 
 
+def test_a_mass_says_at_which_stop_it_is() -> None:
+    text = """model Bump
+      Modelica.Mechanics.Translational.Components.MassWithStopAndFriction mass(
+        m=1, L=0.1, smax=1, smin=-1, F_Coulomb=1, F_prop=1, F_Stribeck=0,
+        v(start=3, fixed=true), s(start=0, fixed=true));
+      annotation(experiment(StopTime=2));
+    end Bump;"""
+    assert causes(planarc.load(text)) == ["`mass` meets the stop ahead", "`mass` sticks"]
+
+
 def test_relations_of_a_model_without_words_stay_as_they_are() -> None:
     text = """model Fall Real x(start=1, fixed=true); equation der(x) = if x > 0.5 then -1 else -2;
     annotation(experiment(StopTime=1)); end Fall;"""
