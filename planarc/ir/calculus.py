@@ -99,7 +99,11 @@ def _power_slopes(t: Exprs, e: Expr) -> tuple[Expr, Expr]:
     by_base = t.mul(exponent, t.pow(base, t.sub(exponent, t.one)))
     if exponent.is_const:
         return by_base, t.zero
-    return by_base, t.mul(e, t.call("log", base))
+    by_exponent = t.mul(e, t.call("log", base))
+    if base.is_const:
+        return by_base, by_exponent
+    # 0^x stays 0 while x changes, though the logarithm has no value there.
+    return by_base, t.if_(t.equal(base, t.zero), t.zero, by_exponent)
 
 
 # Slopes of elementary functions --------------------------------------------------------------

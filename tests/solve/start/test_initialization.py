@@ -150,3 +150,19 @@ def test_roots_where_slopes_vanish(
     text = f"  Real x(start={start[0]}), y(start={start[1]});\nequation\n  {equations}"
     result = run(text, backend, stop=0.0)
     assert [result["x"][0], result["y"][0]] == pytest.approx(root, abs=1e-4)
+
+
+def test_a_power_of_zero_has_a_slope_where_its_exponent_is_sought(backend: str) -> None:
+    """x + y = x^(1 + y) is solved by y = 0; by y, x^(1 + y) has the slope x^(1 + y)*log(x)."""
+    result = run(
+        """
+  Real x(start=0, fixed=true, stateSelect=StateSelect.always), y(start=0), v;
+equation
+  der(x) = 1;
+  x + y = x^(1 + y);
+  v = der(y);""",
+        backend,
+        stop=0.5,
+    )
+    assert result["y"] == pytest.approx(0, abs=1e-9)
+    assert result["v"] == pytest.approx(0, abs=1e-8)
