@@ -105,14 +105,15 @@ def _floats(dae: Dae, group: Group) -> Diagnostic:
 def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -> Diagnostic:
     known = set(joints)
     ends = [f for f in group.open if owner(f) in known] or list(group.open)
-    names = tuple(dict.fromkeys(_part(c) for c in group.components))
+    components = [c for c in group.components if c]  # connectors of the model are in none
+    names = tuple(dict.fromkeys(map(_part, components)))
     parts = shortened([f"`{n}`" for n in names], _SHOWN)
     ends = [f for f in ends if f.count(".") == 1] or ends
     message = f"nothing joins {parts} to the ground"
     if ends:
         shown = shortened([f"`{f}`" for f in ends], _SHOWN)
         message += f": {shown} {be(len(ends))} connected to nothing"
-    first = (ends or list(group.components))[0]
+    first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
     return Diagnostic("S321", message, place(dae, _part(first)), severity, hint=hint)
 
