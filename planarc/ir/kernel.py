@@ -18,6 +18,7 @@ Example: an integrator with a Jacobian of its own takes the kernel's where it is
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from planarc.core.data import Data
@@ -181,3 +182,14 @@ class Kernel(Protocol):
     def discrete(self) -> int:
         """One pass of the discrete equations at the present values; a negative return is
         a failure. Whens and relations are the solver's business (`events`)."""
+
+
+#: Takes the values of some slots out of a workspace.
+Taker: TypeAlias = Callable[[Sequence[float]], tuple[float, ...]]
+
+
+def taker(slots: Sequence[int]) -> Taker:
+    """What takes the values of these slots, in their order."""
+    if len(slots) > 1:
+        return itemgetter(*slots)
+    return lambda w: tuple(w[slot] for slot in slots)

@@ -6,12 +6,12 @@ arrays grow, so whoever keeps their addresses looks whether the `edition` is sti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import error
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import Program
 from planarc.solve.once import once
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Take = Callable[["NDArray[np.float64]"], None]
-Taker = Callable[[Sequence[float]], tuple[float, ...]]
 
 
 class Recorder:
@@ -129,13 +128,6 @@ def constants(program: Program) -> tuple[tuple[int, ...], Taker]:
     """The slots of constants, each once, and what takes their values."""
     slots = tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
     return slots, taker(slots)
-
-
-def taker(slots: Sequence[int]) -> Taker:
-    """A function that takes the values of slots out of a workspace."""
-    if len(slots) > 1:
-        return itemgetter(*slots)
-    return lambda w: tuple(w[slot] for slot in slots)
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:

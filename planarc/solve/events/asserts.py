@@ -18,13 +18,12 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.evaluate.rows import RowValues
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
 from planarc.solve.messages.event import assertion_diagnostic
 from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
-from planarc.solve.recorder import Taker, taker
 
 if TYPE_CHECKING:
     import numpy as np

@@ -27,7 +27,7 @@ from typing import TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import time_functions
@@ -41,7 +41,6 @@ from planarc.solve.events.settling import (
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages.event import inexact_integer, unsolved
 from planarc.solve.once import once
-from planarc.solve.recorder import Taker, taker
 from planarc.solve.rescue.rescue import Rescue
 
 Integers: TypeAlias = tuple[tuple[str, ...], Taker]

@@ -24,14 +24,13 @@ from functools import partial
 from typing import TypeAlias
 
 from planarc.ir.dae import Kind
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import Program
 from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages import event as event_failure
 from planarc.solve.once import once
-from planarc.solve.recorder import Taker, taker
 from planarc.solve.rescue.rescue import Rescue
 
 #: Iterations at one instant before it is called endless.

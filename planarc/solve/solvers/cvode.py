@@ -55,6 +55,7 @@ from planarc.solve.solvers.callbacks import Callbacks
 from planarc.solve.solvers.driver import Driver, Where
 from planarc.solve.solvers.integrator import (
     FEWEST_DERIVED,
+    UNSOLVED,
     Cause,
     Counts,
     Integrator,
@@ -90,7 +91,6 @@ MOST_PRODUCTS = 14
 JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
 _MADE = March(Outcome.BUDGET)
-_UNSOLVED = March(Outcome.FAILED, cause=Cause.BLOCK)
 
 #: Return flags of CVODE; every other failure is one of the setup.
 _CAUSES = {
@@ -307,11 +307,11 @@ class Cvode(Integrator):
         while told.dips:
             if (found := self._dip()) is not None:
                 rows = self._take_rows(recorder, self.t - recorder.near)
-                return replace(found if rows else _UNSOLVED, steps=taken + 1)
+                return replace(found if rows else UNSOLVED, steps=taken + 1)
             flag, told = self._driver.march(limit, recorder, watch, steps - taken, flag)
             taken += told.taken
         if told.failed:
-            return replace(_UNSOLVED, steps=taken)
+            return replace(UNSOLVED, steps=taken)
         if told.poles:
             crossed = self.poles.lies_before()
             found = self._before_pole() if crossed else March(Outcome.BUDGET)

@@ -62,6 +62,10 @@ class March(Data):
     steps: int = 0
 
 
+#: A block could not be solved, whatever the steps made before.
+UNSOLVED = March(Outcome.FAILED, cause=Cause.BLOCK)
+
+
 class Counts(Data):
     steps: int = 0
     rhs_calls: int = 0
@@ -174,20 +178,19 @@ class Integrator(ABC):
                 march = self._dip() or march
             if self._settings.waves:
                 march = self._switch(begin) or march
-            unsolved = March(Outcome.FAILED, cause=Cause.BLOCK, steps=done)
             if past is not None and not past.take(self, begin):
-                return unsolved
+                return replace(UNSOLVED, steps=done)
             t = self.t
             ordinary = march.outcome is Outcome.BUDGET
             before = recorder.count
             if not self._take_rows(recorder, t if ordinary else t - recorder.near):
-                return unsolved
+                return replace(UNSOLVED, steps=done)
             if not ordinary:
                 return replace(march, steps=done)
             if recorder.count == before:  # no row to begin the next step's blocks from
                 known = self.ends_evaluated and kernel.w[0] == t
                 if not known and kernel.rhs(t, self.y, ydot) != 0:
-                    return unsolved
+                    return replace(UNSOLVED, steps=done)
                 kernel.accept(t)
             if self._size and self.poles.note():
                 return replace(self._before_pole(), steps=done)

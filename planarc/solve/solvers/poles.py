@@ -79,10 +79,11 @@ class Poles:
         a pole lies before it."""
         n, before, were = 1 + self.size, self._last, self._falling
         self._last = here = self._pick(self.kernel.w)
-        self._falling = falling = [*map(_IS_ABOVE, here[n:])]
+        rates = here[n:]
+        self._falling = falling = [*map(_IS_ABOVE, rates)]
         if not before:
             return False
-        most, least = max(here[n:], default=0.0), min(here[n:], default=0.0)
+        most, least = max(rates, default=0.0), min(rates, default=0.0)
         if not max(most, -least) * abs(here[0]) > self._least_way:
             turned = (i for i, (a, b) in enumerate(zip(were, falling, strict=True)) if a != b)
             if falling == were or not any(self._is_off(i, before, here) for i in turned):

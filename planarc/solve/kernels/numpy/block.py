@@ -9,6 +9,7 @@ import math
 from collections.abc import MutableSequence, Sequence
 from operator import mul
 
+from planarc.ir.kernel import taker
 from planarc.ir.newton import (
     BENT,
     FAR,
@@ -65,17 +66,19 @@ class Block:
         self._most = STEPS_BELOW if self._below else STEPS_TOP
         self._solved = list(range(len(code.residuals)))  # positions of the unknowns among the tears
         self._free: list[int] = []  # and of the states
-        self._accepted = [0.0] * len(self.slots)
-        self._velocity = [0.0] * len(self.slots)
-        self._acceleration = [0.0] * len(self.slots)
+        self._values = taker(self.slots)
+        self._accepted: Sequence[float] = [0.0] * len(self.slots)
+        self._velocity: Sequence[float] = [0.0] * len(self.slots)
+        self._acceleration: Sequence[float] = [0.0] * len(self.slots)
         self._sizes: Sequence[float] = ()  # of the rows, before the last step
         self._size_of_residuals = 0.0
         self._time = 0.0
         first = code.first
         slots = program.candidates[first : first + len(self.slots)] if self._below else ()
         derivatives = {c.slot: c.derivative for c in program.candidates}
-        self._first = [c.derivative for c in slots]
+        self._velocities = taker([c.derivative for c in slots])
         self._second = [derivatives.get(c.derivative, -1) for c in slots]
+        self._accelerates = bool(self._second) and max(self._second) >= 0
 
     def select(self, states: set[int]) -> None:
         """`states`: positions of the states among the tears."""
@@ -90,9 +93,10 @@ class Block:
     def accept(self, t: float) -> None:
         w = self._w
         self._time = t
-        self._accepted = [w[s] for s in self.slots]
+        self._accepted = self._values(w)
         if self._below:
-            self._velocity = [w[s] for s in self._first]
+            self._velocity = self._velocities(w)
+        if self._accelerates:
             self._acceleration = [w[s] if s >= 0 else 0.0 for s in self._second]
 
     def begin(self, values: Sequence[float]) -> None:
@@ -112,8 +116,7 @@ class Block:
         if not self._below and not self.evaluating:
             self._x = list(self._accepted)
             return self._x
-        w = self._w
-        self._x = x = [w[s] for s in self.slots]
+        self._x = x = [*self._values(self._w)]
         if not self.evaluating:
             h = t - self._time
             half = 0.5 * h * h
@@ -128,7 +131,7 @@ class Block:
     def take(self, tears: Sequence[float]) -> Sequence[float]:
         """A linear block's tears from an elimination in a fixed order, to be checked."""
         self.done = False
-        return [self._w[s] for s in self.slots] if self.evaluating else tears
+        return self._values(self._w) if self.evaluating else tears
 
     def fits(self, residuals: Sequence[float], sizes: Sequence[float]) -> bool:
         """Whether the taken tears count; not when the matrix itself is asked for."""
@@ -151,7 +154,7 @@ class Block:
                     change = self._solve_open(matrix, residuals, kept)
                 change = self._checked(change, residuals, matrix)
             return [-d for d in change]
-        x = [self._w[s] for s in self.slots]
+        x = [*self._values(self._w)]
         solved = self._solved
         if not self.evaluating:
             for i in solved:

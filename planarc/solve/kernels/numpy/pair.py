@@ -28,8 +28,7 @@ class PairBlock(Block):
             if found is None:
                 return super().solve(residuals, matrix)
             return (-found[0], -found[1])
-        w = self._w
-        x = [w[s] for s in self.slots]
+        x = [*self._values(self._w)]
         i, j = self._solved
         for k in self._free:
             value = x[k]
