@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from planarc.ir.dae import Action, Assertion, Message, Reinit, SetDiscrete, Terminate
+from planarc.ir.dae import Action, Assertion, Impact, Message, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Expr, Exprs, Op
 
 A = TypeVar("A", bound=Action)
@@ -24,6 +24,8 @@ def expressions_of(action: Action) -> Iterator[Expr]:
             yield from _of_message(action.message)
         case Terminate():
             yield from _of_message(action.message)
+        case Impact():
+            yield from action.arguments
 
 
 def _of_message(message: Message) -> Iterator[Expr]:
@@ -46,6 +48,8 @@ def rewrite_action(action: A, table: Exprs, rewrite: Callable[[Expr], Expr]) -> 
             return replace(action, condition=condition, message=message(action.message))
         case Terminate():
             return replace(action, message=message(action.message))
+        case Impact():
+            return replace(action, arguments=tuple(map(rewrite, action.arguments)))
         case Reinit():
             symbol, value = rewrite(action.symbol), rewrite(action.value)
             if symbol.op is Op.NEG:

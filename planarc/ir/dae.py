@@ -184,7 +184,15 @@ class Terminate(Located):
     span: Span = NOWHERE
 
 
-Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate
+class Impact(Located):
+    """A touch whose velocity jumps, whose modes are set: its arguments are those of `ir.impact`."""
+
+    arguments: tuple[Expr, ...]
+    component: str = ""
+    span: Span = NOWHERE
+
+
+Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate | Impact
 
 
 class When(Located):

@@ -316,7 +316,13 @@ class Reinit(EquationNode):
     value: Expression
 
 
-Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit
+class Impact(EquationNode):
+    """`impact(...)`: its arguments in the order of `ir.impact.NAMES`."""
+
+    arguments: tuple[Expression, ...]
+
+
+Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit | Impact
 
 
 #: The target of an assignment: a variable, or several ones, as items of a record or an array.

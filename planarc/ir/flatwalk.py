@@ -119,6 +119,8 @@ def expressions_in(items: Iterable[Item]) -> Iterator[flat.Expression]:
                 yield from (condition, message)
             case flat.Terminate(message=message):
                 yield message
+            case flat.Impact(arguments=arguments):
+                yield from arguments
 
 
 def set_by(item: Item) -> Iterator[flat.Reference]:

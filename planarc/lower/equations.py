@@ -251,6 +251,10 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
                 yield assertion(scope.without_events(), e)
             case flat.Terminate():
                 yield dae.Terminate(message(scope.without_events(), e.message), e.span)
+            case flat.Impact():
+                told = scope.without_events()
+                arguments = tuple(expr(lower_expression(told, a)) for a in e.arguments)
+                yield dae.Impact(arguments, e.component, e.span)
             case flat.IfEquation():
                 yield from _conditional(scope, e)
             case _:
@@ -301,8 +305,8 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
                     chosen[key] = replace(action, value=t.if_(truth, action.value, kept))
                 case dae.Assertion():
                     yield action
-                case dae.Terminate():
-                    message = "`terminate` under an `if` inside of a when-clause"
+                case dae.Terminate() | dae.Impact():
+                    message = "`terminate` and `impact` under an `if` inside of a when-clause"
                     hint = "put the condition into the `when`"
                     raise error("L349", message, action.span, hint=hint)
         earlier = t.or_(earlier, own)

@@ -4,6 +4,7 @@ simulate    one call: request, run, result
 run         the loop from the start to the end; it alone moves the run
 start       consistent values: a loop is put together, what is held is held
 events      what switches at an instant, iterated until it rests
+contact     what touches of rigid bodies do next: impacts, sticking, sliding, letting go
 states      which candidates are states, watched and exchanged on the way
 messages    why a run cannot go on, in words
 solvers     integrators, one a file, made by `choice`

@@ -27,7 +27,7 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
     without value."""
     request = resolve(program, options)
     set_workspace(program, kernel, request)
-    Events(program, kernel, request.span, Rescue(program, kernel)).begin(request.start)
+    Events(program, kernel, request, Rescue(program, kernel)).begin(request.start)
     return request
 
 

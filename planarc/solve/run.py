@@ -71,8 +71,8 @@ class Run:
         self.rescue = Rescue(program, kernel)
         self._jumps = Jumps(program, kernel)
         self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
-        self.events = Events(program, kernel, request.span, self.rescue)
-        self._chatter = Chatter(program, self.events.crossings, request)
+        self.events = Events(program, kernel, request, self.rescue)
+        self._chatter = Chatter(program, self.events.crossings, request, self.events.touches)
         self.schedule = Schedule(program, kernel, request.start, request.stop)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
@@ -125,7 +125,7 @@ class Run:
         y = self.states.values()
         self.rescue.begun = True
         self.kernel.outputs(t, y)
-        done = self.events.finish_start(t, y)
+        done = self.events.finish_start(t, y, self.states.slots())
         self._note(done.ended, done.warnings)
         if self.events.present:
             fired, slots = self.schedule.firing(t), self.states.slots()
@@ -208,7 +208,8 @@ class Run:
         self._judge_open(t, y)
         self.delays.resume(t)
         self.states.resume(t, y)
-        absolute = self.states.absolute(self.request.tolerance)
+        self.integrator.sharp = sharp = self.events.sharpness()
+        absolute = self.states.absolute(self.request.tolerance * sharp)
         directions = self.events.crossings.directions()
         self.integrator.shift(self.events.crossings.shifts())
         self.integrator.poles.begin(self.states.places(), absolute)
@@ -401,13 +402,16 @@ class Run:
         self.delays.kink(t)
         before = self._jumps.positions()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
-        self.records.append(EventRecord(t, causes, owners))
+        others, own = self.events.others(causes, owners)
+        if done.told or others or not causes:
+            own = ("",) * len(done.told) + own
+            self.records.append(EventRecord(t, (*done.told, *others), own))
         self._note(done.ended, done.warnings)
         if self._row(t, done.y):
             self.recorder.pass_by(t)
             if (crossing or fired) and not done.reset:
                 self.warnings += self._jumps.judge(t, before)
-            chattering = self._chatter.judge(t, crossing, causes if not fired else ())
+            chattering = self._chatter.judge(t, crossing, others if not fired else ())
             self.ended = self.ended or chattering
             self.restart(t, done.y, self._chatter.step)
             self._follow(self.states.after_event(t))

@@ -224,6 +224,44 @@ def loses_energy_to_its_load_only(r: Any) -> None:
     np.testing.assert_allclose(r["dyad.s"], r["piston.r[1]"], atol=1e-12)
 
 
+def bounces_until_it_rolls(r: Any) -> None:
+    rest = r["contact.rigid[1].rest"][-1]
+    assert rest == pytest.approx((1 + 0.7) / (1 - 0.7) * np.sqrt(2 / 9.81), rel=1e-6)
+    assert r["contact.touches[1]"][-1] == 1
+    assert r["ball.v[1]"][-1] == pytest.approx(0.6 / 1.4, rel=1e-6)
+    assert r["ball.w"][-1] == pytest.approx(-6 / 1.4, rel=1e-6)
+
+
+def yields_where_it_lands(r: Any) -> None:
+    gap = r["contact.gap[1]"]
+    assert -0.005 < gap.min() < 0
+    speeds = r["ball.v[2]"]
+    below = gap < 0
+    first = np.flatnonzero(np.diff(below.astype(int)))[:2]
+    ratio = -speeds[first[1] + 1] / speeds[first[0] + 1]
+    assert ratio == pytest.approx(0.7, abs=0.05)
+
+
+def falls_off_its_ledge(r: Any) -> None:
+    touched = np.flatnonzero(r["contact.touches[1]"])
+    assert r["ball.v[1]"][touched].min() == pytest.approx(1 / 1.4, rel=1e-5)
+    assert np.abs(r["contact.gap[1]"][touched]).max() < 1e-6
+    assert 1 < r["ball.r[1]"][touched].max() < 1.101
+    assert r["ball.r[2]"][-1] < 0
+
+
+def rocks_from_corner_to_corner(r: Any) -> None:
+    times = [e.time for e in r.events]
+    known = [0.563675757046, 1.253475910082, 1.799165833335, 2.256553860618]
+    np.testing.assert_allclose(times, known, atol=1e-4)
+
+
+def passes_the_blow_on(r: Any) -> None:
+    assert r["hinge[5].phi"].max() == pytest.approx(0.5, abs=1e-3)
+    assert r["hinge[1].phi"].min() == pytest.approx(-0.5, abs=1e-3)
+    assert max(np.abs(r[f"hinge[{i}].phi"]).max() for i in (2, 3, 4)) < 1e-5
+
+
 LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.Pendulum": swings_back,
     "Elementary.DoublePendulum": keeps_the_energy_of_both_links,
@@ -234,6 +272,11 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.SpringDamperSystem": rests_where_the_spring_is_free,
     "Elementary.DrivenPendulum": sticks_and_slides,
     "Elementary.BouncingMass": bounces_lower_each_time,
+    "Contacts.BouncingBall": bounces_until_it_rolls,
+    "Contacts.SoftLanding": yields_where_it_lands,
+    "Contacts.OffTheLedge": falls_off_its_ledge,
+    "Contacts.RockingBlock": rocks_from_corner_to_corner,
+    "Contacts.NewtonsCradle": passes_the_blow_on,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
     "Loops.TwoLoops": holds_its_rods,

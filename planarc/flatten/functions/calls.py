@@ -27,7 +27,7 @@ from planarc.flatten.tree.predefined import ASSERTION_LEVEL
 from planarc.flatten.typing import builtins, comprehension, connections
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.foreign import LOAD_RESOURCE
-from planarc.ir import flat, syntax
+from planarc.ir import flat, impact, syntax
 
 _REDUCTIONS = frozenset({"array", "sum", "product", "min", "max"})
 _FUNCTION_KINDS = (syntax.ClassKind.FUNCTION, syntax.ClassKind.OPERATOR_FUNCTION)
@@ -41,7 +41,7 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
         return call_of_argument(node, env.locals[names[0]], env)
     if names[0] == _CONNECTIONS and len(names) == 2 and _is_predefined(node.function, env):
         return connections.type_operator(node, env)
-    if builtins.is_name(names[-1]) and _is_builtin(node.function, env):
+    if builtins.is_name(names[-1]) and is_builtin(node.function, env):
         return _builtin(node, env)
     cls = function_class(node.function, env)
     if cls.definition.name in ("Integer", "String") and cls.name == cls.definition.name:
@@ -65,7 +65,7 @@ def _is_predefined(name: syntax.Ref, env: Env) -> bool:
     return name.absolute or lookup.find(env.scope, name.parts[0].name) is None
 
 
-def _is_builtin(function: syntax.Ref, env: Env) -> bool:
+def is_builtin(function: syntax.Ref, env: Env) -> bool:
     if len(function.names) > 1:
         return False
     return function.absolute or lookup.find(env.scope, function.names[0]) is None
@@ -83,7 +83,7 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
         raise error("F303", f"a function cannot use `{name}`", node.span)
     if name == "cardinality":
         return _cardinality(node, env)
-    if name in ("assert", "terminate", "reinit"):
+    if name in ("assert", "terminate", "reinit", "impact"):
         raise error("F293", f"`{name}` is an equation of its own, not a value", node.span)
     first = node.arguments[0] if node.arguments else None
     if isinstance(first, syntax.Comprehension):
@@ -203,6 +203,17 @@ def type_terminate(call: syntax.Call, env: Env) -> tuple[flat.Terminate, ...]:
     text = env.typed(message)
     expect(flat.STRING, text, "the message of `terminate`")
     return (flat.Terminate(call.span, env.component, text),)
+
+
+def type_impact(call: syntax.Call, env: Env) -> tuple[flat.Impact, ...]:
+    found = _arguments(call, impact.NAMES, len(impact.NAMES))
+    typed = tuple(env.typed(value) for value in found if value is not None)
+    for name, value in zip(impact.NAMES, typed, strict=True):
+        bases = impact.BASES.get(name, (flat.Base.REAL,))
+        expect_scalar(value, bases, f"`{name}` of `impact`")
+        if name in impact.KEPT and not isinstance(value, flat.Reference):
+            raise error("F304", f"`{name}` of `impact` must be a variable", value.span)
+    return (flat.Impact(call.span, env.component, typed),)
 
 
 def type_reinit(call: syntax.Call, env: Env) -> tuple[flat.Reinit, ...]:

@@ -23,9 +23,11 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.calls import (
+    is_builtin,
     several_results,
     type_assert,
     type_call,
+    type_impact,
     type_reinit,
     type_terminate,
 )
@@ -207,6 +209,10 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
         if not env.in_when:
             raise error("F304", "`reinit` may stand in a when-equation only", node.span)
         return type_reinit(call, env)
+    if names == ("impact",) and is_builtin(call.function, env):
+        if not env.in_when:
+            raise error("F304", "`impact` may stand in a when-equation only", node.span)
+        return type_impact(call, env)
     if is_connection_operator(call):
         if env.in_when:
             raise error("F306", f"`{call.function}` cannot stand in a when-equation", node.span)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.dae import Dae, Message, Reinit, SetDiscrete, Terminate, Variable
+from planarc.ir.dae import Dae, Impact, Message, Reinit, SetDiscrete, Terminate, Variable
 from planarc.ir.expr import symbol_text, text
 from planarc.ir.flat import StateSelect
 
@@ -91,6 +91,8 @@ def action_text(action: object) -> str:
             return f"{name} := {text(value)}"
         case Reinit(symbol, value):
             return f"reinit({symbol_text(*symbol.data)}, {text(value)})"
+        case Impact(arguments):
+            return f"impact({', '.join(map(text, arguments))})"
         case Terminate(message):
             return f"terminate({message_text(message)})"
     return f"assert({text(action.condition)})"  # type: ignore[attr-defined]

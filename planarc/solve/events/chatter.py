@@ -31,7 +31,15 @@ LATE = 4
 class Chatter:
     """A memory of past events, to tell chattering from a busy run."""
 
-    def __init__(self, program: Program, crossings: Crossings, request: Request) -> None:
+    def __init__(
+        self,
+        program: Program,
+        crossings: Crossings,
+        request: Request,
+        touches: frozenset[int] = frozenset(),
+    ) -> None:
+        """`touches`: relations of touches, of which bounces are known to come to rest."""
+        self._touches = touches
         self._program, self._crossings = program, crossings
         self._tolerance, self._span, self._start = request.tolerance, request.span, request.start
         #: The step to begin with after the present event, where the integrator might step
@@ -79,7 +87,9 @@ class Chatter:
                 return chattering(
                     self._program, self._crossings.kernel, t, [c for c, _ in often.most_common(3)]
                 )
-        piled = [i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT]
+        piled = [
+            i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT and i not in self._touches
+        ]
         texts = list(dict.fromkeys(self._program.relations[i].text for i in piled))
         return self._told(t, texts) if piled else None
 

@@ -41,6 +41,7 @@ class Crossings:
 
     def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
         self.program, self.kernel = program, kernel
+        self.touches: frozenset[int] = frozenset()  # relations that an operator sets at events
         self.now = [0.0] * len(program.relations)
         self.largest = [0.0] * len(program.relations)
         self._ahead = self._least = 1e-7 * (span or 1.0)
@@ -109,6 +110,9 @@ class Crossings:
     def truths_at_start(self, t: float, y: Sequence[float]) -> list[bool]:
         """Truths where nothing was before: what may be a rounding error alone counts as zero."""
         quiet = self.quiet()
+        for i in self.touches:
+            if abs(self.now[i]) <= quiet:
+                self.now[i] = 0.0
         small = [
             0 < abs(g) <= quiet and not r.time_only
             for g, r in zip(self.now, self.program.relations, strict=True)
@@ -135,7 +139,7 @@ class Crossings:
                 if truth != (self.kernel.w[relation.slot] != 0):
                     wrong[i] = truth
         if wrong and min(abs(self.now[i]) for i in wrong) <= 1e3 * self.quiet():
-            if any(abs(self.now[i]) > 1e3 * self.heard[i] for i in wrong):
+            if any(abs(self.now[i]) > 1e3 * self.heard[i] for i in wrong if i not in self.touches):
                 self._listen(t, y)
             wrong = {
                 i: truth for i, truth in wrong.items() if abs(self.now[i]) > 1e3 * self.heard[i]
@@ -200,7 +204,7 @@ class Crossings:
         def crosses(i: int) -> bool:
             return directions[i] * rises[i] > least(i) or (i in stays and self.heard[i] == 0)
 
-        if any(crosses(i) for i in stays | doubtful):
+        if any(crosses(i) for i in (stays | doubtful) - self.touches):
             self._listen(*self._later)
             self._listen(t, y)
         crossing = {i for i in found if i in self._leaps or crosses(i)}
@@ -240,7 +244,8 @@ class Crossings:
                 return directions[i] * far[i] > 4 * max(NOISE * self.largest[i], self.heard[i])
 
             if any(map(crosses, slow)):
-                self._listen(*self._later)
+                if not self.touches.issuperset(slow):
+                    self._listen(*self._later)
                 crossing.update(filter(crosses, slow))
                 for i in crossing.intersection(slow):
                     rises[i] = far[i] / further

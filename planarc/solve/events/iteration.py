@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import zip_longest
 from typing import TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
@@ -42,6 +43,7 @@ from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.messages.event import inexact_integer, unsolved
 from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
+from planarc.solve.settings import Request
 
 Integers: TypeAlias = tuple[tuple[str, ...], Taker]
 #: Whether a size is beyond what tells all Integers apart.
@@ -51,13 +53,14 @@ _IS_INEXACT = float(LARGEST_INTEGER).__lt__
 class Events:
     """The discrete part of a run. All its values live in the kernel's workspace."""
 
-    def __init__(self, program: Program, kernel: Kernel, span: float, rescue: Rescue) -> None:
+    def __init__(self, program: Program, kernel: Kernel, request: Request, rescue: Rescue) -> None:
         self.program, self.kernel, self._rescue = program, kernel, rescue
         self.present = bool(
             program.relations or program.samplers or program.whens or program.discretes
         )
-        self.crossings = Crossings(program, kernel, span)
-        self._whens = Whens(program, kernel)
+        self.crossings = Crossings(program, kernel, request.span)
+        self._whens = Whens(program, kernel, request)
+        self.crossings.touches = self.touches = _of_touches(program, self._whens)
         self._values = taker([d.slot for d in program.discretes])
         self._before = taker([d.pre for d in program.discretes])
         self._integers = _integers(program.discretes)
@@ -104,7 +107,7 @@ class Events:
         self._whens.assign(t, self._whens.edges(initial=True))
         return self._snapshot() != before
 
-    def finish_start(self, t: float, y: Sequence[float]) -> Processed:
+    def finish_start(self, t: float, y: Sequence[float], states: Mapping[int, int]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
         whens, done = self._whens, Processed(list(y))
         self._refuse_inexact(t, done, _given_integers(self.program))
@@ -112,7 +115,9 @@ class Events:
             self._set_flag(INITIAL, False)
             return done
         done.ended = done.ended or whens.assign(t, whens.edges(initial=True))
-        whens.act(t, whens.edges(initial=True), done, {})
+        edges = whens.edges(initial=True)
+        whens.act(t, edges, done, {})
+        whens.strike(t, edges, done, states)
         self._refuse_inexact(t, done, self._integers)
         self._keep_pre()
         self._set_flag(INITIAL, False)
@@ -154,7 +159,9 @@ class Events:
             trail.append(earlier)
             if not settling.settle(moved):
                 return done
-            moved = self._whens.act(t, self._whens.edges(), done, states)
+            edges = self._whens.edges()
+            moved = self._whens.act(t, edges, done, states)
+            moved |= self._whens.strike(t, edges, done, states)
             self._keep_pre()
             for slot in fired:
                 w[slot] = 0.0
@@ -198,6 +205,21 @@ class Events:
         """The components of relations."""
         return tuple(self.program.relations[i].component for i in crossing)
 
+    def sharpness(self) -> float:
+        """The part of the tolerance with which the run goes on: low bounces ask for less."""
+        impacts = self._whens.impacts
+        return 1.0 if impacts is None else impacts.sharpness
+
+    def others(
+        self, causes: Sequence[str], owners: Sequence[str]
+    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The causes that are not relations of touches, and their components."""
+        if not self.touches:
+            return tuple(causes), tuple(owners)
+        own = {self.program.relations[i].component for i in self.touches}
+        pairs = [p for p in zip_longest(causes, owners, fillvalue="") if p[1] not in own]
+        return tuple(c for c, _ in pairs), tuple(o for _, o in pairs)
+
     def finish(self) -> bool:
         """Whether anything may happen at the end."""
         self._set_flag(TERMINAL, True)
@@ -219,6 +241,16 @@ class Events:
         slot = self.program.slots.get(name)
         if slot is not None:
             self.kernel.w[slot] = float(value)
+
+
+def _of_touches(program: Program, whens: Whens) -> frozenset[int]:
+    """The relations of touches."""
+    own = whens.impacts.components if whens.impacts is not None else ()
+    return (
+        frozenset(i for i, r in enumerate(program.relations) if r.component in own)
+        if own
+        else (frozenset())
+    )
 
 
 @once

@@ -236,6 +236,8 @@ class Settling:
         """Whether the value of a zero function is more than an error of rounding. One that
         was changed at this instant is known better than one that was integrated."""
         now, largest = self.crossings.now[i], self.crossings.largest[i]
+        if i in self.crossings.touches:
+            return now >= 0.0 or -now > NOISE * largest
         if abs(now) <= EXACT or abs(now) > max(self.crossings.quiet(), NOISE * largest):
             return True
         noise = self._noise()[i]
@@ -251,7 +253,9 @@ class Settling:
         """Hold no relation any more of which a side was set anew."""
         now = self.crossings.now
         for i, value in list(self.held.items()):
-            if now[i] != value and abs(now[i] - value) > self._noise()[i]:
+            if now[i] == value:
+                continue
+            if i in self.crossings.touches or abs(now[i] - value) > self._noise()[i]:
                 del self.held[i]
 
     def look_ahead(self) -> bool:

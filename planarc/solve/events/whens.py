@@ -9,6 +9,7 @@ Reference: Modelica 3.6, sections 8.3.5 and 8.3.6.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
@@ -18,6 +19,7 @@ from planarc.ir.dae import (
     INITIAL,
     Action,
     Assertion,
+    Impact,
     Reinit,
     SetDiscrete,
     Terminate,
@@ -28,6 +30,10 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
 from planarc.solve.messages.event import assertion_diagnostic, no_value
 from planarc.solve.messages.text import Reader, text_of
+from planarc.solve.settings import Request
+
+if TYPE_CHECKING:
+    from planarc.solve.contact.impacts import Impacts
 
 
 class Processed(Struct):
@@ -37,13 +43,15 @@ class Processed(Struct):
     ended: Diagnostic | None = None
     warnings: list[Diagnostic] = field(default_factory=list)
     reset: list[str] = field(default_factory=list)  # the states that `reinit` set
+    told: list[str] = field(default_factory=list)  # what touches did
 
 
 class Whens:
     """The when-clauses of a run."""
 
-    def __init__(self, program: Program, kernel: Kernel) -> None:
+    def __init__(self, program: Program, kernel: Kernel, request: Request) -> None:
         self.program, self.kernel = program, kernel
+        self.impacts = _impacts(program, kernel, request)
         self._at_start = _initial_conditions(program)
         self._slots = _own_slots(program)
         self._read = Reader(program, kernel, 0.0)
@@ -125,6 +133,33 @@ class Whens:
             done.y[index] = value
             done.reset += [c.display for c in self.program.candidates if c.slot == names[index]]
         return bool(moved)
+
+    def strike(
+        self,
+        t: float,
+        edges: list[tuple[Action, ...]],
+        done: Processed,
+        states: Mapping[int, int],
+    ) -> bool:
+        """What touches do, once all else has acted; true if they were asked."""
+        if self.impacts is None or done.ended is not None or not _strikes(edges):
+            return False
+        told, done.ended = self.impacts.resolve(t, done.y, states)
+        done.told += told
+        return True
+
+
+def _strikes(edges: list[tuple[Action, ...]]) -> bool:
+    return any(isinstance(action, Impact) for actions in edges for action in actions)
+
+
+def _impacts(program: Program, kernel: Kernel, request: Request) -> Impacts | None:
+    """The touches of a run, where it has some."""
+    if not _strikes([actions for when in program.whens for *_, actions in when.branches]):
+        return None
+    from planarc.solve.contact.impacts import Impacts
+
+    return Impacts(program, kernel, request.span, request.tolerance)
 
 
 def _assertion(

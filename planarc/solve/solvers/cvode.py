@@ -179,7 +179,7 @@ class Cvode(Integrator):
             self._begin_anew(t)
         else:
             self._create(t)
-        session.call("SVtolerances", self._settings.tolerance, self._vectors[2])
+        session.call("SVtolerances", self._settings.tolerance * self.sharp, self._vectors[2])
         session.call("SetInitStep", step or 0.0)
         if directions:
             session.call("SetRootDirection", (C.c_int * len(directions))(*directions))
@@ -199,7 +199,7 @@ class Cvode(Integrator):
         session.create(_ADAMS if self._adams else _BDF)
         session.check("Init", self._rhs, t, self._vectors[0])
         # Tolerances must stand before anything else is set up.
-        session.call("SVtolerances", settings.tolerance, self._vectors[2])
+        session.call("SVtolerances", settings.tolerance * self.sharp, self._vectors[2])
         if self._addresses is not None:
             session.call("SetUserData", self._addresses.context)
         self._set_linear_solver()

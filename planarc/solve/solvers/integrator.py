@@ -107,6 +107,7 @@ class Integrator(ABC):
     name = ""
     looks = False  # whether a march measures the choice of states at every step
     formulas = False  # whether the Jacobian comes from formulas
+    sharp = 1.0  # part of the tolerance that the next stretch is followed with
     remark = ""  # behind the reason for it in a run's summary
     #: Whether a step's last evaluation lies within the tolerance of its end, as where an
     #: implicit method has converged: good enough for the blocks of the next one to start from.

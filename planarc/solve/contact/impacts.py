@@ -1,0 +1,245 @@
+"""The operator `impact`: what touches do next, at an event at which one of them changes.
+
+In:   the states at an instant
+Out:  the states after impacts; in the workspace the modes of all touches
+
+    strike    velocities jump, so that nothing approaches (`strike`)
+    modes     accelerations tell which touches hold, stick, slide and open (`problem`)
+    rest      what bounces ever lower is held: its bounces take a geometric series of times
+
+Example: a ball that falls on a floor. `gap < low` makes an event; v = -2 becomes 1 m/s with
+e = 0.5, and the touch stays open; after many bounces it is held, and `rest` is the instant of the
+last one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.ir.impact import KEPT
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
+from planarc.solve.contact import messages
+from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
+from planarc.solve.contact.strike import STILL, strike
+from planarc.solve.contact.touches import Response, Touches
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Array, Vector
+
+#: Gaps below this, in m, are none; overlaps beyond that are mistakes of a start.
+NEAR, DEEP = 1e-10, 1e-7
+#: What opens meets again only this much deeper, in m: by then it has a speed.
+CLEAR = 1e-12
+#: A slip below this part of the fastest seen may be none; where it sticks or turns, below that.
+SLOW, DRIFT = 1e-8, 1e-6
+#: A bounce begins a rest below the cube root of the tolerance, as a part of the greatest speed of
+#: impact: the errors of lower arcs, and those of a geometric series of higher ones, are larger. It
+#: also does where all later ones take less than this part of the run.
+SHORT = 1e-11
+#: The least tolerance with which a low bounce is followed.
+SHARPEST = 1e-14
+#: Accelerations below this part of the largest seen are rounding.
+NOISE = 1e-12
+#: Friction within this part of its limit is at it.
+LIMIT = 1e-9
+#: What a touch is that is open and has not just been.
+OPEN = {"held": 0.0, "way": float(IDLE), "impulse": 0.0, "low": 0.0}
+
+
+class Impacts:
+    """What is remembered of a run's touches."""
+
+    def __init__(self, program: Program, kernel: Kernel, span: float, tolerance: float) -> None:
+        self._least = min(SHARPEST / tolerance, 1.0)
+        self.sharpness = 1.0  # part of the tolerance that suits the bounces under way
+        self._short, self._low = SHORT * span, math.cbrt(tolerance)
+        self._touches = Touches(program, kernel)
+        self._first = np.zeros(len(self._touches.all))  # greatest speeds of impacts
+        self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
+        self.components = self._touches.components
+
+    def resolve(
+        self, t: float, y: list[float], states: Mapping[int, int]
+    ) -> tuple[list[str], Diagnostic | None]:
+        """Change the states in place and set the modes: what happened, and why it cannot."""
+        if not self._touches.evaluate(t, y):
+            return [], messages.unsolved(self._touches, t)
+        before = {name: self._touches.get(name) for name in ("gap", "v", "slip", "e", "mu", *KEPT)}
+        gap, held = before["gap"] - before["low"], before["held"] != 0
+        deep = np.flatnonzero(~held & (gap < -DEEP))
+        if len(deep):
+            return [], messages.overlap(self._touches, int(deep[0]), -float(gap[deep[0]]), t)
+        some = np.flatnonzero(held | (gap <= NEAR))
+        self.sharpness = 1.0
+        if not len(some):
+            for name, value in OPEN.items():
+                self._touches.put(name, [value] * len(held))
+            return [], None
+        speeds = np.abs([before["v"][some], before["slip"][some]])
+        self._fastest = max(self._fastest, float(speeds.max()))
+        loose = held & (before["way"] == STICKS)
+        loose &= np.abs(self._touches.get("f_t")) >= (1 - LIMIT) * before["mu"] * (
+            self._touches.get("f_n")
+        )
+        response = self._touches.respond(t, y, states, some.tolist())
+        if response is None:
+            return [], messages.unsolved(self._touches, t)
+        instant = _Instant(self._touches, before, some, response[0], loose, self._fastest)
+        if (fixed := instant.fixed()) is not None:
+            return [], messages.one_body(self._touches, fixed, t)
+        x = instant.strike(self._first)
+        if x is None or not instant.move(y, x):
+            return [], messages.no_impact(self._touches, some.tolist(), before["mu"], t)
+        free = response[1]
+        if x.any():
+            if not self._touches.evaluate(t, y):
+                return [], messages.unsolved(self._touches, t)
+            free = self._touches.motion()
+        self._strongest = max(self._strongest, float(np.abs(response[1]).max()))
+        instant.noise = NOISE * self._strongest
+        rest = instant.modes(free[instant.rows], self._first * self._low, self._short)
+        if rest is None:
+            return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
+        instant.stop(y)
+        self.sharpness = max(self._least, instant.height(self._first))
+        return self._set(t, instant, before, x, rest), None
+
+    def _set(
+        self,
+        t: float,
+        instant: _Instant,
+        before: Mapping[str, Vector],
+        x: Vector,
+        rest: Mapping[int, float],
+    ) -> list[str]:
+        """Write the modes; tell what happened."""
+        n, some = len(self._touches.all), instant.some
+        after = {name: np.zeros(n) for name in KEPT}
+        after["rest"][:] = before["rest"]
+        after["way"][:] = IDLE
+        after["impulse"][some] = x[: len(some)]
+        rests = instant.u[: len(some)] <= instant.still
+        after["low"][some] = np.minimum(before["gap"][some], 0.0) - CLEAR * rests
+        for j, i in enumerate(some):
+            closed, way = instant.cases[j]
+            after["held"][i], after["way"][i] = closed, way if closed else IDLE
+            if closed and not before["held"][i]:
+                after["rest"][i] = t + rest.get(j, 0.0)
+            if closed:
+                now = before["low"] if before["held"][i] else before["gap"]
+                after["low"][i] = now[i]
+        for name, values in after.items():
+            self._touches.put(name, values.tolist())
+        return messages.told(self._touches, before, after)
+
+
+class _Instant:
+    """The touches that are closed at an instant; `some` are their numbers."""
+
+    def __init__(
+        self,
+        touches: Touches,
+        before: Mapping[str, Vector],
+        some: Array,
+        response: Response,
+        loose: Array,
+        fastest: float,
+    ) -> None:
+        n, k = len(touches.all), len(some)
+        self.some, self.rows = some, np.concatenate([some, n + some])
+        self._k, self._a, self._states = k, response.own[self.rows], response.states
+        v = np.where(before["held"][some] != 0, 0.0, before["v"][some])
+        self.u = np.concatenate([v, before["slip"][some]])
+        self._e, self._mu = before["e"][some], before["mu"][some]
+        self._way, self._loose, self._fastest = before["way"][some], loose[some], fastest
+        self.noise = 0.0  # an acceleration that is none
+        self.cases: tuple[tuple[bool, int], ...] = ()
+        self.still = STILL * float(np.abs([before["v"], before["slip"]]).max(initial=0.0))
+
+    def fixed(self) -> int | None:
+        """A touch at which a force moves nothing."""
+        found = np.flatnonzero(~self._a[:, : self._k].any(axis=0))
+        return int(self.some[found[0]]) if len(found) else None
+
+    def strike(self, first: Vector) -> Vector | None:
+        """The impulses; `first` remembers the greatest speeds."""
+        first[self.some] = np.maximum(first[self.some], -self.u[: self._k])
+        largest = max(self.still / STILL, 1e-300)
+        blow = strike(self._a, self.u, self._e, self._mu, largest)
+        if blow is None:
+            return None
+        self.u = blow.u
+        return blow.x
+
+    def move(self, y: list[float], x: Vector) -> bool:
+        for i, change in enumerate((self._states @ x).tolist()):
+            y[i] += change
+        return bool(np.isfinite(x).all())
+
+    def modes(self, free: Vector, low: Vector, short: float) -> dict[int, float] | None:
+        """Find the cases; for how long each touch that begins to rest still bounces."""
+        v, resting = self.u[: self._k], self.u[: self._k] <= self.still
+        found = self._solved(free, resting)
+        if found is None:
+            return None
+        time: dict[int, float] = {}
+        for j in np.flatnonzero(~resting & (self._e < 1)):
+            falls = -found[j]
+            if falls <= 0:
+                continue
+            lasts = 2 * v[j] / (falls * (1 - self._e[j]))
+            lowest = max(self._e[j] * low[self.some[j]], math.sqrt(2 * falls * CLEAR))
+            if v[j] < lowest or lasts < short:
+                time[int(j)] = float(lasts)
+        if time:
+            resting[list(time)] = True
+            found = self._solved(free, resting)
+        return None if found is None else time
+
+    def height(self, first: Vector) -> float:
+        """That of the lowest bounce that begins here, as a part of its first one."""
+        v, first = self.u[: self._k], first[self.some]
+        bounces = (v > self.still) & (first > 0) & (self._e < 1)
+        return float(np.min((v[bounces] / first[bounces]) ** 2, initial=1.0))
+
+    def _solved(self, free: Vector, resting: Array) -> Vector | None:
+        """The cases of the touches that may be held, all others open; the normal accelerations."""
+        k, may = self._k, np.flatnonzero(resting)
+        rows = np.concatenate([may, k + may])
+        spots = [self._spot(int(j)) for j in may]
+        found = solve_contacts(self._a[np.ix_(rows, rows)], free[rows], spots, self.noise)
+        if found is None:
+            return None
+        cases = [(False, IDLE)] * k
+        for j, case in zip(may, found.cases, strict=True):
+            cases[j] = case
+        self.cases = tuple(cases)
+        u: Vector = self._a[:, rows] @ found.x + free
+        return u[:k]
+
+    def _spot(self, j: int) -> Spot:
+        slip, way = float(self.u[self._k + j]), self._way[j]
+        turns = abs(way) == 1 and way * slip <= 0
+        if self._mu[j] == 0:
+            return Spot(0.0, IDLE)
+        slow = DRIFT if turns or way == STICKS else SLOW
+        if abs(slip) <= slow * self._fastest:
+            return Spot(float(self._mu[j]), None, loose=bool(self._loose[j]))
+        return Spot(float(self._mu[j]), 1 if slip > 0 else -1)
+
+    def stop(self, y: list[float]) -> None:
+        """Take off what errors and last bounces leave of the speeds that are held at zero."""
+        spots = [
+            Spot(float(m), w if w in (STICKS, IDLE) else IDLE)
+            for m, (_, w) in zip(self._mu, self.cases, strict=True)
+        ]
+        cases = [(closed, s.way or 0) for s, (closed, _) in zip(spots, self.cases, strict=True)]
+        found: Solution | None = solve_case(self._a, self.u, spots, cases)
+        if found is not None:
+            self.move(y, found.x)

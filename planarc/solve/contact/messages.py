@@ -1,0 +1,91 @@
+"""What happens at touches, and why they cannot go on, in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.prose import listed
+from planarc.ir.places import own_part
+from planarc.solve.contact.touches import Touches
+from planarc.solve.messages import event
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+
+#: Impulses below this part of the largest at an instant are rounding.
+FELT = 1e-12
+
+_POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
+
+
+def named(touches: Touches, i: int) -> str:
+    """A touch as a user knows it: its component, and its point where there are several."""
+    name = touches.all[i].name
+    found = _POINT.match(name)
+    if found is None:
+        return f"`{name}`"
+    several = any(t.name.startswith(f"{found[1]}.") for t in touches.all if t.name != name)
+    return f"`{found[1]}`" + f" (point {found[2]})" * several
+
+
+def told(touches: Touches, before: Mapping[str, Vector], after: Mapping[str, Vector]) -> list[str]:
+    """What happened at an instant, one text for each touch to which something did."""
+    found, largest = [], float(after["impulse"].max())
+    for i in range(len(touches.all)):
+        texts = []
+        if (impulse := after["impulse"][i]) > FELT * largest:
+            texts.append(f"impact of {impulse:.4g} N.s")
+        was, held = before["held"][i], after["held"][i]
+        old, way = before["way"][i], after["way"][i]
+        if held and (not was or old != way) and way != 2:
+            texts.append("sticks" if way == 0 else "slides")
+        elif held and not was:
+            texts.append("rests")
+        if was and not held:
+            texts.append("lets go")
+        if texts:
+            found.append(f"{named(touches, i)}: {', '.join(texts)}")
+    return found
+
+
+def unsolved(touches: Touches, t: float) -> Diagnostic:
+    return event.unsolved(touches.program, touches.kernel, t, ())
+
+
+def _found(touches: Touches, i: int, code: str, message: str, hint: str) -> Diagnostic:
+    part = own_part(touches.program, touches.all[i].name)
+    return Diagnostic(code, message, part.span if part else touches.all[i].span, hint=hint)
+
+
+def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
+    message = f"the contours of {named(touches, i)} overlap by {depth:.3g} m at t = {t:.6g} s"
+    return _found(
+        touches, i, "R480", message, "start the bodies apart, or exactly where they touch"
+    )
+
+
+def one_body(touches: Touches, i: int, t: float) -> Diagnostic:
+    message = f"the contours of {named(touches, i)} cannot move against each other"
+    hint = "connect its frames to bodies that move: a force at the contact moves neither"
+    return _found(touches, i, "R481", message, hint)
+
+
+def _friction(touches: Touches, some: Sequence[int], mu: Vector) -> str:
+    rubbing = [i for i in some if mu[i] > 0] or list(some)
+    return listed([f"{named(touches, i)} (mu = {mu[i]:.4g})" for i in rubbing])
+
+
+def no_impact(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Diagnostic:
+    message = f"no impulses end the impact at {_friction(touches, some, mu)} at t = {t:.6g} s"
+    return _found(touches, some[0], "R482", message, "lower mu, or take the compliant law")
+
+
+def no_forces(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Diagnostic:
+    message = (
+        f"no forces keep {_friction(touches, some, mu)} closed or open at t = {t:.6g} s: with so "
+        "much friction rigid bodies jam while they slide"
+    )
+    return _found(touches, some[0], "R482", message, "lower mu, or take the compliant law")

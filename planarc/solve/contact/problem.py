@@ -1,0 +1,179 @@
+"""Forces at touches, by complementarity: what presses does not part, what parts does not press.
+
+In:   `a`, `b`    u = a*x + b: along the normals (first half) and the slips (second half), how
+                  fast the touches part and slide when the forces or impulses x act at them
+      `spots`     what is known of each touch
+Out:  Solution    the forces, the motion, and the case of each touch; None where there is none
+
+    normal    n = floor, u_n >= 0    or    n >= floor, u_n = 0
+    slip      sticks |t| <= mu*n, u_t = 0;    slides t = -way*mu*n, way*u_t >= 0;    idle t = 0
+
+All cases are tried for up to three touches, those with the fewest forces first; above, Lemke's
+method finds them (`lemke`). Equations of touches that say the same (two corners that stick) are
+left to one of them, and the other idles.
+
+Example: a ball of 2 kg on the floor: a = [[0.5]], b = [-9.81], n = 19.62.
+
+Reference: F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996;
+           C. E. Lemke, Management Science 11(7), 1965, 681-689.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from planarc.core.data import Data
+from planarc.solve.contact.lemke import lemke
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+
+#: Touches of which all cases are tried.
+MOST_TRIED = 3
+#: Errors of forces and motions, as parts of the largest.
+ROUNDING = 1e-11
+#: Condition above which equations say the same.
+ALIKE = 1e10
+
+#: Ways of a touch along its slip.
+STICKS, IDLE = 0, 2
+
+
+class Spot(Data):
+    """`way`: None where the slip is zero, so that it may stick or slide; else where it slides to,
+    or IDLE. `floor` is the least normal force. A `loose` one is at the end of its sticking."""
+
+    mu: float
+    way: int | None
+    floor: float = 0.0
+    loose: bool = False
+
+
+#: Whether a touch keeps its normal motion zero, and its way.
+Case: TypeAlias = "tuple[bool, int]"
+
+
+class Solution(Data):
+    x: Vector
+    u: Vector
+    cases: tuple[Case, ...]
+
+
+def solve_contacts(
+    a: Vector, b: Vector, spots: Sequence[Spot], noise: float = 0.0
+) -> Solution | None:
+    """`noise`: the size of a motion that is nothing but rounding."""
+    if len(spots) <= MOST_TRIED:
+        tried: Iterator[Sequence[Case]] = product(*map(_cases, spots))
+    else:
+        tried = _found(a, b, spots)
+    for cases in tried:
+        found = solve_case(a, b, spots, cases)
+        if found is not None and _agrees(a, found, b, spots, noise):
+            return found
+    return None
+
+
+def _cases(spot: Spot) -> list[Case]:
+    """The cases of a touch, in the order in which they are tried."""
+    if spot.way is not None:
+        ways = [spot.way]
+    elif spot.loose:
+        ways = [1, -1, STICKS, IDLE]
+    else:
+        ways = [STICKS, IDLE, 1, -1]
+    free = [(False, w) for w in ways] if spot.floor > 0 else [(False, IDLE)]
+    return free + [(True, w) for w in ways]
+
+
+def solve_case(
+    a: Vector, b: Vector, spots: Sequence[Spot], cases: Sequence[Case]
+) -> Solution | None:
+    """Forces by the equations of one case; None where these say the same twice."""
+    k = len(spots)
+    matrix, given = np.eye(2 * k), np.zeros(2 * k)
+    rows = []
+    for i, (spot, (closed, way)) in enumerate(zip(spots, cases, strict=True)):
+        given[i] = spot.floor
+        if closed:
+            matrix[i], given[i] = a[i], -b[i]
+            rows.append(i)
+        if way == STICKS:
+            matrix[k + i], given[k + i] = a[k + i], -b[k + i]
+            rows.append(k + i)
+        elif way != IDLE:
+            matrix[k + i, i] = way * spot.mu
+    if rows:
+        own = matrix[np.ix_(rows, rows)]
+        slides = [i for i in rows if i < k and cases[i][1] not in (STICKS, IDLE)]
+        for i in slides:
+            own[:, rows.index(i)] -= cases[i][1] * spots[i].mu * matrix[rows, k + i]
+        sizes = np.linalg.svd(own, compute_uv=False)
+        if not sizes[-1] * ALIKE > sizes[0]:
+            return None
+    x: Vector = np.asarray(np.linalg.solve(matrix, given), dtype=np.float64)
+    return Solution(x, a @ x + b, tuple(cases))
+
+
+def _agrees(a: Vector, found: Solution, b: Vector, spots: Sequence[Spot], noise: float) -> bool:
+    """Whether a solution of the equations keeps the inequalities."""
+    k, x, u = len(spots), found.x, found.u
+    largest, size, effect = (float(np.abs(v).max(initial=1e-300)) for v in (x, b, a))
+    force, motion = max(ROUNDING * largest, noise / effect), max(ROUNDING * size, noise)
+    for i, (spot, (closed, way)) in enumerate(zip(spots, found.cases, strict=True)):
+        if x[i] < spot.floor - force or (not closed and u[i] < -motion):
+            return False
+        if way == STICKS and abs(x[k + i]) > spot.mu * x[i] + force:
+            return False
+        if spot.way is None and way not in (STICKS, IDLE) and way * u[k + i] < -motion:
+            return False
+        if spot.way is None and way == IDLE and x[i] > force and abs(u[k + i]) > motion:
+            return False
+    return True
+
+
+def _found(a: Vector, b: Vector, spots: Sequence[Spot]) -> Iterator[Sequence[Case]]:
+    """The case that Lemke's method finds.
+
+    z = (n - floor of each; t forward, t backward, speed of each that may stick)
+    """
+    k = len(spots)
+    free = [i for i, s in enumerate(spots) if s.way is None]
+    f = len(free)
+    size = k + 3 * f
+    to_forces, base = np.zeros((2 * k, size)), np.zeros(2 * k)
+    for i, spot in enumerate(spots):
+        to_forces[i, i], base[i] = 1.0, spot.floor
+        if spot.way not in (None, IDLE):
+            to_forces[k + i, i] = -spot.way * spot.mu
+            base[k + i] = -spot.way * spot.mu * spot.floor
+    for j, i in enumerate(free):
+        to_forces[k + i, k + j], to_forces[k + i, k + f + j] = 1.0, -1.0
+    motion, rest = a @ to_forces, a @ base + b
+    m, q = np.zeros((size, size)), np.zeros(size)
+    m[:k], q[:k] = motion[:k], rest[:k]
+    for j, i in enumerate(free):
+        forward, backward, speed = k + j, k + f + j, k + 2 * f + j
+        m[forward], q[forward] = motion[k + i], rest[k + i]
+        m[backward], q[backward] = -motion[k + i], -rest[k + i]
+        m[forward, speed] = m[backward, speed] = 1.0
+        m[speed, i], m[speed, forward], m[speed, backward] = spots[i].mu, -1.0, -1.0
+        q[speed] = spots[i].mu * spots[i].floor
+    basic = lemke(m, q)
+    if basic is None:
+        return
+    cases: list[Case] = []
+    for i, spot in enumerate(spots):
+        way = IDLE if spot.way is None else spot.way
+        if spot.way is None:
+            j = free.index(i)
+            forward, backward = k + j in basic, k + f + j in basic
+            slides = k + 2 * f + j in basic
+            if forward or backward:
+                way = STICKS if not slides else -1 if forward else 1
+        cases.append((i in basic, way))
+    yield cases

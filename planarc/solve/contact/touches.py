@@ -1,0 +1,125 @@
+"""The touches of a model: what they are in the workspace, and what forces at them do.
+
+In:   Program, Kernel
+Out:  Touches    their gaps and speeds; the response to forces
+
+The equations of a model are linear in its forces. With all touches open, a unit force at one of
+them therefore shows, by one evaluation more, how the derivatives of the states and the motion of
+all touches change by it: the column of M^-1*J' and of J*M^-1*J', in open chains and closed
+loops, whatever the states are. An impulse changes the states themselves by that column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planarc.core.data import Data
+from planarc.core.source import Span
+from planarc.ir.dae import Impact
+from planarc.ir.expr import Expr
+from planarc.ir.impact import KEPT, NAMES
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
+from planarc.solve.messages.text import Reader
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+
+#: A force whose effect is a smaller part of what acts is made larger, so that it is seen.
+SEEN = 1e-3
+
+
+class Touch(Data):
+    """One `impact(...)`: the expressions that it reads, the slots that it sets."""
+
+    name: str
+    span: Span
+    read: Mapping[str, Expr]
+    slots: Mapping[str, int]
+
+
+class Response(Data):
+    """u = own*x + u0 of some touches, and y' = states*x + y'0, for forces x at these touches."""
+
+    own: Vector  # motion of all touches: normal, then slip
+    states: Vector
+
+
+class Touches:
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        self.program, self.kernel = program, kernel
+        self.all = tuple(_touches(program))
+        self._read = Reader(program, kernel, 0.0)
+        self._rates = {c.slot: c.derivative for c in program.candidates}
+        self._force = np.ones(2 * len(self.all))  # that shows what a force does
+        self._slots = {n: self._slots_of(n) for n in NAMES}
+        self.components = frozenset(t.name for t in self.all)
+
+    def _slots_of(self, name: str) -> list[int] | None:
+        """Where all touches keep a value; None where it follows from others."""
+        found = [self.program.slots.get(repr(t.read[name])) for t in self.all]
+        slots = [s for s in found if s is not None]
+        return slots if len(slots) == len(found) else None
+
+    def get(self, name: str) -> Vector:
+        slots, w = self._slots[name], self.kernel.w
+        if slots is None:
+            return np.array([float(self._read(t.read[name])) for t in self.all])
+        return np.array([w[slot] for slot in slots])
+
+    def put(self, name: str, values: Iterable[float]) -> None:
+        for touch, value in zip(self.all, values, strict=True):
+            self.kernel.w[touch.slots[name]] = value
+
+    def evaluate(self, t: float, y: Sequence[float]) -> bool:
+        self._read.t = t
+        return self.kernel.outputs(t, y) == 0
+
+    def motion(self) -> Vector:
+        """Accelerations of all touches: normal, then slip."""
+        return np.concatenate([self.get("a"), self.get("a_slip")])
+
+    def respond(
+        self, t: float, y: Sequence[float], states: Mapping[int, int], some: Sequence[int]
+    ) -> tuple[Response, Vector] | None:
+        """What forces at some touches do, and the motion without any; all are open after it."""
+        n, w = len(self.all), self.kernel.w
+        self.put("held", [0.0] * n)
+        self.put("way", [2.0] * n)
+        if not self.evaluate(t, y):
+            return None
+        rates = [self._rates[slot] for slot in sorted(states, key=lambda s: states[s])]
+        free, before = self.motion(), np.array([w[r] for r in rates])
+        largest = max(1.0, float(np.abs(free).max()))
+        own, moved = np.zeros((2 * n, 2 * len(some))), np.zeros((len(rates), 2 * len(some)))
+        pushes = [(i, "push_n", i) for i in some] + [(i, "push_t", n + i) for i in some]
+        for column, (i, push, place) in enumerate(pushes):
+            slot = self.all[i].slots[push]
+            for _ in range(2):
+                w[slot] = force = self._force[place]
+                whole = self.evaluate(t, y)
+                own[:, column] = (self.motion() - free) / force
+                moved[:, column] = [(w[r] - b) / force for r, b in zip(rates, before, strict=True)]
+                w[slot] = 0.0
+                if not whole:
+                    return None
+                effect = float(np.abs(own[:, column]).max())
+                if effect == 0.0 or effect * force > SEEN * largest:
+                    break
+                self._force[place] = largest / effect
+        return Response(own, moved), free
+
+
+def _touches(program: Program) -> Iterable[Touch]:
+    seen: set[str] = set()
+    for when in program.whens:
+        for _, _, actions in when.branches:
+            for action in actions:
+                if isinstance(action, Impact) and action.component not in seen:
+                    seen.add(action.component)
+                    read = dict(zip(NAMES, action.arguments, strict=True))
+                    slots = {n: program.slots[repr(read[n])] for n in KEPT}
+                    yield Touch(action.component, action.span, read, slots)
