@@ -261,7 +261,8 @@ def _is_like_package(cls: Class) -> bool:
 
 def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
     if ref.absolute:
-        element = member(scope.session.root_scope.instance, name)
+        session = scope.session
+        element = member(session.root_scope.instance, name) or predefined.element(session, name)
         if element is None:
             raise error("F210", f"there is no top-level class `{name}`", ref.span)
         return element
