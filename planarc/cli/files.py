@@ -62,6 +62,11 @@ def csv_destination(named: Path) -> Path:
     return _destination(named, "", TABLES[:1], "--output")
 
 
+def report_destination(named: Path) -> Path:
+    """The page to write for `--report`."""
+    return _destination(named, "", PAGES, "--report")
+
+
 def page_destination(name: str, named: Path | None) -> Path:
     """The page to write for `--output`, or the default one of something called `name`."""
     return _destination(named, f"{file_stem(name)}.html", PAGES, "--output", optional=False)

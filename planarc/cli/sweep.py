@@ -13,7 +13,7 @@ from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
 from planarc.cli.exits import Exit
-from planarc.cli.files import csv_destination, save
+from planarc.cli.files import csv_destination, report_destination, save
 from planarc.cli.progress import is_seen
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
@@ -62,6 +62,10 @@ def sweep(
         typer.Option(metavar="FILE", help="Notes every point; with it a study is taken up again."),
     ] = None,
     output: Annotated[Path | None, arg.output_option("The table, .csv.")] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A page with some of the runs side by side, .html."),
+    ] = None,
     library: arg.Libraries = None,
     redundant: arg.RedundantJoints = Redundant.REFUSE,
     as_json: arg.AsJson = False,
@@ -69,13 +73,16 @@ def sweep(
     """Run a model for many values of its parameters, on all cores.
 
     For example --vary "crankBody.m=0.5:2:16" --metric "max(revA.w)". Points that fail are
-    told at the end; the others go on.
+    told at the end; the others go on. `--report` shows up to six of them, spread evenly: the motion
+    of the first, the others pale behind it, their curves and peaks beside each other.
     """
     from planarc.study.sweep import StudyInterrupted
     from planarc.study.sweep import sweep as run_study
 
     if output is not None:
         csv_destination(output)
+    if report is not None:
+        report_destination(report)
     points = _points(vary or [], random, latin, seed)
     model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
@@ -106,6 +113,16 @@ def sweep(
                 refused = problem.diagnostics
         if late.asked and stopped is None:
             stopped = StudyInterrupted(study)
+    if report is not None and stopped is None and len(study) > len(study.failures):
+        from planarc.cli.sweep_page import write_study_page
+
+        times = {"stop_time": stop, "intervals": intervals, "tolerance": tolerance}
+        try:
+            write_study_page(report, model, study, values, starts, **times)
+            if not as_json:
+                console.say(f"{report}")
+        except UsageError as problem:
+            refused += problem.diagnostics
     if as_json:
         failures = [{"point": dict(f.point), "reason": f.reason} for f in study.failures]
         said = {} if not refused else {"diagnostics": [to_json(d) for d in refused]}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -321,3 +322,19 @@ def test_values_of_a_sweep_have_units(capsys: pytest.CaptureFixture[str]) -> Non
     assert all(0.5 <= row[0] <= 1 for row in rows)
     for text in ("crankBody.m=500g:1kg:3", "crankBody.m=1m,2m"):
         assert run([*command, text]) == 2
+
+
+def test_a_sweep_shows_runs_side_by_side(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "masses.html"
+    options = ("--stop", "0.5", "--workers", "1", "--report", str(page))
+    assert run(["sweep", FOUR_BAR, "--vary", "crankBody.m=0.5:2:9", *options]) == 0
+    assert str(page) in capsys.readouterr().out
+    found = re.search(r'id="data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+    assert found
+    data = json.loads(found[1])
+    labels = [data["label"], *(other["label"] for other in data["runs"])]
+    assert len(labels) == 6
+    assert (labels[0], labels[-1]) == ("crankBody.m = 0.5", "crankBody.m = 2")
+    assert page.stat().st_size < 1_500_000
