@@ -44,11 +44,24 @@ class Tie(Data):
     angle: float
     length: float
     width: float
+    share: float = 1.0  # of the way from the origin to the end
 
 
 def tie(items: Sequence[Item], links: Mapping[int, Vector], size: float) -> tuple[Tie, ...]:
     """How items hang on links. `links` are rows of x, y and angle at the same instants."""
-    return tuple(_tied(item, links, _SAME * size) for item in items)
+    seen = [_seen(item, links) for item in items]
+    same = _SAME * size
+    origins = [_anchor(x, y, angle, links, same) for x, y, angle, *_ in seen]
+    owners = [item.component.rpartition(".")[0] for item in items]
+    found = []
+    for item, rows, origin, owner in zip(items, seen, origins, owners, strict=True):
+        others = [
+            (at, x, y)
+            for (x, y, *_), at, other in zip(seen, origins, owners, strict=True)
+            if at is not None and origin is not None and other == owner and at.link != origin.link
+        ]
+        found.append(_tied(item, rows, origin, links, same, others))
+    return tuple(found)
 
 
 def follow(ties: Sequence[Tie], links: Mapping[int, Pose]) -> list[tuple[float, ...]]:
@@ -56,22 +69,36 @@ def follow(ties: Sequence[Tie], links: Mapping[int, Pose]) -> list[tuple[float, 
     return [_posed(t, links) for t in ties]
 
 
-def _tied(item: Item, links: Mapping[int, Vector], same: float) -> Tie:
+def _seen(item: Item, links: Mapping[int, Vector]) -> list[Vector]:
+    """x, y, angle, length and width of an item at the instants of the links, the last ones."""
     count = len(next(iter(links.values()))[0])
-    x, y, angle, length, width = (
-        np.broadcast_to(np.asarray(t, dtype=float), (count,) if np.ndim(t) == 0 else np.shape(t))[
-            -count:
-        ]
-        for t in (item.x, item.y, item.angle, item.length, item.width)
-    )
-    origin = _anchor(x, y, angle, links, same)
-    end = None
+    tracks = (np.atleast_1d(t) for t in (item.x, item.y, item.angle, item.length, item.width))
+    return [t[-count:] if len(t) > 1 else np.full(count, t[0], dtype=float) for t in tracks]
+
+
+def _tied(
+    item: Item,
+    rows: Sequence[Vector],
+    origin: Anchor | None,
+    links: Mapping[int, Vector],
+    same: float,
+    others: Sequence[tuple[Anchor, Vector, Vector]],
+) -> Tie:
+    """An item on the links; `others` are points of its component that it may aim at."""
+    x, y, angle, length, width = rows
+    end, share = None, 1.0
     turns = origin is not None and origin.turn is None and not item.upright
     if turns or np.ptp(length) > same:
-        tip = x + length * np.cos(angle), y + length * np.sin(angle)
-        end = _anchor(*tip, None, links, same)
+        u, v = length * np.cos(angle), length * np.sin(angle)
+        end = _anchor(x + u, y + v, None, links, same)
+        for at, a, b in others if end is None else ():
+            way = np.hypot(a - x, b - y)
+            part = abs(float(length[-1] / way[-1])) if way[-1] else 0.0
+            if np.max(np.hypot(u - part * (a - x), v - part * (b - y))) <= same:
+                end, share = at, part
+                break
         origin = origin if end is not None else None
-    return Tie(origin, end, float(angle[-1]), float(length[-1]), float(width[-1]))
+    return Tie(origin, end, float(angle[-1]), float(length[-1]), float(width[-1]), share)
 
 
 def _anchor(
@@ -109,7 +136,7 @@ def _posed(t: Tie, links: Mapping[int, Pose]) -> tuple[float, ...]:
         angle = t.angle if turn is None else links[t.origin.link][2] + turn
         return x, y, angle, t.length, t.width
     a, b = _place(t.end, links)
-    length = math.hypot(a - x, b - y)
+    length = t.share * math.hypot(a - x, b - y)
     if t.length < 0:  # it is drawn backwards
-        return x, y, math.atan2(y - b, x - a), -length, t.width
+        return x, y, math.atan2(y - b, x - a), -abs(length), t.width
     return x, y, math.atan2(b - y, a - x), length, t.width

@@ -144,7 +144,7 @@ class Grip:
         slots = sorted(result.stored, key=lambda slot: result.stored[slot])
         near, poses = [], []
         for u in self._nearby():
-            self._system(u)
+            self._fill(u)
             near.append([float(self._kernel.w[slot]) for slot in slots])
             poses.append(self._links(u))
         time = np.concatenate([result.time[keep], result.time[-1] + 1.0 + np.arange(len(near))])
@@ -153,6 +153,17 @@ class Grip:
         links = {n: np.array([p[n] for p in poses]).T for n in poses[0]}
         box = scene.box or (0.0, 0.0, 1.0, 1.0)
         return tie(scene.items, links, max(box[2] - box[0], box[3] - box[1]))
+
+    def _fill(self, u: Vector) -> None:
+        """Fill the workspace at a position: also with what no position depends on, such as the
+        length of a spring, where that leaves the position as it is."""
+        kernel, t = self._kernel, self._system.t
+        self._system(u)
+        kernel.accept(t)
+        flag = kernel.outputs(t, [float(u[i]) for i in kernel.selection])
+        here = [float(kernel.w[self._program.candidates[c].slot]) for c in self._columns]
+        if flag != 0 or not np.allclose(here, u[self._columns], atol=1e-6):
+            self._system(u)
 
     def _nearby(self) -> list[Vector]:
         """The position, and one beside it along each freedom."""

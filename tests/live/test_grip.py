@@ -106,3 +106,22 @@ def test_what_nobody_can_move_is_not_taken() -> None:
     grip = Grip(model, RunOptions(), rows, 0.0)
     assert not grip.take(["groundA.shape"], 0.0, 0.0)
     assert not grip.take(["nowhere"], 0.0, 0.0)
+
+
+def test_cylinders_stay_between_their_ends() -> None:
+    model = planarc.load("PlanarMultiBody.Examples.Systems.Excavator")
+    rows = model.simulate(0.1).rows
+    grip = Grip(model, RunOptions(), rows, 0.0)
+    x, y = (float(rows[f"bucket.frame_a.r[{i}]"][0]) for i in (1, 2))
+    assert grip.take(["stick"], x, y)
+    assert grip.move(x + 0.3, y + 0.5)
+    poses = dict(zip([i.component for i in make_scene(rows).items], grip.poses(), strict=True))
+    end = at_start(model, grip)
+    for name, share in (("half_a", 0.6), ("half_b", 0.55)):
+        length = poses[f"boomCylinder.{name}"][3]
+        assert abs(length) == pytest.approx(share * end["boomCylinder.s"][0], rel=1e-6)
+    a, b = (np.array([end[f"boomCylinder.frame_{f}.r[{i}]"][0] for i in (1, 2)]) for f in "ab")
+    px, py, angle, length, _ = poses["boomCylinder.half_b"]
+    assert (px, py) == pytest.approx(tuple(b), abs=1e-9)
+    toward = np.array([np.cos(angle), np.sin(angle)]) * length
+    assert toward == pytest.approx(0.55 * (a - b), abs=1e-6)

@@ -66,6 +66,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box, next.shapes));
     if (!options.bare) layers.push(planarc.createNames(items, next.classes || {}));
     for (const layer of layers) {
+      if (options.bare) layer.on = false; // a card is small
       const before = shown.get(layer.id);
       if (!before) continue;
       layer.on = before.on;
