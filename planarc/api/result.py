@@ -82,6 +82,14 @@ class Result:
         names, shape = self._elements(name)
         return np.stack([self.rows[n] for n in names], axis=-1).reshape(len(self), *shape)
 
+    def __getattr__(self, name: str) -> Any:
+        """Raises AttributeError, with what to write for a variable of this name."""
+        message = f"`{type(self).__name__}` has no attribute `{name}`"
+        rows = self.__dict__.get("rows")
+        found = () if rows is None or name[0] == "_" else rows.columns
+        inside = next((c for c in found if c == name or c.startswith(f"{name}.")), None)
+        raise AttributeError(message + (f': write `result["{inside}"]`' if inside else ""))
+
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name in self.rows
 

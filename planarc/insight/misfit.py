@@ -38,6 +38,14 @@ def explain_misfit(
     """What was connected wrongly, if that is why equations and unknowns do not fit."""
     if mechanism is not None and mechanism.bridged:
         return _bridged(dae, mechanism.bridged[0])
+    if mechanism is not None and (ends := _together(dae)):
+        part = owner(ends[0])
+        return Diagnostic(
+            "S303",
+            f"both ends of `{part}` are connected to each other: {both(ends)}",
+            place(dae, part.partition(".")[0]),
+            hint="connect one of them to another part",
+        )
     return _left_open(dae, undetermined, givers)
 
 
@@ -77,6 +85,17 @@ def _loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
                 ways[other] = (*ways[link], joint)
                 queue.append(other)
     return ways.get(goal)
+
+
+def _together(dae: Dae) -> tuple[str, ...]:
+    """Two frames of one component that are connected to each other."""
+    for names in dae.connections:
+        frames = find_frames(v.name for v in dae.variables if owner(v.name) in names)
+        for first in frames:
+            others = [f for f in frames if f != first and owner(f) == owner(first)]
+            if others:
+                return first, others[0]
+    return ()
 
 
 def _bridged(dae: Dae, joint: str) -> Diagnostic:

@@ -28,6 +28,7 @@ from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
+from planarc.lower.unassigned import warn_of_unassigned
 from planarc.lower.values import Text, Value, expr
 from planarc.runtime.tensor import Tensor
 
@@ -83,7 +84,7 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         experiment=source.experiment,
         description=source.description,
         span=source.span,
-        warnings=(*source.warnings, *model.warnings),
+        warnings=(*source.warnings, *model.warnings, *warn_of_unassigned(source)),
         simplified=model.simplified,
     )
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.interruption import Interruption
+from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held, Result, Statistics
@@ -514,6 +515,18 @@ class Run:
             self._note(done.ended, done.warnings)
             self._row_where_new(t, done.y)
 
+    def _warn_of_poles(self, times: Vector, data: Vector) -> None:
+        from planarc.solve.messages.poles import stepped_over
+
+        stored, slots, w = self.recorder.stored, self.program.slots, self.kernel.w
+
+        def column(e: Expr) -> Vector | float:
+            slot = slots.get(repr(e), -1)
+            at = stored.get(slot)
+            return times if e.op is Op.TIME else float(w[slot]) if at is None else data[:, at]
+
+        self.warnings.extend(stepped_over(self.program, times, column))
+
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
         self.warnings.extend(self.asserts.warnings())
@@ -521,6 +534,8 @@ class Run:
             self.warnings.append(found)
         times, data = self.recorder.rows()
         w = self.kernel.w
+        if self.ended is None and self.program.mechanism is None:
+            self._warn_of_poles(times, data)
         slots, pick = constants(self.program)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:

@@ -216,6 +216,13 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
                 f"`{name}` is a variable, not a parameter",
                 f"set its start value with `{name}.start`",
             )
+        entries = [n for n in known if n.startswith(f"{name}[")]
+        if entries:
+            raise _usage(
+                "R404",
+                f"`{name}` is an array of {len(entries)} numbers, not one",
+                f"set all of them in braces, or one by its name: `{entries[0]}`",
+            )
         raise _unknown("R404", "parameter", name, known)
     if parameter.structural:
         raise _usage(

@@ -23,7 +23,7 @@ from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.lookup import import_target
 from planarc.flatten.tree.nodes import Instance, Session
-from planarc.ir import syntax
+from planarc.ir import flat, syntax
 
 #: Settings of an experiment, in the order of the specification.
 SETTINGS = ("StartTime", "StopTime", "Interval", "Tolerance")
@@ -54,13 +54,14 @@ def _check_unconnected(
     instances: Iterable[Instance], connections: Sequence[Connection], session: Session
 ) -> None:
     """Connectors whose declaration says what is wrong if nothing is connected from outside."""
+    if any(isinstance(w, flat.LeftOut) for w in session.warnings):
+        return  # what is left out is told already, and may be what is missing here
     connected = {(s.name, c.component) for c in connections for s in (c.left, c.right)}
     for instance in instances:
         owner, element = instance.parent, instance.element
         if not instance.is_connector or element is None or owner is None or owner.prefix is None:
             continue
-        arguments = arguments_of(element.definition.annotation, _MUST, session)
-        reason = binding_of(find_argument(arguments, _MUST))
+        reason = _why(element.definition.annotation, session) or _why_all(owner, session)
         if reason is None:
             continue
         within = {c for name, c in connected if name == instance.name}
@@ -68,6 +69,16 @@ def _check_unconnected(
             why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
             message = f"nothing is connected to `{instance.name}`{why}"
             session.warn("F319", message, owner.span)
+
+
+def _why_all(owner: Instance, session: Session) -> syntax.Expression | None:
+    """What a class, or a base of it, says of all of its connectors."""
+    found = (_why(part.definition.annotation, session) for part in owner.layout.parts)
+    return next((reason for reason in found if reason is not None), None)
+
+
+def _why(annotation: syntax.Annotation | None, session: Session) -> syntax.Expression | None:
+    return binding_of(find_argument(arguments_of(annotation, _MUST, session), _MUST))
 
 
 _MUST = "mustBeConnected"

@@ -305,10 +305,21 @@ def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> 
         a.type.dims != b.type.dims
     ):
         why = f"`{a.leaf.name}` is {type_text(a.type)}, `{b.leaf.name}` is {type_text(b.type)}"
-        raise _unlike(left, right, why, span)
+        raise _unlike(left, right, why, span, _converter(a, b) or _converter(b, a))
 
 
-def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
+def _converter(source: Member, target: Member) -> str | None:
+    """The block that makes one kind of signal of another."""
+    kinds = [m.type.base.value for m in (source, target)]
+    if source.leaf.causality is not syntax.Causality.OUTPUT or kinds[0] == kinds[1]:
+        return None
+    if not {*kinds} <= {"Real", "Integer", "Boolean"}:
+        return None
+    block = f"Modelica.Blocks.Math.{kinds[0]}To{kinds[1]}"
+    return f"put a block between them that makes one of the other: `{block}`"
+
+
+def _unlike(left: Side, right: Side, why: str, span: Span, hint: str | None = None) -> PlanarcError:
     return error(
         "F312",
         f"`{left.name}` and `{right.name}` cannot be connected: {why}",
@@ -316,7 +327,10 @@ def _unlike(left: Side, right: Side, why: str, span: Span) -> PlanarcError:
         related=[
             Related(f"`{side.name}` is declared here", side.node.span) for side in (left, right)
         ],
-        hint=_flange_hint(left, right) or _flange_hint(right, left) or _kinds_hint(left, right),
+        hint=hint
+        or _flange_hint(left, right)
+        or _flange_hint(right, left)
+        or _kinds_hint(left, right),
     )
 
 

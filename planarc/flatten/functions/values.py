@@ -24,6 +24,7 @@ _INTEGRAL = "write `der(y) = x` for the integral y of x"
 #: What is said in another way than by a function.
 _OTHERWISE = {
     **dict.fromkeys(("integral", "integrate", "int"), _INTEGRAL),
+    **dict.fromkeys(("length", "len", "numel"), "write `size(x, 1)`"),
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }
 
@@ -40,7 +41,9 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
     if isinstance(view, Class):
         return view
     if isinstance(view, Leaf | Instance | Family):
-        raise error("F292", f"`{ref}` is a component, not a function", ref.span)
+        hint = f"for a start value write `{ref}(start=...)` where it is declared, "
+        hint += f"for an entry `{ref}[...]`, for a product `{ref}*(...)`"
+        raise error("F292", f"`{ref}` is a component, not a function", ref.span, hint=hint)
     raise error("F292", f"`{ref}` is not a function", ref.span)
 
 

@@ -17,12 +17,13 @@ from itertools import product
 from math import prod
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
+from planarc.core.prose import shortened
 from planarc.flatten.instances import outer, shape
 from planarc.flatten.refusal import TooLarge, too_large, unsupported
 from planarc.flatten.tree import annotation, lookup, redeclare
-from planarc.flatten.tree.demand import layout_of
+from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge, subscript
-from planarc.flatten.tree.naming import not_modifiable
+from planarc.flatten.tree.naming import member_names, not_modifiable
 from planarc.flatten.tree.nodes import (
     Absent,
     Class,
@@ -224,9 +225,10 @@ def _times(dims: flat.Dims) -> str:
 def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name: str) -> None:
     kind = layout.kind
     if kind in (syntax.ClassKind.PACKAGE, syntax.ClassKind.OPERATOR):
-        raise error(
-            "F253", f"`{name}` is declared of the {kind.value} `{cls.name}`", definition.span
-        )
+        message = f"`{name}` is declared of the {kind.value} `{cls.name}`"
+        inside = [f"`{n}`" for n in member_names(static_instance(cls))]
+        hint = f"take one of its classes: {shortened(inside, 8)}" if inside else None
+        raise error("F253", message, definition.span, hint=hint)
     if kind in (syntax.ClassKind.FUNCTION, syntax.ClassKind.OPERATOR_FUNCTION):
         raise error("F253", f"`{name}` is declared of the function `{cls.name}`", definition.span)
     if kind is syntax.ClassKind.OPERATOR_RECORD:

@@ -15,6 +15,7 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.prose import either
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -81,7 +82,15 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     session.defaults[element.name] = made
     message = f"no `inner {definition.type} {element.name}` is declared: a default one is used"
     hint = f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`"
-    session.warn("F262", message, root.cls.definition.name_span, hint)
+    like = [
+        name
+        for name, (_, d) in root.layout.members.items()
+        if isinstance(d, syntax.Component) and d.prefixes.inner
+    ]
+    if like:
+        hint += f", or give the `outer` the name of what is there: {either(like)}"
+    span = element.definition.span if like else root.cls.definition.name_span
+    session.warn("F262", message, span, hint)
     return made
 
 

@@ -63,7 +63,11 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
     left, right = for_each((node.left, node.right), env.typed)
     if unify(left.type, right.type) is None:
         types = f"{type_text(left.type)} and {type_text(right.type)}"
-        raise error("F300", f"the sides of the equation have different types: {types}", node.span)
+        hint = None
+        if bool(left.type.dims) is not bool(right.type.dims) and "*" in node.span.text:
+            hint = "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
+        message = f"the sides of the equation have different types: {types}"
+        raise error("F300", message, node.span, hint=hint)
     return (flat.Equality(node.span, env.component, left, right),)
 
 

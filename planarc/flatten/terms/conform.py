@@ -69,6 +69,8 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
     if expected.dims and not actual.dims:
         example = f"{size} values in braces, such as {vector}; " if short else ""
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
+    if not expected.dims and len(actual.dims) == 1:
+        return "give one number, not a vector"
     if not size or len(actual.dims) != 1:
         return None
     comma = re.search(r"\b(\d+),(\d+)\b", span.text)
@@ -79,6 +81,8 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
 
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
     hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
+    if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):
+        hint = f"declare it Real, or write `integer({span.text})`, which rounds down"
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     return error("F270", message, span, hint=hint)
 

@@ -194,6 +194,8 @@ def import_target(
         package, _, name = done.rpartition(".")
         hint = did_you_mean(name, scope.session.library.class_names(package))
         message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
+        if not package and hint is None:
+            hint = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
         if done == "Modelica.Mechanics.MultiBody":
             raise naming.spatial(message, span)
         raise error("F210", message, span, hint=hint)

@@ -105,7 +105,7 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         return spatial(message, span)
     instance = static_instance(cls)
     hint = did_you_mean(name, member_names(instance)) or _offered(instance.layout.members, False)
-    return error("F213", message, span, hint=hint)
+    return PlanarcError(Once("F213", message, span, hint=hint, kind=f"{cls.name}.{name}"))
 
 
 def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:

@@ -16,7 +16,6 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import error
 from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.refusal import unsupported
 from planarc.flatten.terms.conform import NUMERIC, expect, unify
 from planarc.flatten.terms.select import array, boolean, integer, opened
 from planarc.flatten.tree.nodes import Env
@@ -153,7 +152,10 @@ def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.
 
 def _sample(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if len(arguments) == 1:
-        raise unsupported("clocks", "16", span)
+        message = "planarc does not support clocks (Modelica specification, section 16)"
+        plain = isinstance(arguments[0], flat.Literal)
+        hint = f"write `sample(0, {arguments[0].span.text})` for an interval" if plain else None
+        raise error("F299", message, span, hint=hint)
     for argument in arguments:
         if not _scalar(argument.type):
             raise wrong_argument(name, argument)

@@ -52,6 +52,12 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     plain = not left.type.dims or not right.type.dims
     if op in ("+", "-") and plain and left.type.dims != right.type.dims:
         hint = f"write `.{op}` to add a scalar to each element"
+    if flat.Base.STRING in (left.type.base, right.type.base) and op == "+":
+        number = right if left.type.base is flat.Base.STRING else left
+        hint = f"write `String({number.span.text})` to make it a text"
+    truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
+    if truth is not None and op in ("+", "-", "*", "/"):
+        hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"
     message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
     return error("F274", message, span, hint=hint)
 

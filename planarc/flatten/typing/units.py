@@ -205,7 +205,11 @@ class Checker(Struct):
         """A unit that cannot be read, and one for display that measures something else."""
         own, shown = variable.attributes.unit, variable.attributes.display_unit
         if own and self.units[variable.name] is None:
-            self.warn(f"the unit `{own}` of `{variable.name}` is not known", variable.span)
+            message = f"the unit `{own}` of `{variable.name}` is not known"
+            hint = "write it with units of the SI, `.` for times, and powers behind: `N.m/s2`"
+            self.found.append(
+                Diagnostic("F331", message, variable.span, Severity.WARNING, hint=hint)
+            )
         measured = unit.parse(shown)
         if measured is not None and self.units[variable.name] not in (None, measured):
             message = f"`{variable.name}` has the unit `{own}`, which is not shown in `{shown}`"

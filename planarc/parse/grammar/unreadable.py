@@ -31,6 +31,8 @@ _HINTS = {
     "\N{DEGREE SIGN}": "angles are in radian: write `Modelica.Units.Conversions.from_deg(...)`",
     "\N{GREEK SMALL LETTER PI}": "write `Modelica.Constants.pi`",
 }
+#: Characters that begin comments in other languages.
+_COMMENTS = frozenset("%#")
 #: The quotes of word processors.
 _QUOTES = frozenset("\u201c\u201d\u201e\u201f\u2018\u2019\u201a\u00ab\u00bb\u2033")
 
@@ -51,7 +53,9 @@ def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -
         line_end = text.find("\n", at, stop)
         return stop if line_end < 0 else line_end
     if character == "'":
-        hint = "write `der(x)` for a derivative" if at and text[at - 1].isalnum() else None
+        hint = None
+        if at and (text[at - 1].isalnum() or text[at - 1] in ")]}"):
+            hint = "write `der(x)` for a derivative, `transpose(x)` for a transpose"
         quote = never_closed("quoted name", Span(source, at, at + 1))
         errors.append(replace(quote, hint=hint))
         return at + 1
@@ -80,6 +84,10 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
     found = Diagnostic("P104", message, Span(source, begin, end), hint=hint)
     bars = Once("P104", message, found.span, hint=hint, kind="bars")  # two of them are one size
     errors.append(bars if character == "|" else found)
+    line_end = text.find("\n", at, stop)
+    behind = text[end : stop if line_end < 0 else line_end]
+    if character in _COMMENTS and ";" not in behind:  # the rest is a comment
+        return end + len(behind)
     return end
 
 

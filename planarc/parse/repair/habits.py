@@ -76,6 +76,18 @@ def _assigning_operator(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 _ASSIGNING = ("+=", "-=", "*=", "/=", "++", "--")
 
 
+def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `a.y -> b.u`."""
+    for at in (trouble.at, trouble.at + 1):
+        pair = trouble.tokens[at - 1 : at + 1] if at else []
+        sign = "".join(t.text for t in pair)
+        if sign in ("->", "<-", "=>") and pair[0].span.to(pair[1].span).text == sign:
+            message = f"`{sign}` is no operator"
+            hint = "write `connect(a, b)` to join components, `a = b` for an equation"
+            return Diagnostic("P101", message, pair[0].span.to(pair[1].span), hint=hint)
+    return None
+
+
 def find_colon(trouble: Trouble) -> tuple[int, Token, str] | None:
     """The colon of `if x > 1:` at the end of a line, which begins a range: its number, the word
     that begins the line, and the one that is meant."""
@@ -139,5 +151,6 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _bare_fraction,
     _decimal_comma,
     _assigning_operator,
+    _arrow,
     _colon_for_then,
 )

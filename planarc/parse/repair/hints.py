@@ -220,7 +220,7 @@ def _else_if_hint(trouble: Trouble) -> str | None:
 def _first_word(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.at != trouble.begin or len(repair.inserted) != 1:
         return None
-    word, first = repair.inserted[0].lower(), trouble.tokens[trouble.begin]
+    word, first = trouble.text_of(repair.inserted[0]), trouble.tokens[trouble.begin]
     return Diagnostic("P101", f"expected `{word}` before {shown(first)}", first.span)
 
 

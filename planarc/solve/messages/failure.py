@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
 from planarc.ir.program import EquationInfo, Program
@@ -219,13 +221,27 @@ def _moved_by(worst: tuple[str, EquationInfo] | None) -> str:
 def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:
     """The message about a value that is not finite at the workspace's point, of time `t`."""
     info = trouble.first_not_finite(program, kernel, t)
-    advice = "look for a division by something that vanishes, or the root of a negative number"
+    advice = _advice_of_values(info.text if info else "")
     if info is None:
         name = trouble.without_value(program, kernel)
         return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))
     message = f"{place} `{info.text}` gives no finite number"
     found = Diagnostic("R421", message, info.span, hint=place.hint(advice))
     return point_home(program, found, info.component)
+
+
+def _advice_of_values(equation: str) -> str:
+    """What may have no value in an equation, by the functions that it calls."""
+    functions = {
+        r"\b(acos|asin)\(": "a sine or cosine beyond -1 to 1",
+        r"\b(log|log10)\(": "the logarithm of what is not positive",
+        r"\bsqrt\(": "the root of a negative number",
+        r"\^": "a power of a negative number",
+        r"/": "a division by something that vanishes",
+    }
+    found = [what for form, what in functions.items() if re.search(form, equation)]
+    all_ = ("a division by something that vanishes", "the root of a negative number")
+    return f"look for {listed(found or all_, 'or')}"
 
 
 def _block(

@@ -11,6 +11,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
 from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT
+from planarc.ir.expr import Op, postorder
 from planarc.ir.places import declaration, is_own, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
@@ -75,7 +76,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         if names
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
-        hint=_advice(program, tried),
+        hint=_zeros(system, infos) or _advice(program, tried, program.blocks[block].linear),
         related=tuple(
             Related(trouble.told(v, i), i.span)
             for v, i in worst
@@ -85,11 +86,33 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
 
 
-def _advice(program: Program, tried: Account | None) -> str:
+def _zeros(system: System, infos: Sequence[EquationInfo]) -> str | None:
+    """The parameters in equations that are zero, with which these may lose their unknowns."""
+    if system.program.mechanism is not None:
+        return None
+    values = {p.name: float(system.kernel.w[p.slot]) for p in system.program.parameter_slots}
+    symbols = (
+        e.name
+        for i in infos
+        if not isinstance(i.written, str)
+        for e in postorder(i.written)
+        if e.op is Op.SYMBOL
+    )
+    names = [n for n in dict.fromkeys(symbols) if values.get(n) == 0.0]
+    verb = "is" if len(names) == 1 else "are"
+    return f"{trouble.names(names)} {verb} 0: give another value" if names else None
+
+
+def _advice(program: Program, tried: Account | None, linear: bool) -> str:
     if program.mechanism is not None:
         return (
             "look for a part without mass that nothing holds, a joint that constrains what "
             "another one constrains already, or a stretched (singular) position"
+        )
+    if tried is None and linear:
+        return (
+            "an unknown cancels out of these equations: look for a signal that is led back to "
+            "itself, or for what is decided twice"
         )
     if tried is None:
         return "check whether these equations have a solution, or give start values near to it"
@@ -137,7 +160,7 @@ def row_info(system: System, row: int) -> EquationInfo | None:
         if condition.held is not None and condition.held.slot == fixed.slot:
             return condition.info
     note = ", fixed = true" if fixed.fixed else ""
-    return EquationInfo(f"{fixed.display} = start{note}", fixed.span, "")
+    return EquationInfo(f"{fixed.display} = start{note}", fixed.span, owner(fixed.display))
 
 
 def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
@@ -185,6 +208,9 @@ def _not_assembled(
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
+    held = _held_against(system, rows, root.residuals)
+    if held is not None and not loop:
+        return held
     is_loop = bool(loop) and system.program.mechanism is not None
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
@@ -203,6 +229,25 @@ def _not_assembled(
         ),
         worst,
     )
+
+
+def _held_against(system: System, rows: Sequence[int], r: Vector) -> NotAssembled | None:
+    """The message where the worst of all is a fixed start value of what others decide."""
+    k = max(range(len(r)), key=lambda k: abs(r[k])) if len(r) == len(rows) else -1
+    if k < 0 or rows[k] < system.fixed_rows.start:
+        return None
+    fixed = system.conditions[rows[k] - system.fixed_rows.start]
+    if not fixed.fixed or fixed.display.startswith(MISFIT):
+        return None
+    start = float(system.kernel.w[fixed.start])
+    found = Diagnostic(
+        "R411",
+        f"the fixed start value {start:.6g} of `{fixed.display}` contradicts what decides it",
+        declaration(system.program, fixed.display, fixed.span),
+        hint=f"remove `fixed = true` from `{fixed.display}`, which follows as "
+        f"{start + float(r[k]):.6g} from the others",
+    )
+    return NotAssembled(found)
 
 
 def _at_home(

@@ -1,0 +1,57 @@
+"""Outputs of the user's functions that some way through the algorithm leaves without a value.
+
+In:   FlatModel
+Out:  warnings L321; where no way gives a value, `functions` refuses the call
+
+A way that ends in an assertion that is always false, or in `return`, needs none.
+
+Example: `if x > 1 then y := 1; end if;` gives `y` no value for x <= 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir import flat
+from planarc.ir.flatwalk import set_by
+from planarc.ir.places import is_own
+
+
+def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
+    for function in model.functions:
+        if function.external or not is_own(model, function.span):
+            continue
+        always = _given(function.body)
+        for output in function.outputs:
+            if output.binding is None and always is not None and output.name not in always:
+                yield Diagnostic(
+                    "L321",
+                    f"not every way through `{function.name}` gives its output `{output.name}` a "
+                    "value",
+                    output.span,
+                    Severity.WARNING,
+                    hint=f"give `{output.name}` a value first, or in an `else`",
+                )
+
+
+def _given(body: Sequence[flat.Statement]) -> set[str] | None:
+    """What is certainly assigned behind statements; None where nothing comes behind them."""
+    found: set[str] = set()
+    for statement in body:
+        match statement:
+            case flat.IfStatement(branches=branches, otherwise=otherwise):
+                ways = [_given(b) for b in (*(b for _, b in branches), otherwise)]
+                open_ways = [w for w in ways if w is not None]
+                if not open_ways:
+                    return None
+                found |= set.intersection(*open_ways)
+            case flat.ForStatement(body=inner) | flat.WhileStatement(body=inner):
+                found |= _given(inner) or set()  # it is taken to run at least once
+            case flat.Return():
+                return None
+            case flat.Assert(condition=flat.Literal(value=False)):
+                return None
+            case _:
+                found |= {v.name for v in set_by(statement)}
+    return found
