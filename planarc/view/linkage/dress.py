@@ -182,7 +182,8 @@ class _Dresser:
         depth = self._depth(number)
         height = _FLOOR if depth is None or number == GROUND else depth - 0.2
         closed = len(item.points) > 3 and _closed(item.points)
-        width = _CURVE * self._unit if is_open(item.color) or not item.width else item.width
+        thin = _CURVE * self._unit
+        width = thin if isinstance(item.width, (int, float)) and not item.width else item.width
         drawn = replace(item, height=height, width=width, shape="cam" if closed else "")
         if number == GROUND and is_open(item.color):
             return replace(drawn, color=BED if closed else STONE)
