@@ -113,6 +113,9 @@ class Poles:
         import numpy as np
 
         n, (begin, start), (t, ends) = self.size, self.point, self._here()
+        if math.isnan(begin):  # the first point after an event
+            self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
+            return False
         f0, (y, f1) = self.trail[1 + n : 1 + 2 * n].copy(), ends.reshape(2, n)
         least, ways = self.trail[1 + 2 * n : 1 + 3 * n], self.trail[1 + 3 * n :]
         odd, size = np.sign(f0) * np.sign(f1) < 0, np.maximum(abs(f0), abs(f1))

@@ -94,6 +94,7 @@ def _ends(body: str, name: str, arrival: float, tolerance: float, backend: str) 
         "-1e6*(x - sin(time))",
         "-sin(x)/x",
         "-noEvent(sign(x))/9",
+        "if time < 1 then 1 else 1e12*cos(time)",
     ],
 )
 def test_a_change_of_sign_that_is_none_is_passed(derivative: str, backend: str) -> None:
