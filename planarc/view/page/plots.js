@@ -47,6 +47,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   let own = planarc.createReader(data.time); // where the pointer is
   let figures = open(data.figures);
   let panels = [];
+  let phases = []; // curves over each other: {phase, curves}
   let runs = []; // beside the first one: {number, label, data, reader}
   let here = ""; // what the run that plays is called among several
   let woven = null; // the rows of all runs by time: [time, number of the run, row]
@@ -63,6 +64,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   function build() {
     for (const panel of panels) panel.chart.destroy();
     panels = [];
+    phases = [];
     place.replaceChildren();
     for (const figure of figures) {
       if (figure.on && figure.curves.length) place.append(drawFigure(figure));
@@ -93,8 +95,18 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       ending.toUpperCase(),
     );
     const own = () => panels.filter((panel) => panel.figure === figure);
+    const alike = new Set(figure.curves.map((n) => data.variables.get(n).unit)).size < figure.curves.length;
+    const over = make(
+      "button",
+      {
+        type: "button", class: "link save", title: "Curves of one unit over the first of them, too",
+        "aria-label": `${figure.title}: curves over each other`, "aria-pressed": String(Boolean(figure.over)),
+        onclick: () => { figure.over = !figure.over; build(); },
+      },
+      "x–y",
+    );
     box.append(make(
-      "div", { class: "title" }, make("h3", {}, figure.title),
+      "div", { class: "title" }, make("h3", {}, figure.title), ...(alike ? [over] : []),
       saved("csv", () => planarc.figureCsv(own())), saved("svg", () => planarc.figureSvg(figure.title, own())),
     ));
     place.append(box); // before the plots, which ask for their width
@@ -104,8 +116,25 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       if (!units.has(variable.unit)) units.set(variable.unit, []);
       units.get(variable.unit).push(variable);
     }
-    for (const [unit, curves] of units) panels.push(drawPanel(box, figure, unit, curves, units.size));
+    for (const [unit, curves] of units) {
+      panels.push(drawPanel(box, figure, unit, curves, units.size));
+      if (figure.over && curves.length > 1) phases.push(drawPhase(box, unit, curves));
+    }
     return box;
+  }
+
+  function drawPhase(box, unit, curves) {
+    // The first curve lies along x; of each run beside this one, too, where it has them.
+    const holder = make("div", { class: "plot" });
+    box.append(holder);
+    const [first, ...others] = curves;
+    const colors = colorsNow();
+    const lines = [{ data, dash: undefined }, ...runs.map((run) => ({ data: run.data, dash: DASHES[(run.number - 1) % DASHES.length] }))]
+      .flatMap(({ data: source, dash }) => others.map((curve, i) => {
+        const [x, y] = [first, curve].map((c) => source.variables.get(c.name)?.values(source.time.length));
+        return x && y ? { x, y, dash, color: colors[(i + 1) % colors.length] } : null;
+      })).filter(Boolean);
+    return { phase: planarc.createPhase(holder, { lines, unit, across: first.name, plain }), first, others };
   }
 
   function drawPanel(box, figure, unit, curves, count) {
@@ -280,6 +309,9 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   function mark(t, reader) {
     now = [t, reader];
     for (const panel of panels) markPanel(panel, t, reader);
+    for (const { phase, first, others } of reader ? phases : []) {
+      phase.mark(others.map((curve) => [first.value(reader), curve.value(reader)]));
+    }
   }
 
   function toggle(name, on) {
@@ -303,6 +335,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       const old = before.find((f) => f.title === figure.title);
       if (!old) continue;
       figure.on = old.on;
+      figure.over = old.over;
       figure.curves = old.curves.filter((n) => data.variables.has(n));
     }
     if (!refill(before)) build();
@@ -311,7 +344,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
   function refill(before) {
     // The quick way: equal figures keep their plots and only get new numbers.
     const same = before.length === figures.length
-      && figures.every((f, i) => f.curves.join() === before[i].curves.join() && f.on === before[i].on);
+      && !phases.length && figures.every((f, i) => f.curves.join() === before[i].curves.join() && f.on === before[i].on);
     if (!same) return false;
     for (const panel of panels) {
       panel.curves = panel.curves.map((c) => data.variables.get(c.name));
@@ -326,6 +359,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       const width = Math.min(most, Math.max(200, holder.clientWidth));
       if (Math.abs(width - chart.width) > 1) chart.setSize({ width, height: chart.height });
     }
+    for (const { phase } of phases) phase.draw();
     if (now) mark(...now);
   }
 

@@ -123,3 +123,38 @@ def test_what_a_figure_shows_is_saved(
     assert len(head) == 1 + 4 * 3
     times = [float(row[0]) for row in rows]
     assert (min(times) >= 2, max(times) <= 4, len(times) > 100) == (True, True, True)
+
+
+def test_curves_over_each_other_have_equal_axes(
+    page_of_three: Path, open_page: Callable[..., Any], screenshot: Callable[..., Path]
+) -> None:
+    page = open_page(page_of_three)
+    page.get_by_label("Joints: curves over each other").click()
+    canvas = page.locator("canvas.phase")
+    assert canvas.count() == 1
+    page.evaluate(FRAME)
+    screenshot(page, "over-each-other", whole=True)
+    # A circle stays round: what is drawn of one is as high as it is wide.
+    high, wide = page.evaluate(
+        """() => {
+          const holder = document.createElement("div");
+          holder.style.width = "500px";
+          document.body.append(holder);
+          const angles = Array.from({ length: 200 }, (_, i) => i / 30);
+          const line = { x: angles.map(Math.cos), y: angles.map(Math.sin), color: "rgb(255,0,0)" };
+          planarc.createPhase(holder, { lines: [line], unit: "m", across: "x", plain: String });
+          const canvas = holder.querySelector("canvas");
+          const { width, height } = canvas;
+          const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+          const red = [];
+          for (let i = 0; i < data.length; i += 4) {
+            if (data[i] > 200 && data[i + 1] < 60 && data[i + 3] > 200) red.push(i / 4);
+          }
+          const columns = red.map((i) => i % width);
+          const rows = red.map((i) => Math.floor(i / width));
+          holder.remove();
+          return [rows, columns].map((v) => Math.max(...v) - Math.min(...v));
+        }"""
+    )
+    assert wide > 100
+    assert abs(wide - high) <= 2
