@@ -100,7 +100,7 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       "button",
       {
         type: "button", class: "link save", title: "Curves of one unit over the first of them, too",
-        "aria-label": `${figure.title}: curves over each other`, "aria-pressed": String(Boolean(figure.over)),
+        "aria-label": `x–y: ${figure.title}, curves over each other`, "aria-pressed": String(Boolean(figure.over)),
         onclick: () => { figure.over = !figure.over; build(); },
       },
       "x–y",

@@ -129,7 +129,7 @@ def test_curves_over_each_other_have_equal_axes(
     page_of_three: Path, open_page: Callable[..., Any], screenshot: Callable[..., Path]
 ) -> None:
     page = open_page(page_of_three)
-    page.get_by_label("Joints: curves over each other").click()
+    page.get_by_label("Joints, curves over each other").click()
     canvas = page.locator("canvas.phase")
     assert canvas.count() == 1
     page.evaluate(FRAME)
