@@ -83,7 +83,7 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
         raise error("F303", f"a function cannot use `{name}`", node.span)
     if name == "cardinality":
         return _cardinality(node, env)
-    if name in ("assert", "terminate", "reinit", "impact"):
+    if name in ("assert", "terminate", "reinit"):
         raise error("F293", f"`{name}` is an equation of its own, not a value", node.span)
     first = node.arguments[0] if node.arguments else None
     if isinstance(first, syntax.Comprehension):
