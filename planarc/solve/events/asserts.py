@@ -15,7 +15,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic
-from planarc.evaluate.rows import RowValues
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel, Taker, taker
@@ -244,6 +243,8 @@ class _Columns:
     def __init__(
         self, program: Program, kernel: Kernel, recorder: Rows, first: int, last: int
     ) -> None:
+        from planarc.evaluate.rows import RowValues
+
         self.time = recorder.time[first:last]
         self._rows = recorder.data[first:last]
         self._stored, self._slots = recorder.stored, program.slots

@@ -6,9 +6,8 @@ prepared when they are read often (`evaluate.tape`), so a reader should be kept.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from planarc.evaluate.tape import Prepared, prepare
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op
@@ -16,6 +15,9 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
 from planarc.solve.once import once
+
+if TYPE_CHECKING:
+    from planarc.evaluate.tape import Prepared
 
 #: Preparing an expression takes as long as reading it so many times.
 OFTEN = 20
@@ -38,6 +40,8 @@ class Reader:
             times = self._times[e] = self._times.get(e, 0) + 1
             if times < OFTEN:
                 return evaluate(e, self.leaf)
+            from planarc.evaluate.tape import prepare
+
             prepared = self._prepared[e] = prepare(e, self._slot)
         return prepared(self._w, self.t)
 
