@@ -4,6 +4,7 @@
     ---------   ---------------------------------------------------------------------
     controls    which parameters and start values can be moved, and how far
     choices     which replaceable parts a model has, and what may stand in their place
+    variant     one of the models that the page may be moved to
     session     the model as the page has it now: compiles, runs, tells what is wrong
     watch       notices that a file of the model was edited
     server      answers the page, and nobody else

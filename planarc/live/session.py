@@ -14,7 +14,6 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
 from threading import Lock
 from time import perf_counter
 from typing import Any
@@ -33,8 +32,8 @@ from planarc.core.render import render_all
 from planarc.flatten.library.library import Library
 from planarc.ir.result import Result as Rows
 from planarc.live.choices import choices_of, numbers_of
-from planarc.live.controls import Field, Group, groups_of
 from planarc.live.grip import Grip
+from planarc.live.variant import Variant
 from planarc.request.request import Request, open_target
 from planarc.stages import study
 from planarc.view.page.data import choose_rows, curve_data, scene_data
@@ -80,25 +79,6 @@ class Drag(Data):
 
 class Overtaken(Exception):
     """A later order of the same page makes this one superfluous."""
-
-
-class Variant:
-    """One compiled model with its fields."""
-
-    def __init__(self, model: Model, key: str, seconds: float) -> None:
-        self.model, self.key, self.seconds = model, key, seconds
-        # Where the last run began, and the start values that it was given: the next one follows.
-        self.began: tuple[float, ...] | None = None
-        self.began_with: dict[str, float] = {}
-
-    @cached_property
-    def groups(self) -> tuple[Group, ...]:
-        return groups_of(self.model)
-
-    @cached_property
-    def names(self) -> dict[str, Field]:
-        """The names of the fields; of a start value its variable's with `.start`."""
-        return {_field_name(f): f for g in self.groups for f in g.fields}
 
 
 class Session:
@@ -398,10 +378,6 @@ def _of_model(model: Model, pose: Mapping[str, float]) -> dict[str, float]:
     known = {name for c in program.candidates for name in (c.display, c.name)}
     known |= {f.display for f in program.fixed}
     return {name: value for name, value in pose.items() if name in known}
-
-
-def _field_name(f: Field) -> str:
-    return f"{f.name}.start" if f.start else f.name
 
 
 def _named(d: Diagnostic) -> list[str]:
