@@ -152,7 +152,8 @@ def test_a_picture_that_is_moved_is_not_clicked(
     page.mouse.move(point["x"] + 40, point["y"] + 10, steps=4)
     page.mouse.up()
     frame.evaluate(DRAWN)
-    settle(frame)  # it was dragged, and runs from there
+    frame.wait_for_selector("#reset:not([hidden])")  # it was dragged
+    settle(frame)  # and runs from there
     assert page.evaluate("told") == []
 
 
