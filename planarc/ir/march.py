@@ -19,6 +19,8 @@ DIP_POINTS: Final = 3
 #: A step whose ends have derivatives of different signs may have gone across a pole where it is
 #: off the trapezoidal rule by more than this part of the larger one times the step.
 MISFIT: Final = 0.1
+#: Growth of a derivative on the way of a step from which it has a pole there.
+GROWTH: Final = 1e3
 
 
 class Arguments(ctypes.Structure):

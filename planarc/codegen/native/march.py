@@ -17,7 +17,7 @@ import ctypes
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.ir.frame import Frame
-from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, MISFIT, WARNING
+from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, GROWTH, MISFIT, WARNING
 from planarc.ir.newton import GROWN, WORST
 
 _KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
@@ -154,7 +154,7 @@ def _turn(c: Code, given: _Arguments, end: str) -> None:
     """The workspace's point, of the step's end or its last row; back to Python where a pole may lie
     between the last one and this one."""
     n, trail, w, odd = given.states, given.trail, given.workspace, c.variable(0, INT)
-    states, slopes, least, ways = (trail.at(n * k + 1) for k in range(4))
+    states, slopes, least, ways, absolute = (trail.at(n * k + 1) for k in range(5))
     t, places = w.load(REAL), given.places
     h = t - trail.load(REAL)
     with c.loop(n) as i:
@@ -162,7 +162,9 @@ def _turn(c: Code, given: _Arguments, end: str) -> None:
         with c.when(f0 * f1 < 0):
             missed = w.load(REAL, places.load(INT, i)) - states.load(REAL, i) - h * (f0 + f1) * 0.5
             size = c.largest(c.absolute(f0), c.absolute(f1))
-            with c.when((size > least.load(REAL, i)) & (c.absolute(missed) > h * size * MISFIT)):
+            moves = h * size * GROWTH > absolute.load(REAL, i)
+            known = size > least.load(REAL, i)
+            with c.when(known & moves & (c.absolute(missed) > h * size * MISFIT)):
                 odd.set(c.constant(1, INT))
         way, limit = c.absolute(f1 * t), ways.load(REAL, i)
         with c.when(way > limit):

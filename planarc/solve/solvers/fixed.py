@@ -40,6 +40,8 @@ def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Fix
 class FixedStep(SteppingIntegrator):
     """`length` is the step in seconds; `method` is `euler` or `rk4`."""
 
+    adapts = False
+
     def __init__(
         self, kernel: Kernel, states: int, settings: Settings, method: str, length: float
     ) -> None:

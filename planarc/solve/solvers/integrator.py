@@ -112,10 +112,12 @@ class Integrator(ABC):
     #: Whether a step's last evaluation lies within the tolerance of its end, as where an
     #: implicit method has converged: good enough for the blocks of the next one to start from.
     ends_evaluated = False
+    #: Whether steps are as short as the tolerance asks; others may grow without a pole ahead.
+    adapts = True
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
-        self.poles = Poles(kernel, states)
+        self.poles = Poles(kernel, states, self.adapts)
         self._relations = Zeros(kernel)
         self._dips, self._crossing = Dips(self._relations, settings.relations), tuple[int, ...]()
 

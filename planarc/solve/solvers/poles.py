@@ -20,15 +20,13 @@ from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
-from planarc.ir.march import MISFIT
+from planarc.ir.march import GROWTH, MISFIT
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 #: Halvings of the way between the ends of a step.
 HALVINGS = 40
-#: Growth of a derivative on that way from which it has a pole.
-GROWTH = 1e3
 #: Derivatives must be so many times larger before ends are looked between once more.
 LARGER = 4.0
 #: Steps like the last one that are looked along for a pole ahead; parts of the golden section.
@@ -43,25 +41,27 @@ _IS_ABOVE = (0.0).__gt__
 
 class Poles:
     """`trail`: the time of the last point (nan: there is none), the states there, their
-    derivatives, the sizes below which these are not looked at where their sign changes, and the
-    products with the time below which they are not elsewhere. `places` are the slots of states and
+    derivatives, the sizes below which these are not looked at where their sign changes, the
+    products with the time below which they are not elsewhere, and the absolute tolerances: what
+    hardly moves its state in a step is noise. `places` are the slots of states and
     derivatives, those of the workspace: an implicit method evaluates beside the end that it
-    accepts."""
+    accepts. Poles without a change of sign are looked for only with `ahead`."""
 
-    def __init__(self, kernel: Kernel, states: int) -> None:
+    def __init__(self, kernel: Kernel, states: int, ahead: bool = True) -> None:
         import numpy as np
 
-        self.kernel, self.size = kernel, states
+        self.kernel, self.size, self.ahead = kernel, states, ahead
         self.places = np.zeros(2 * states, dtype=np.int64)
-        self.trail = np.zeros(1 + 4 * states)
+        self.trail = np.zeros(1 + 5 * states)
         self.begin([0] * (2 * states), [math.inf] * states)  # nothing to look at yet
 
     def begin(self, places: Sequence[int], absolute: Sequence[float]) -> None:
         """Go on anew, with these slots of the states and of their derivatives, and these absolute
         tolerances."""
         self.places[:] = places
-        ways = self.trail[1 + 3 * self.size :]
-        ways[:] = absolute
+        self.trail[1 + 4 * self.size :] = absolute
+        ways = self.trail[1 + 3 * self.size : 1 + 4 * self.size]
+        ways[:] = absolute if self.ahead else math.inf
         ways /= ROUNDING
         self._least_way = float(ways.min(initial=math.inf))
         self.trail[0] = math.nan
@@ -99,6 +99,8 @@ class Poles:
         size = max(abs(f0), abs(f1))
         if f0 == 0 or f1 == 0 or not size > self.trail[1 + 2 * n + i]:
             return False
+        if not h * size * GROWTH > self.trail[1 + 4 * n + i]:
+            return False
         return abs(y1 - y0 - h * (f0 + f1) / 2) > MISFIT * h * size
 
     def _here(self) -> tuple[float, Vector]:
@@ -117,8 +119,9 @@ class Poles:
             self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
             return False
         f0, (y, f1) = self.trail[1 + n : 1 + 2 * n].copy(), ends.reshape(2, n)
-        least, ways = self.trail[1 + 2 * n : 1 + 3 * n], self.trail[1 + 3 * n :]
-        odd, size = np.sign(f0) * np.sign(f1) < 0, np.maximum(abs(f0), abs(f1))
+        least, ways, absolute = self.trail[1 + 2 * n :].reshape(3, n)
+        size = np.maximum(abs(f0), abs(f1))
+        odd = (np.sign(f0) * np.sign(f1) < 0) & ((t - begin) * size * GROWTH > absolute)
         step = (begin, start), (t, y.tolist())
         for i in np.flatnonzero(odd).tolist():
             if self._grows(i, f0[i], size[i], *step):
