@@ -12,9 +12,10 @@ from functools import lru_cache
 from msgspec.structs import replace
 
 from planarc.view.item import Item
+from planarc.view.marks.forms import Form, Tint
 from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.marks.measure import sizes_of
-from planarc.view.marks.shapes import Form, Tint, bounded_extra, shape_of
+from planarc.view.marks.shapes import bounded_extra, shape_of
 
 _OVAL = 48  # points of an oval that is no circle
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import lru_cache
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -24,54 +24,26 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.ir.insight import Track
 from planarc.view.item import Item, Kind
-from planarc.view.marks.measure import (
-    EXTRA,
-    HEAD,
-    METRE,
-    PIXEL,
-    SHAFT,
-    THIN,
-    ZERO,
-    L,
-    Measure,
-    W,
+from planarc.view.marks.forms import (
+    EDGE,
+    FAINT,
+    HATCH,
+    HOLLOW,
+    ORIGIN,
+    PLAIN,
+    Form,
+    Place,
+    disc,
+    line,
+    solid,
 )
+from planarc.view.marks.furniture import ALONG, arrow, corner, frame, ground, ruler
+from planarc.view.marks.measure import EXTRA, METRE, PIXEL, THIN, ZERO, L, Measure, W
 
-#: The share of black (below 0) or white (above) in the item's colour, on light and dark ground.
-Tint: TypeAlias = tuple[float, float]
-Place: TypeAlias = tuple[Measure, Measure]
-
-_PLAIN: Tint = (0.0, 0.0)
-_EDGE: Tint = (-0.4, -0.4)
-_HATCH: Tint = (-0.4, 0.0)
-_FAINT: Tint = (0.3, -0.1)
 #: The line of a guide beside its axis, as a share of the width.
 RAIL = 0.32
-_HOLLOW: Tint = (1.0, -0.85)
 #: The angle between two points of a round corner.
 _ARC = math.pi / 10
-
-
-class Form(Data):
-    """A mark whose size is not known yet.
-
-    line      straight through `points`, `closed` or not
-    bar       between two opposite corners, its ends rounded by `radius` and longer by that
-    oval      in the rectangle between two corners
-    disc      about a point, with a `hole`
-    label     a text that stays upright, centred at a point, `radius` high
-    """
-
-    kind: Literal["line", "bar", "oval", "disc", "label"]
-    points: tuple[Place, ...]
-    fill: Tint | None = None
-    line: Tint | None = None
-    width: Measure = ZERO  # of the line
-    least: float = 0.0  # its least width in pixels
-    radius: Measure = ZERO
-    hole: Measure = ZERO
-    closed: bool = True
-    text: str = ""
 
 
 class Shape(Data):
@@ -108,22 +80,22 @@ def _shape(
 ) -> Shape:
     match kind:
         case Kind.ARROW | Kind.DOUBLE_ARROW:
-            return Shape(tuple(_arrow(_ALONG, 2 if kind is Kind.DOUBLE_ARROW else 1)), "l")
+            return Shape(tuple(arrow(ALONG, 2 if kind is Kind.DOUBLE_ARROW else 1)), "l")
         case Kind.FRAME:
-            return Shape(tuple(_frame(labels)), "l")
+            return Shape(tuple(frame(labels)), "l")
         case Kind.CURVE:
             path = tuple((x * METRE, y * METRE) for x, y in points)
-            return Shape((_solid("line", *path) if shape else _line(path, W, THIN, _PLAIN),))
+            return Shape((solid("line", *path) if shape else line(path, W, THIN, PLAIN),))
         case Kind.TEXT:
-            return Shape((Form("label", ((ZERO, ZERO),), _PLAIN, radius=W, text=labels[0]),))
+            return Shape((Form("label", ((ZERO, ZERO),), PLAIN, radius=W, text=labels[0]),))
     if shape == "ground":
-        return Shape(tuple(_ground()))
+        return Shape(tuple(ground()))
     if shape == "corner":
-        return Shape(tuple(_corner(labels, points)))
+        return Shape(tuple(corner(labels, points)))
     if shape == "ruler":
-        return Shape(tuple(_ruler(labels[0])))
+        return Shape(tuple(ruler(labels[0])))
     if shape == "note":
-        return Shape((Form("label", (_ORIGIN,), _FAINT, radius=12.0 * PIXEL, text=labels[0]),))
+        return Shape((Form("label", (ORIGIN,), FAINT, radius=12.0 * PIXEL, text=labels[0]),))
     if shape == "plate":
         return Shape((_plate(points),))
     known = _ENDS if upright else _SIDES
@@ -146,28 +118,15 @@ def _first(value: Track) -> float:
     return number if math.isfinite(number) else 0.0
 
 
-def _solid(kind: Literal["line", "bar", "oval", "disc"], *points: Place) -> Form:
-    return Form(kind, points, _PLAIN, _EDGE, ZERO, 1.2)
-
-
-def _line(points: tuple[Place, ...], width: Measure, least: float, line: Tint) -> Form:
-    return Form("line", points, None, line, width, least, closed=False)
-
-
-_ORIGIN = (ZERO, ZERO)
 _SIDE = ((ZERO, -0.5 * W), (L, 0.5 * W))
 _END = ((-0.5 * W, -0.5 * W), (0.5 * W, 0.5 * W))
-
-
-def _round(hole: Measure = ZERO) -> Form:
-    return Form("disc", (_ORIGIN,), _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W, hole=hole)
 
 
 def _plate(corners: tuple[tuple[float, float], ...]) -> Form:
     """A flat body through corners in metres, counter-clockwise: rounded by half its width."""
     if len(corners) < 2:
         ((x, y),) = corners or ((0.0, 0.0),)
-        return replace(_round(), points=((x * METRE, y * METRE),))
+        return replace(disc(), points=((x * METRE, y * METRE),))
     rim: list[Place] = []
     directions = [
         math.atan2(b[1] - a[1], b[0] - a[0])
@@ -181,7 +140,7 @@ def _plate(corners: tuple[tuple[float, float], ...]) -> Form:
             angle = first + turn * k / steps
             across = 0.5 * math.cos(angle) * W, 0.5 * math.sin(angle) * W
             rim.append((x * METRE + across[0], y * METRE + across[1]))
-    return _solid("line", *rim)
+    return solid("line", *rim)
 
 
 def _zigzag(extra: float, low: float = -0.5, high: float = 0.5) -> Iterator[Form]:
@@ -193,9 +152,7 @@ def _zigzag(extra: float, low: float = -0.5, high: float = 0.5) -> Iterator[Form
         for i in range(2 * turns)
     )
     ends = ((0.14 * L, middle * W), (0.86 * L, middle * W))
-    yield _line(
-        ((ZERO, middle * W), ends[0], *corners, ends[1], (L, middle * W)), ZERO, 1.7, _PLAIN
-    )
+    yield line(((ZERO, middle * W), ends[0], *corners, ends[1], (L, middle * W)), ZERO, 1.7, PLAIN)
 
 
 def _dashpot(low: float = -0.5, high: float = 0.5) -> Iterator[Form]:
@@ -203,20 +160,20 @@ def _dashpot(low: float = -0.5, high: float = 0.5) -> Iterator[Form]:
     middle, half = (low + high) / 2, (high - low) / 2
     top, bottom, axis = (middle + half) * W, (middle - half) * W, middle * W
     left, right = 0.5 * L - 0.9 * half * W, 0.5 * L + 1.3 * half * W
-    yield _line(((ZERO, axis), (left, axis)), ZERO, 1.7, _PLAIN)
-    yield _line(((right, top), (left, top), (left, bottom), (right, bottom)), ZERO, 1.7, _PLAIN)
+    yield line(((ZERO, axis), (left, axis)), ZERO, 1.7, PLAIN)
+    yield line(((right, top), (left, top), (left, bottom), (right, bottom)), ZERO, 1.7, PLAIN)
     inner = 0.5 * L + 0.2 * half * W
     plate = ((inner, axis + 0.7 * half * W), (inner, axis - 0.7 * half * W))
-    yield _line(plate, ZERO, 2.4, _PLAIN)
-    yield _line(((inner, axis), (L, axis)), ZERO, 1.7, _PLAIN)
+    yield line(plate, ZERO, 2.4, PLAIN)
+    yield line(((inner, axis), (L, axis)), ZERO, 1.7, PLAIN)
 
 
 def _spring_and_damper(extra: float) -> Iterator[Form]:
     """Both side by side between two bars across."""
     for x in (0.06 * L, 0.94 * L):
-        yield _line(((x, -0.3 * W), (x, 0.3 * W)), ZERO, 1.7, _PLAIN)
+        yield line(((x, -0.3 * W), (x, 0.3 * W)), ZERO, 1.7, PLAIN)
     for end, x in ((ZERO, 0.06 * L), (L, 0.94 * L)):
-        yield _line(((end, ZERO), (x, ZERO)), ZERO, 1.7, _PLAIN)
+        yield line(((end, ZERO), (x, ZERO)), ZERO, 1.7, PLAIN)
     for forms in (_zigzag(extra or 5, 0.1, 0.5), _dashpot(-0.5, -0.1)):
         for form in forms:
             inside = tuple((_between(x), y) for x, y in form.points)
@@ -235,8 +192,8 @@ def _guide(extra: float) -> Iterator[Form]:
     y, deep, count = -RAIL * W, (0.5 - RAIL) * W, max(2, round(extra))
     for i in range(count):
         x = (i + 0.8) / count * L
-        yield _line(((x, y), (x - deep, y - deep)), ZERO, 1.0, _HATCH)
-    yield _line(((ZERO, y), (L, y)), ZERO, THIN, _HATCH)
+        yield line(((x, y), (x - deep, y - deep)), ZERO, 1.0, HATCH)
+    yield line(((ZERO, y), (L, y)), ZERO, THIN, HATCH)
 
 
 def _gear_end(extra: float) -> Iterator[Form]:
@@ -247,89 +204,16 @@ def _gear_end(extra: float) -> Iterator[Form]:
     rim = (
         ((i + part) * 2 * math.pi / teeth, radius) for i in range(teeth) for part, radius in flank
     )
-    yield _solid("line", *((r * math.cos(a) * W, r * math.sin(a) * W) for a, r in rim))
-    yield _line((_ORIGIN, (inner * W, ZERO)), ZERO, 1.2, _EDGE)
-
-
-# What is no solid ---------------------------------------------------------------------------
-
-
-def _ground() -> Iterator[Form]:
-    """A bearing: a triangle under its point, on hatched ground."""
-    base = -0.62 * L
-    yield _solid("line", _ORIGIN, (0.36 * W, base), (-0.36 * W, base))
-    yield _line(((-0.55 * W, base), (0.55 * W, base)), ZERO, THIN, _HATCH)
-    for i in range(6):
-        x = (0.2 * i - 0.5) * W
-        yield _line(((x, base), (x - 0.13 * W, base - 0.25 * L)), ZERO, 1.1, _HATCH)
-
-
-_ALONG = (1.0, 0.0)
-
-
-def _arrow(along: tuple[float, float], heads: int) -> Iterator[Form]:
-    """An arrow from the origin by L along a unit vector."""
-    u, v = along
-
-    def at(forward: Measure, left: Measure = ZERO) -> Place:
-        return u * forward - v * left, v * forward + u * left
-
-    yield _line((_ORIGIN, at(L - 0.8 * HEAD)), SHAFT, 0.0, _PLAIN)
-    for i in range(heads):
-        tip = L - 0.8 * i * HEAD
-        corners = at(tip), at(tip - HEAD, 0.36 * HEAD), at(tip - HEAD, -0.36 * HEAD)
-        yield Form("line", corners, _PLAIN)
-
-
-def _frame(labels: tuple[str, ...]) -> Iterator[Form]:
-    for i, (u, v) in enumerate((_ALONG, (0.0, 1.0))):
-        yield from _arrow((u, v), 1)
-        reach = L + 10.0 * PIXEL
-        if i < len(labels):
-            place = (u * reach, v * reach)
-            yield Form("label", (place,), _PLAIN, radius=13.0 * PIXEL, text=labels[i])
-
-
-def _corner(labels: tuple[str, ...], down: tuple[tuple[float, float], ...]) -> Iterator[Form]:
-    """Small axes, and beside them the way that things fall; all in pixels."""
-    for label, (u, v) in zip(labels, (_ALONG, (0.0, 1.0)), strict=False):
-        yield from _pixels(((0.0, 0.0), (26.0 * u, 26.0 * v)))
-        place = (35.0 * u * PIXEL, 35.0 * v * PIXEL)
-        yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text=label)
-    for u, v in down:
-        x, y = (48.0, 20.0) if labels else (0.0, 20.0)
-        start, end = (x - 11.0 * u, y - 11.0 * v), (x + 13.0 * u, y + 13.0 * v)
-        yield from _pixels((start, end))
-        place = ((x + 11.0 * abs(v)) * PIXEL, (y + 11.0 * abs(u)) * PIXEL)
-        yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text="g")
-
-
-def _ruler(text: str) -> Iterator[Form]:
-    """A length to measure by."""
-    tick = 4.0 * PIXEL
-    yield _line(((ZERO, tick), _ORIGIN, (L, ZERO), (L, tick)), ZERO, 1.3, _FAINT)
-    place = (0.5 * L, 10.0 * PIXEL)
-    yield Form("label", (place,), _FAINT, radius=12.0 * PIXEL, text=text)
-
-
-def _pixels(ends: tuple[tuple[float, float], tuple[float, float]]) -> Iterator[Form]:
-    """A thin arrow between two places in pixels."""
-    (x, y), (a, b) = ends
-    length = math.hypot(a - x, b - y)
-    u, v = (a - x) / length, (b - y) / length
-    path = ((x * PIXEL, y * PIXEL), (a * PIXEL, b * PIXEL))
-    yield _line(path, ZERO, 1.3, _FAINT)
-    back = [(a - 7.0 * u - s * v, b - 7.0 * v + s * u) for s in (2.8, -2.8)]
-    corners = (path[1], *((p * PIXEL, q * PIXEL) for p, q in back))
-    yield Form("line", corners, _FAINT)
+    yield solid("line", *((r * math.cos(a) * W, r * math.sin(a) * W) for a, r in rim))
+    yield line((ORIGIN, (inner * W, ZERO)), ZERO, 1.2, EDGE)
 
 
 _Forms: TypeAlias = "tuple[Form, ...] | Callable[[float], Iterator[Form]]"
 _TOP = 0.5 * EXTRA  # of a cone
-_PIN = (_round(), Form("disc", (_ORIGIN,), (0.75, 0.75), radius=1 / 6 * W))
-_RING = Form("disc", (_ORIGIN,), _HOLLOW, _PLAIN, ZERO, 1.6, radius=0.5 * W)
+_PIN = (disc(), Form("disc", (ORIGIN,), (0.75, 0.75), radius=1 / 6 * W))
+_RING = Form("disc", (ORIGIN,), HOLLOW, PLAIN, ZERO, 1.6, radius=0.5 * W)
 _RIBS = tuple(math.cos(i * math.pi / 8) / 2 * W for i in range(1, 8))
-_BODY = (Form("bar", _SIDE, _PLAIN, _EDGE, ZERO, 1.2, radius=0.5 * W),)
+_BODY = (Form("bar", _SIDE, PLAIN, EDGE, ZERO, 1.2, radius=0.5 * W),)
 _BLOCK = ((-0.5 * L, -0.5 * W), (0.5 * L, 0.5 * W))
 
 
@@ -337,52 +221,52 @@ def _quarter(start: float) -> Form:
     """A quarter of a circle from an angle on."""
     arc = (start + i * math.pi / 16 for i in range(9))
     rim = ((0.5 * math.cos(a) * W, 0.5 * math.sin(a) * W) for a in arc)
-    return Form("line", (_ORIGIN, *rim), _PLAIN)
+    return Form("line", (ORIGIN, *rim), PLAIN)
 
 
 def _spoke(angle: float) -> Form:
     c, s = 0.42 * math.cos(angle), 0.42 * math.sin(angle)
-    return _line(((-c * W, -s * W), (c * W, s * W)), ZERO, 1.2, _EDGE)
+    return line(((-c * W, -s * W), (c * W, s * W)), ZERO, 1.2, EDGE)
 
 
 #: Solids seen from their side.
 _SIDES: dict[str, _Forms] = {
-    "box": (_solid("bar", *_SIDE),),
+    "box": (solid("bar", *_SIDE),),
     "beam": _BODY,
     "link": _BODY,
-    "cylinder": (_solid("bar", *_SIDE),),
-    "pipe": (_solid("bar", *_SIDE),),
-    "sphere": (_solid("oval", *_SIDE),),
-    "cone": (_solid("line", (ZERO, -0.5 * W), (L, -_TOP), (L, _TOP), (ZERO, 0.5 * W)),),
+    "cylinder": (solid("bar", *_SIDE),),
+    "pipe": (solid("bar", *_SIDE),),
+    "sphere": (solid("oval", *_SIDE),),
+    "cone": (solid("line", (ZERO, -0.5 * W), (L, -_TOP), (L, _TOP), (ZERO, 0.5 * W)),),
     "gearwheel": (
-        _solid("bar", *_SIDE),
-        *(_line(((ZERO, y), (L, y)), ZERO, 1.2, _EDGE) for y in _RIBS),
+        solid("bar", *_SIDE),
+        *(line(((ZERO, y), (L, y)), ZERO, 1.2, EDGE) for y in _RIBS),
     ),
     "spring": _zigzag,
     "damper": tuple(_dashpot()),
     "springDamper": _spring_and_damper,
-    "block": (_solid("bar", *_BLOCK),),
+    "block": (solid("bar", *_BLOCK),),
     "guide": _guide,
     "barrel": (
-        _solid("bar", *_SIDE),
-        _line(((0.94 * L, -0.5 * W), (0.94 * L, 0.5 * W)), ZERO, 1.2, _EDGE),
+        solid("bar", *_SIDE),
+        line(((0.94 * L, -0.5 * W), (0.94 * L, 0.5 * W)), ZERO, 1.2, EDGE),
     ),
-    "rod": (_solid("bar", *_SIDE),),
+    "rod": (solid("bar", *_SIDE),),
 }
 #: The same seen from their end.
 _ENDS: dict[str, _Forms] = {
-    "box": (_solid("bar", *_END),),
+    "box": (solid("bar", *_END),),
     "beam": _PIN,
     "cylinder": _PIN,
-    "sphere": (_round(),),
-    "cone": (_round(),),
-    "pipe": (_round(0.5 * EXTRA),),
-    "spring": (_round(0.4 * W),),
+    "sphere": (disc(),),
+    "cone": (disc(),),
+    "pipe": (disc(0.5 * EXTRA),),
+    "spring": (disc(0.4 * W),),
     "gearwheel": _gear_end,
     "pin": (_RING,),
     "motor": (
-        replace(_RING, line=_PLAIN, least=2.2),
-        Form("label", (_ORIGIN,), _PLAIN, radius=0.62 * W, text="M"),
+        replace(_RING, line=PLAIN, least=2.2),
+        Form("label", (ORIGIN,), PLAIN, radius=0.62 * W, text="M"),
     ),
     "mass": (
         replace(_RING, line=None),
@@ -391,8 +275,8 @@ _ENDS: dict[str, _Forms] = {
         replace(_RING, fill=None, least=1.3),
     ),
     "wheel": (
-        _round(),
-        replace(_round(), fill=None, radius=0.42 * W),
+        disc(),
+        replace(disc(), fill=None, radius=0.42 * W),
         _spoke(0.0),
         _spoke(math.pi / 2),
     ),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from planarc.view.marks.forms import Form
 from planarc.view.marks.measure import BASIS, Measure
-from planarc.view.marks.shapes import Form, Shape
+from planarc.view.marks.shapes import Shape
 from planarc.view.page.columns import number
 
 
