@@ -125,6 +125,7 @@ def _der(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expressi
         _expect_steady(value, env)
     elif isinstance(value, flat.Reference):
         _warn_of_nothing(value, span, env)
+        _refuse_steps(value, env)
     return flat.Builtin(flat.REAL.with_dims(value.type.dims), span, name, (value,))
 
 
@@ -134,6 +135,14 @@ def _warn_of_nothing(value: flat.Reference, span: Span, env: Env) -> None:
     if users and variability_of(value, env.session, env.hidden) <= flat.Variability.PARAMETER:
         message = f"`{span.text}` is always 0: `{value.name}` is a parameter"
         env.session.warn("F322", message, span, "take a variable, or leave it out")
+
+
+def _refuse_steps(value: flat.Reference, env: Env) -> None:
+    """What is declared `discrete` keeps its value between events: it has no derivative."""
+    if variability_of(value, env.session, env.hidden) is flat.Variability.DISCRETE:
+        hint = f"leave out `discrete` where `{value.name}` is declared, or the derivative"
+        message = f"`{value.name}` has no derivative: it is `discrete`, it changes at events only"
+        raise error("F291", message, value.span, hint=hint)
 
 
 def _expect_steady(value: flat.Expression, env: Env) -> None:
