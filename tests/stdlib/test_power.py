@@ -44,6 +44,7 @@ TAKEN = {
     "Joints.JointRRWithMass": POINT % "r_mass",
     "Joints.CurveCurveJoint": NONE,
     "Joints.Assemblies.JointRRP": NONE,
+    "Contacts.Contact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
     "Forces.Spring": LINE,
     "Forces.SpringDamperParallel": LINE,
     "Forces.SpringDamperSeries": LINE,
