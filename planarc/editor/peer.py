@@ -81,7 +81,7 @@ def _converter() -> Any:
 class Peer(LanguageServer):
     """What a client said of itself, and the session behind it."""
 
-    def __init__(self, pause: float = 0.03) -> None:
+    def __init__(self, pause: float = 0.01) -> None:
         super().__init__(
             "planarc",
             version("planarc"),

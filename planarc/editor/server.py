@@ -59,7 +59,7 @@ _LIFE: dict[str, Callable[..., Any]] = {
 }
 
 
-def make_server(pause: float = 0.03) -> Peer:
+def make_server(pause: float = 0.01) -> Peer:
     """A server that answers all that it can, not yet connected."""
     peer = Peer(pause)
     for method, handler in _LIFE.items():

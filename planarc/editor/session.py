@@ -28,7 +28,7 @@ from planarc.probe.check import Seen
 Publish = Callable[[Text, tuple[Diagnostic, ...], bool], None]
 
 #: Seconds for the picture of a model, before facts are looked for.
-_REST = 0.15
+_REST = 0.4
 
 
 class Session:
@@ -37,7 +37,7 @@ class Session:
         publish: Publish,
         learned: Callable[[Text], None],
         failed: Callable[[Exception], None],
-        pause: float = 0.03,
+        pause: float = 0.01,
         seen: Callable[[Text, str, Seen, Wanted], bool] = lambda *_: False,
     ) -> None:
         self.texts = Texts()
