@@ -12,6 +12,7 @@
     print        Program             code                codegen/{numpy,native}/   native
     load         Program, code       Kernel              solve/kernels/
     simulate     Kernel, options     Result              solve/simulate.py         driver
+    explain      Result              Result              insight/happenings.py
     study        Result, Kernel      Insight             insight/study.py
 
     beside the row
@@ -102,7 +103,6 @@ def run(
     kernel: Kernel | None = None,
 ) -> Result:
     """The one door to a run. A `kernel` that was loaded before, or is driven, is used as it is."""
-    from planarc.insight.losses import judge_losses
     from planarc.solve.simulate import simulate
 
     clock = clock or Clock()
@@ -111,13 +111,7 @@ def run(
             kernel = compiled.load()
     with clock.phase("simulate"):
         result = simulate(compiled.program, kernel, options, progress=progress)
-        given = options.tolerance or compiled.program.experiment.tolerance
-        lost = judge_losses(result, given)
-        if result.events and any(d.kind == "event" for d in compiled.program.declared):
-            from planarc.insight.happenings import name_events
-
-            result = replace(result, events=name_events(result))
-    return result if lost is None else replace(result, warnings=(*result.warnings, lost))
+        return stages.explain(result, options.tolerance)
 
 
 def simulate(

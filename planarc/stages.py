@@ -221,6 +221,19 @@ def to_slopes(program: Program, backend: Backend, scope: Scope) -> str | bytes |
     return slopes_source(program, scope)
 
 
+def explain(result: Result, tolerance: float | None) -> Result:
+    """A run's events in words of its components, and a warning where it lost energy."""
+    from planarc.insight.losses import judge_losses
+
+    program = result.program
+    lost = judge_losses(result, tolerance or program.experiment.tolerance)
+    if result.events and any(d.kind == "event" for d in program.declared):
+        from planarc.insight.happenings import name_events
+
+        result = replace(result, events=name_events(result))
+    return result if lost is None else replace(result, warnings=(*result.warnings, lost))
+
+
 def study(result: Result, kernel: Kernel | None = None) -> Insight:
     """What is known of a run's mechanism; of the ranks only with the run's kernel."""
     from planarc.insight.study import study as run_stage

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -106,5 +107,19 @@ def test_files_that_the_page_names_are_there() -> None:
     assert missing == []
 
 
-def test_the_page_is_short() -> None:
+def test_page_and_map_are_short_and_the_rooms_few() -> None:
     assert len(PAGE.read_text("utf-8").splitlines()) <= 150
+    package = ROOT / "planarc"
+    assert len((package / "compiler.py").read_text("utf-8").splitlines()) <= 130
+    assert (
+        len([p for p in package.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()])
+        <= 26
+    )
+
+
+def test_a_long_file_says_why() -> None:
+    for file in (ROOT / "planarc").rglob("*.py"):
+        text = file.read_text("utf-8")
+        if len(text.splitlines()) > 400:
+            head = " ".join((ast.get_docstring(ast.parse(text)) or "").split())
+            assert re.search(r"The file is long because|hence one file", head), file

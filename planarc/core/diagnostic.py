@@ -47,6 +47,11 @@ class Diagnostic(Data):
     hint: str | None = None
     related: tuple[Related, ...] = ()
 
+    def noting(self, others: Iterable[Diagnostic]) -> Diagnostic:
+        """The same, with other messages as the first of its further places."""
+        told = (Related(f"{o.message}; {o.hint}" if o.hint else o.message, o.span) for o in others)
+        return replace(self, related=(*told, *self.related))
+
 
 class Once(Diagnostic):
     """A message that is told once for all places of one `kind`."""

@@ -16,8 +16,6 @@ import unicodedata
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from planarc.core.source import NOWHERE, Span
 
 if TYPE_CHECKING:
@@ -37,16 +35,11 @@ def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
 
 def _folded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """A warning inside of the place of an error is a note of that: one mistake, one message."""
-    from planarc.core.diagnostic import Related
-
     kept = list(diagnostics)
     for i, error in enumerate(kept):
         inside = [w for w in kept if error.severity.value == "error" and _is_inside(w, error)]
         if inside:
-            told = (
-                Related(f"{w.message}; {w.hint}" if w.hint else w.message, w.span) for w in inside
-            )
-            kept[i] = replace(error, related=(*told, *error.related))
+            kept[i] = error.noting(inside)
     return [d for d in kept if not any(_is_inside(d, other) for other in kept)]
 
 
