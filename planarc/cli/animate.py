@@ -72,7 +72,7 @@ def animate(
         typer.Option(
             "--model",
             metavar="FILE|CLASS",
-            help="Of a RESULT: the model that made it, where it is not found by its name.",
+            help="Of a RESULT: the model that made it, where the result does not tell it.",
         ),
     ] = None,
     mode: Annotated[

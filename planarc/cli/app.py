@@ -14,9 +14,10 @@ import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
@@ -39,10 +40,26 @@ _EVERYWHERE = (
 _RENAMED = {"compile": "compile_model", "list": "list_classes"}
 
 
+def _long_names(found: list[Any], written: str) -> list[Any]:
+    """What a shell offers, with each option once: short names are for those who type them."""
+    return [i for i in found if len(i.value) != 2 or i.value[0] != "-" or i.value == written]
+
+
+class _Command(TyperCommand):
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        return _long_names(super().shell_complete(ctx, incomplete), incomplete)
+
+
+class _Group(TyperGroup):
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        return _long_names(super().shell_complete(ctx, incomplete), incomplete)
+
+
 def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     """The application with these commands."""
     app = typer.Typer(
         name="planarc",
+        cls=_Group,
         help="Compile and simulate planar mechanisms.",
         rich_markup_mode=None,  # help without colours: importing rich would double its time
         pretty_exceptions_enable=False,
@@ -53,7 +70,7 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
         # `\b` keeps the lines of a paragraph.
         epilog = "\n".join(["\b", "Examples:", *COMMANDS[name], "", _EVERYWHERE])
         command = getattr(import_module(f"planarc.cli.{name}"), _RENAMED.get(name, name))
-        app.command(name, epilog=epilog)(command)
+        app.command(name, cls=_Command, epilog=epilog)(command)
     return app
 
 

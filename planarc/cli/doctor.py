@@ -36,6 +36,7 @@ CHOSEN = {
     "ipython": "notebooks: install planarc[notebook]",
     "pandas": "data frames: install planarc[tables]",
     "xarray": "labelled arrays: install planarc[tables]",
+    "pygls": "the language server: install planarc[lsp]",
     "distributed": "studies on a cluster: install dask[distributed]",
 }
 

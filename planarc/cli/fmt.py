@@ -27,7 +27,7 @@ def fmt(
     files: Annotated[
         list[str],
         typer.Argument(
-            metavar="FILE|FOLDER",
+            metavar="FILE|FOLDER...",
             help="Files, or folders of .pmo and .mo files; `-` formats standard input.",
         ),
     ],

@@ -17,9 +17,16 @@ _SELDOM = (200_000, 10, 10)
 def lsp(
     tcp: Annotated[
         int | None,
-        typer.Option(min=1, max=65535, help="Listen on this port instead of standard input."),
+        typer.Option(
+            min=1,
+            max=65535,
+            metavar="PORT",
+            help="Listen on this port instead of standard input.",
+        ),
     ] = None,
-    host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="The address to listen on, with --tcp.")
+    ] = "127.0.0.1",
 ) -> int:
     """Start the language server for an editor.
 

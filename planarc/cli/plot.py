@@ -57,7 +57,7 @@ def plot(
     """Draw curves of a result.
 
     Variables of one unit share a panel. Needs matplotlib: pip install "planarc[plot]".
-    Units are those of the file, or of its model: <Class>.csv beside the file that declares Class.
+    Units are those of the file, or of the model that made it, where it is found.
     """
     from planarc.cli.motion import named_output
     from planarc.core.extras import need

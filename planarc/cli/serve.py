@@ -21,7 +21,10 @@ def serve(
     target: arg.Target,
     class_name: arg.ClassName = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes any that is free.")
+        int,
+        typer.Option(
+            min=0, max=65535, metavar="PORT", help="Port to listen on; 0 takes any that is free."
+        ),
     ] = 0,
     no_open: Annotated[
         bool, typer.Option("--no-open", help="Print the address, but open no browser.")
@@ -31,9 +34,9 @@ def serve(
 ) -> int:
     """Open a page on which the parameters of a model are sliders.
 
-    Each change runs the model again and redraws it at once; replaceable parts are menus. The page
-    follows the file when it is edited. Only this machine is answered, and only who knows the
-    address with its random token. Ctrl-C ends it.
+    Each change runs the model again and redraws it at once; replaceable parts are menus, and
+    bodies and joints can be dragged. The page follows the file when it is edited. Only this machine
+    is answered, and only who knows the address with its random token. Ctrl-C ends it.
     """
     from planarc.live.server import LiveServer
     from planarc.live.session import Session

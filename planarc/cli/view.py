@@ -47,7 +47,7 @@ def view(
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
     library: Libraries = None,
 ) -> int:
-    """Show a result file as a page: motion, curves, energy.
+    """Show results as a page: motion, curves, energy.
 
     With several results the first plays; the others are pale behind it, and their curves lie
     beside its curves. What planarc wrote says which model made it, a .csv by the file

@@ -57,7 +57,17 @@ def offered(folder: Path, words: str) -> list[str]:
         ("planarc sweep arm.pmo --metric r", ["rms(", "range("]),
         ("planarc plot nosuch.csv x", []),
         ("planarc simulate nosuch.pmo --set x", []),
+        ("planarc doctor -", ["--json", "--help"]),
+        ("planarc compile -h", ["-h"]),
+        ("planarc --q", ["--quiet"]),
     ],
 )
 def test_the_shell_is_offered(folder: Path, words: str, wanted: list[str]) -> None:
     assert offered(folder, words) == wanted
+
+
+@pytest.mark.parametrize("command", ["", "simulate ", "animate "])
+def test_each_option_is_offered_once(folder: Path, command: str) -> None:
+    names = offered(folder, f"planarc {command}-")
+    assert "--help" in names
+    assert all(name.startswith("--") for name in names)
