@@ -262,6 +262,23 @@ def passes_the_blow_on(r: Any) -> None:
     assert max(np.abs(r[f"hinge[{i}].phi"]).max() for i in (2, 3, 4)) < 1e-5
 
 
+def closes_on_its_stop(r: Any) -> None:
+    """About the spring's rest at -1 rad the door swings with sqrt(c/I), whatever it struck."""
+    swing = np.sqrt(2 / (1.1 + 20 * 0.4**2))
+    radius = np.hypot(1, 4 / swing)
+    opens = np.arcsin(2.5 / radius) - np.arcsin(1 / radius)
+    back = 0.4 * np.sqrt(radius**2 - 2.5**2)
+    radius = np.hypot(2.5, back)
+    times = [opens, opens + np.arccos(1 / radius) - np.arctan2(back, 2.5)]
+    speed = np.sqrt(radius**2 - 1)
+    for _ in range(6):
+        speed *= 0.4
+        times.append(times[-1] + 2 * np.arctan(speed))
+    np.testing.assert_allclose([e.time for e in r.events][:8], np.array(times) / swing, atol=1e-6)
+    assert r["hinge.phi"][-1] == pytest.approx(0, abs=1e-9)
+    assert r["stops.tau"][-1] == pytest.approx(2, rel=1e-9)
+
+
 LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.Pendulum": swings_back,
     "Elementary.DoublePendulum": keeps_the_energy_of_both_links,
@@ -277,6 +294,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.OffTheLedge": falls_off_its_ledge,
     "Contacts.RockingBlock": rocks_from_corner_to_corner,
     "Contacts.NewtonsCradle": passes_the_blow_on,
+    "Contacts.SwingDoor": closes_on_its_stop,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
     "Loops.TwoLoops": holds_its_rods,

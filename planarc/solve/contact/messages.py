@@ -23,11 +23,11 @@ _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 def named(touches: Touches, i: int) -> str:
     """A touch as a user knows it: its component, and its point where there are several."""
-    name = touches.all[i].name
+    name = touches.all[i].name.removesuffix(".rigid")
     found = _POINT.match(name)
     if found is None:
         return f"`{name}`"
-    several = any(t.name.startswith(f"{found[1]}.") for t in touches.all if t.name != name)
+    several = sum(t.name.startswith(f"{found[1]}.") for t in touches.all) > 1
     return f"`{found[1]}`" + f" (point {found[2]})" * several
 
 
