@@ -16,9 +16,11 @@ TYPE_CHECKING = False  # as `typing` has it, which takes 5 ms to import
 if TYPE_CHECKING:
     from typing import Any
 
-    from planarc.api.model import Model, Recompiled, load
+    from planarc.api.load import load
+    from planarc.api.model import Model
     from planarc.api.read import read
     from planarc.api.result import Result, RunStopped
+    from planarc.api.variant import Recompiled
     from planarc.core.diagnostic import Diagnostic, PlanarcError, RunError, UsageError
     from planarc.core.unknown import UnknownName
     from planarc.study.points import grid, latin_hypercube, random
@@ -51,9 +53,11 @@ _HOMES = {
     for module, names in {
         "core.diagnostic": "Diagnostic PlanarcError RunError UsageError",
         "core.unknown": "UnknownName",
-        "api.model": "Model Recompiled load",
+        "api.load": "load",
+        "api.model": "Model",
         "api.read": "read",
         "api.result": "Result RunStopped",
+        "api.variant": "Recompiled",
         "study.points": "grid latin_hypercube random",
         "study.sweep": "Study StudyInterrupted sweep",
     }.items()

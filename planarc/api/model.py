@@ -1,41 +1,28 @@
-"""A compiled model, as a user holds it in Python.
+"""A compiled model, as a user holds it in Python: runs, variants, analyses.
 
-    model = planarc.load("four_bar.pmo")
-    model.parameters["crankBody.m"].value
-    result = model.simulate(stop_time=10, parameters={"crankBody.m": 2})
-
-It is compiled once; runs with other parameters and start values use the same code, and
-each has a workspace of its own, so that several threads may share one model. No result
-is ever kept.
-
-The file is long because it is one class: the signatures and docstrings of all that a user may
-ask.
+What it has before a run stands in `loaded`. No result is ever kept.
 """
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from planarc.api.choices import integrated, treatment_of
+from planarc.api.loaded import Loaded
 from planarc.api.result import Result, RunStopped
-from planarc.api.values import Value, by_name, finite, parameter_values, run_options, start_values
-from planarc.api.variables import Names, Parameter, Variable, parameters_of, variables_of
-from planarc.api.variant import named_like, texts_of, variant_of
+from planarc.api.values import Value, finite, parameter_values, run_options, start_values
+from planarc.api.variables import Names, Variable, variables_of
+from planarc.api.variant import Recompiled, recompiled, texts_of, variant_of
 from planarc.compiled import Compiled
-from planarc.compiler import compile_model, run
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
-from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
-from planarc.core.prose import be, both, counted
-from planarc.core.unknown import refuse_unknown, telling_keywords, unknown_name
-from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
-from planarc.request.request import Request, names_class
-from planarc.stages import to_code
+from planarc.compiler import run
+from planarc.core.diagnostic import PlanarcError, Severity, usage_error
+from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.unknown import telling_keywords
+from planarc.request.request import Request
 
 if TYPE_CHECKING:
     from planarc.api.analysis.assemble import Assembly
@@ -48,70 +35,8 @@ if TYPE_CHECKING:
     from planarc.api.analysis.stepper import Stepper
     from planarc.api.signals import Signal
 
-_TEXT = re.compile(r"[\n;]")
-#: Endings of files that planarc writes, and that hold no model.
-_RESULTS = (".csv", ".mat", ".html")
 
-
-class Recompiled(UserWarning):
-    """A structural parameter was changed, so the model was compiled again."""
-
-
-def recompiled(names: Collection[str]) -> str:
-    """The remark that some parameters are structural."""
-    return f"{both(names)} {be(len(names))} structural: the model is compiled again"
-
-
-@telling_keywords
-def load(
-    source: str | Path,
-    class_name: str | None = None,
-    *,
-    libraries: Sequence[str | Path] = (),
-    backend: str | None = None,
-    redundant: str | Redundant = Redundant.REFUSE,
-) -> Model:
-    """A model from a file, a class of a library (`PlanarMultiBody.Examples...`), or a text.
-
-    `class_name` names the class in a file or text that holds several; `libraries` are folders to
-    look in first; `backend` is `native` or `numpy` (by default native where llvmlite is installed).
-    `redundant="accept"`: joints may hold the same motion more than once, as a third parallel bar
-    does; of their forces, in N and N.m at all frames of all joints, those of least squares are
-    taken.
-
-    Raises UsageError (C206) where nothing of the kind is there, and PlanarcError with all
-    diagnostics when the model is wrong.
-    """
-    if not isinstance(class_name, str | None):
-        raise usage_error("C202", f"the name of a class is a text, not {class_name!r}")
-    given = (libraries,) if isinstance(libraries, str | Path) else libraries
-    if not isinstance(given, Iterable) or not all(isinstance(p, str | Path) for p in given):
-        raise usage_error("C202", f"`libraries` takes folders, not {libraries!r}")
-    folders = tuple(Path(p) for p in given)
-    if isinstance(source, Path):
-        request = Request(source, class_name, folders)
-    elif not isinstance(source, str):
-        raise usage_error(
-            "C206", f"a model is a file, a class or a text, not {type(source).__name__}"
-        )
-    elif not source.strip():
-        raise usage_error("C206", "a model is a file, a class or a text, not nothing")
-    elif _TEXT.search(source):
-        request = Request(None, class_name, folders, text=source)
-    elif class_name is None and names_class(source):
-        request = Request(None, source, folders)
-    else:
-        request = Request(Path(source), class_name, folders)
-    if request.file is not None and request.file.suffix.lower() in _RESULTS:
-        raise usage_error(
-            "C206",
-            f"`{request.file}` is a result, not a model",
-            hint=f"`planarc view {request.file}` shows it; load the model that made it",
-        )
-    return Model(replace(request, redundant=_treatment(redundant)), _backend(backend))
-
-
-class Model:
+class Model(Loaded):
     """A compiled model, as `planarc.load` gives it.
 
         model = planarc.load("four_bar.pmo")
@@ -127,78 +52,19 @@ class Model:
     def __init__(
         self, request: Request, backend: Backend, compiled: Compiled | None = None
     ) -> None:
-        self.request, self.backend = request, backend
-        self._compiled = {backend: compiled or compile_model(request, backend)}
+        super().__init__(request, backend, compiled)
+        self._begin()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Nothing is made of it yet."""
         self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
         self._variables: dict[str, Variable] | None = None
         self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
         self._otherwise: Model | None = None  # redundant joints treated in the other way
-
-    def __repr__(self) -> str:
-        p = self.program
-        return f"<Model {p.name}: {p.equations_before} equations, {p.state_count} states>"
-
-    def __getstate__(self) -> dict[str, Any]:
-        from planarc.ir.store import dumps
-
-        program, lead = self.program, self.compiled().lead
-        codes = {b: (c.code, c.lead and c.lead.code) for b, c in self._compiled.items()}
-        leading = None if lead is None else dumps(lead.program, lead.program.table)
-        return {"request": self.request, "backend": self.backend, "warnings": self.warnings,
-                "program": dumps(program, program.table), "lead": leading,
-                "codes": codes}  # fmt: skip
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        from planarc.ir.store import loads
-
-        self.request, self.backend = state["request"], state["backend"]
-        program, lead = loads(state["program"]), state["lead"] and loads(state["lead"])
-        self._compiled = {
-            b: Compiled(program, b, code, state["warnings"], lead=lead and Compiled(lead, b, way))
-            for b, (code, way) in state["codes"].items()
-        }
-        self._variants, self._variables, self._driven, self._otherwise = {}, None, {}, None
-
-    # What it has
-
-    def _repr_html_(self) -> str:
-        from html import escape
-
-        p = self.program
-        about = f"{p.name}: {p.description}" if p.description else p.name
-        counts = f"{counted(p.equations_before, 'equation')}, {counted(p.state_count, 'state')}"
-        return f"<p><b>{escape(about)}</b><br>{counts}</p>{self.parameters._repr_html_()}"
-
-    @property
-    def program(self) -> Program:
-        """The equations as they are compiled: slots, blocks, candidates for states."""
-        return self.compiled().program
-
-    @property
-    def name(self) -> str:
-        """The full name of the class."""
-        return self.program.name
-
-    @property
-    def description(self) -> str:
-        """The text behind the name of the class, empty where there is none."""
-        return self.program.description
-
-    @property
-    def warnings(self) -> tuple[Diagnostic, ...]:
-        """What the compiler warned of."""
-        return self.compiled().warnings
-
-    @property
-    def parameters(self) -> Names[Parameter]:
-        """The parameters by their names, an array's elements one by one, in SI units.
-
-        Each has `value` (the default), `unit`, `description`, `settable`, `structural`, `kind` and
-        `literals`. A name that is not there raises UnknownName.
-        """
-        kernel = self.compiled().load()
-        kernel.parameters()
-        return Names("parameter", parameters_of(self.program, kernel))
 
     @property
     def variables(self) -> Names[Variable]:
@@ -217,16 +83,6 @@ class Model:
         known = self.variables
         shown = (c.display for c in self.program.candidates)
         return Names("state", {n: known[n] for n in shown if n in known})
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """The names of the inputs, which `simulate(inputs=...)` takes."""
-        return self.program.inputs
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """The names of the outputs."""
-        return self.program.outputs
 
     def _find_variables(self) -> dict[str, Variable]:
         from planarc.api.analysis.point import open_point
@@ -283,17 +139,11 @@ class Model:
         model, options = self.asked(parameters, start, *times)
         options = replace(
             options,
-            backend=self.backend if backend is None else _backend(backend),
             interval=None if interval is None else finite("interval", interval, "s"),
-            solver=_choice(Solver, "solver", solver),
-            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step, "s"),
-            redundant=None if redundant is None else _treatment(redundant),
+            redundant=None if redundant is None else treatment_of(redundant),
         )
-        if start_from is not None:
-            from planarc.api.analysis.starting import starts_from
-
-            options = replace(options, starts=starts_from(model, options, start_from, inputs))
-        return model.run(options, inputs, progress)
+        options = integrated(options, solver, fixed_step, backend)
+        return model.run(_placed(model, options, start_from, inputs), inputs, progress)
 
     @telling_keywords
     def stepper(
@@ -321,18 +171,8 @@ class Model:
         from planarc.api.analysis.stepper import open_stepper
 
         model, options = self.asked(parameters, start, start_time, stop_time, tolerance, None)
-        options = replace(
-            options,
-            intervals=1,
-            backend=self.backend if backend is None else _backend(backend),
-            solver=_choice(Solver, "solver", solver),
-            fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step, "s"),
-        )
-        if start_from is not None:
-            from planarc.api.analysis.starting import starts_from
-
-            options = replace(options, starts=starts_from(model, options, start_from))
-        return open_stepper(model, options, step)
+        options = integrated(replace(options, intervals=1), solver, fixed_step, backend)
+        return open_stepper(model, _placed(model, options, start_from, None), step)
 
     def asked(
         self,
@@ -373,32 +213,6 @@ class Model:
             self._otherwise.take_name(self.program)
         return self._otherwise
 
-    def forced(
-        self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None
-    ) -> Kernel:
-        """The kernel with inputs that follow what is given."""
-        if not inputs:
-            return kernel
-        from planarc.api.signals import ForcedKernel, read_signals
-
-        program, inputs = self.program, by_name(inputs)
-        refuse_unknown("input", inputs, program.inputs)
-        begin = program.experiment.start if options.start is None else options.start
-        stop = program.experiment.stop if options.stop is None else options.stop
-        signals = read_signals(inputs, program.inputs, stop - begin)
-        slots = [(program.slots[name], f) for name, f in signals.items()]
-        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin)
-
-    def compiled(self, backend: Backend | None = None) -> Compiled:
-        """The code for a back end, made when it is first asked for."""
-        backend = backend or self.backend
-        if backend not in self._compiled:
-            known = next(iter(self._compiled.values()))
-            code = to_code(known.program, backend)
-            lead = None if known.lead is None else Compiled.of(known.lead.program, backend)
-            self._compiled[backend] = replace(known, backend=backend, code=code, lead=lead)
-        return self._compiled[backend]
-
     def with_parameters(
         self, parameters: Mapping[str, Value] | None
     ) -> tuple[Model, dict[str, float]]:
@@ -426,11 +240,6 @@ class Model:
         model = Model(variant_of(self.request, values, declarations), self.backend)
         model.take_name(self.program)
         return model
-
-    def take_name(self, of: Program) -> None:
-        """Be called as another model, of which this is a variant."""
-        for backend, compiled in self._compiled.items():
-            self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
 
     # Analyses
 
@@ -575,21 +384,11 @@ class Model:
         return sensitivities(model, parameters, options)
 
 
-def _treatment(redundant: str | Redundant) -> Redundant:
-    choice: Redundant = _choice(Redundant, "treatment of redundant joints", redundant)
-    return choice
+def _placed(
+    model: Model, options: RunOptions, at: Place | None, inputs: Mapping[str, Signal] | None
+) -> RunOptions:
+    if at is None:
+        return options
+    from planarc.api.analysis.starting import starts_from
 
-
-def _choice(kind: Any, name: str, value: Any) -> Any:
-    try:
-        return kind(value)
-    except ValueError:
-        raise unknown_name(name, str(value), [k.value for k in kind]) from None
-
-
-def _backend(value: str | Backend | None) -> Backend:
-    best = fastest_backend()
-    chosen: Backend = best if value is None else _choice(Backend, "back end", value)
-    if chosen is Backend.NATIVE and best is not chosen:
-        raise usage_error("C207", "the native back end needs `llvmlite`, which is not installed")
-    return chosen
+    return replace(options, starts=starts_from(model, options, at, inputs))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from planarc.api.model import Model, load
+from planarc.api.load import load
+from planarc.api.model import Model
 from planarc.api.restore import compile_guess, of_origin, restore
 from planarc.api.result import Result
 from planarc.core.diagnostic import usage_error

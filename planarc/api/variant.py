@@ -9,7 +9,7 @@ declarations. The variant is a model that extends the one asked for:
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias
 
 from msgspec.structs import replace
@@ -19,6 +19,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
+from planarc.core.prose import be, both
 from planarc.core.source import decode
 from planarc.flatten.tree.predefined import NAMES as PREDEFINED
 from planarc.ir.program import ParameterSlot, Program
@@ -32,6 +33,15 @@ NAME = "'a variant'"
 _SUBSCRIPTS = re.compile(r"\[[\d,]+\]")
 
 _Tree: TypeAlias = "dict[str, _Tree | str]"
+
+
+class Recompiled(UserWarning):
+    """A structural parameter was changed, so the model was compiled again."""
+
+
+def recompiled(names: Collection[str]) -> str:
+    """The remark that some parameters are structural."""
+    return f"{both(names)} {be(len(names))} structural: the model is compiled again"
 
 
 def variant_of(

@@ -43,7 +43,7 @@ def with_settings(
     """
     import warnings
 
-    from planarc.api.model import Recompiled
+    from planarc.api.variant import Recompiled
 
     parameters = {p.name for p in model.program.parameter_slots}
     values, starts = sort_settings(read_settings(settings or ()), parameters)

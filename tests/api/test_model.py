@@ -17,7 +17,7 @@ import pytest
 
 import planarc
 from planarc import Model, PlanarcError, Result, RunStopped, UsageError
-from planarc.api.model import Recompiled
+from planarc.api.variant import Recompiled
 
 ROOT = Path(__file__).parents[2]
 
