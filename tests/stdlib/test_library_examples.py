@@ -279,6 +279,16 @@ def closes_on_its_stop(r: Any) -> None:
     assert r["stops.tau"][-1] == pytest.approx(2, rel=1e-9)
 
 
+def rattles_in_its_clearance(r: Any) -> None:
+    away = np.hypot(r["hinge.d[1]"], r["hinge.d[2]"])
+    assert away.max() == pytest.approx(2e-3, abs=1e-6)
+    assert away[r["hinge.f[1]"] != 0] == pytest.approx(2e-3, abs=1e-6)
+    turn = 20 * r["time"]
+    ideal = 0.1 * np.cos(turn) + np.sqrt(0.09 - 0.01 * np.sin(turn) ** 2)
+    assert 2e-3 < np.abs(r["guide.s"] - ideal).max() < 2.2e-3
+    assert sum("impact" in e.causes[0] for e in r.events) > 10
+
+
 LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.Pendulum": swings_back,
     "Elementary.DoublePendulum": keeps_the_energy_of_both_links,
@@ -295,6 +305,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.RockingBlock": rocks_from_corner_to_corner,
     "Contacts.NewtonsCradle": passes_the_blow_on,
     "Contacts.SwingDoor": closes_on_its_stop,
+    "Contacts.WornSliderCrank": rattles_in_its_clearance,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
     "Loops.TwoLoops": holds_its_rods,

@@ -23,7 +23,7 @@ _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 def named(touches: Touches, i: int) -> str:
     """A touch as a user knows it: its component, and its point where there are several."""
-    name = touches.all[i].name.removesuffix(".rigid")
+    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
     found = _POINT.match(name)
     if found is None:
         return f"`{name}`"
