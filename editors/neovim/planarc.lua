@@ -18,7 +18,8 @@ vim.lsp.config("planarc", {
 })
 vim.lsp.enable("planarc")
 
--- :PlanarcView, :PlanarcSimulate, :PlanarcCheck do it with the model of this file.
+-- :PlanarcView, :PlanarcSimulate, :PlanarcCheck do it with the model of this file; :PlanarcHandbook
+-- opens the page of what stands under the cursor, or of the class that is named.
 vim.api.nvim_create_autocmd("LspAttach", {
   callback = function(event)
     local client = vim.lsp.get_client_by_id(event.data.client_id)
@@ -31,6 +32,11 @@ vim.api.nvim_create_autocmd("LspAttach", {
         client:exec_cmd({ title = name, command = "planarc." .. name, arguments = { model } })
       end, { nargs = "?", desc = "planarc: " .. name .. " a model of this file" })
     end
+    vim.api.nvim_buf_create_user_command(event.buf, "PlanarcHandbook", function(given)
+      local place = vim.lsp.util.make_position_params(0, client.offset_encoding)
+      local asked = { uri = place.textDocument.uri, position = place.position, class = given.fargs[1] }
+      client:exec_cmd({ title = "handbook", command = "planarc.handbook", arguments = { asked } })
+    end, { nargs = "?", desc = "planarc: the handbook's page of what stands here" })
     vim.bo[event.buf].commentstring = "// %s"
     vim.lsp.inlay_hint.enable(true, { bufnr = event.buf })
   end,

@@ -3,6 +3,8 @@
 planarc.simulate, planarc.check   {uri, class?}         {ok, text}, and a message
 planarc.view                      {uri, class?}         {url, class}, and the page is shown
 planarc.handbook                  {code}                {text}
+                                  {uri, position}       {url, class}, and the page of the class is
+                                  {uri, class}          shown
                                   a text alone is the class, or the code; without an address the
                                   text that was last used is meant
 planarc/livePage, closePage       {uri, class?}         {url, class}
@@ -14,6 +16,7 @@ planarc/models                    {textDocument}        [{class, range}]
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -22,12 +25,15 @@ from pygls.exceptions import JsonRpcInvalidParams
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Redundant
-from planarc.editor import runs
+from planarc.editor import handbook, runs
 from planarc.editor.convert import path_of
 from planarc.editor.hints import lenses_of
 from planarc.editor.meaning import name_place
 from planarc.editor.parts import part_at, place_of
 from planarc.editor.peer import Peer, RequestFailed
+from planarc.editor.view import View
+
+_CODE = re.compile(r"[A-Z]\d{3}")
 
 Asked = dict[str, Any]
 
@@ -44,17 +50,17 @@ def register(peer: Peer) -> None:
 
 def _command(peer: Peer, work: Callable[[Peer, Asked], Any]) -> Callable[..., Any]:
     async def run(*arguments: Any) -> Any:
-        first = _addressed(peer, arguments[0] if arguments else {}, work is _handbook)
+        first = _addressed(peer, arguments[0] if arguments else {})
         return await asyncio.to_thread(_careful(work), peer, first)
 
     return run
 
 
-def _addressed(peer: Peer, given: Any, is_code: bool) -> Any:
+def _addressed(peer: Peer, given: Any) -> Any:
     """What a command is given, with what an editor's command line leaves out of it."""
     if isinstance(given, str):
-        given = {"code" if is_code else "class": given}
-    if is_code or not isinstance(given, dict) or given.keys() & {"uri", "textDocument"}:
+        given = {"code" if _CODE.fullmatch(given) else "class": given}
+    if not isinstance(given, dict) or given.keys() & {"uri", "textDocument", "code"}:
         return given
     if peer.used is None:
         raise RequestFailed("no text is open: open a model first")
@@ -83,6 +89,10 @@ def _document(asked: Asked) -> str:
     if not isinstance(found, str):
         raise TypeError("uri")
     return found
+
+
+def _position(asked: Asked) -> lsp.Position:
+    return lsp.Position(int(asked["position"]["line"]), int(asked["position"]["character"]))
 
 
 def _say(peer: Peer, said: runs.Said) -> Asked:
@@ -114,13 +124,17 @@ def _view(peer: Peer, asked: Asked) -> Asked:
     if peer.options.get("panel"):
         peer.in_loop(lambda: peer.protocol.notify("planarc/showPage", told))
     else:
-        shown = lsp.ShowDocumentParams(found["url"], external=True)
-        peer.in_loop(lambda: _show(peer, shown))
+        _show(peer, found["url"])
     return found
 
 
-def _show(peer: Peer, shown: lsp.ShowDocumentParams) -> None:
-    peer.window_show_document(shown)
+def _show(peer: Peer, url: str) -> None:
+    """Let the client open a page in a browser."""
+
+    def show() -> None:
+        peer.window_show_document(lsp.ShowDocumentParams(url, external=True))
+
+    peer.in_loop(show)
 
 
 def _close(peer: Peer, asked: Asked) -> None:
@@ -128,6 +142,21 @@ def _close(peer: Peer, asked: Asked) -> None:
 
 
 def _handbook(peer: Peer, asked: Asked) -> Asked:
+    if "code" in asked:
+        return _explained(asked)
+    text = peer.text_at(_document(asked))
+    view = View(peer.session.shelf, text)  # of this thread
+    name = asked.get("class")
+    if not isinstance(name, str):
+        name = handbook.class_at(view, peer.units.offset(text.source, _position(asked)))
+    url = handbook.class_page(view, name)
+    if url is None:
+        raise RequestFailed(f"there is no class `{name}`" if name else "no class stands here")
+    _show(peer, url)
+    return {"url": url, "class": name}
+
+
+def _explained(asked: Asked) -> Asked:
     from planarc.catalog.explanations import Code, explain
 
     found = explain(Code[asked["code"]])
@@ -138,8 +167,8 @@ def _handbook(peer: Peer, asked: Asked) -> Asked:
 
 def _part_at(peer: Peer, asked: Asked) -> Asked | None:
     text = peer.text_at(_document(asked))
-    where = lsp.Position(int(asked["position"]["line"]), int(asked["position"]["character"]))
-    found = part_at(peer.session.view(text), peer.units.offset(text.source, where))
+    where = peer.units.offset(text.source, _position(asked))
+    found = part_at(peer.session.view(text), where)
     return None if found is None else {"class": found[0], "component": found[1]}
 
 

@@ -1,4 +1,6 @@
-"""The page of all diagnostic codes, which a diagnostic links to: written once, beside the cache."""
+"""Pages for a browser, written beside the cache: that of all diagnostic codes, which a diagnostic
+links to, and the handbook's page of a class.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,10 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from planarc.core import cache as disk
+from planarc.core.diagnostic import PlanarcError
+from planarc.editor.meaning import meaning_at
+from planarc.editor.view import View
+from planarc.flatten.tree import sight
 
 if TYPE_CHECKING:
     from planarc.catalog.explanations import Code
@@ -43,6 +49,38 @@ def _page() -> str | None:
         return file.absolute().as_uri()
     except OSError:
         return None
+
+
+def class_at(view: View, offset: int) -> str:
+    """The class that a place is about: of a component its class, of a variable the one that
+    declares it, else the class around. "" outside of all."""
+    found = meaning_at(view, offset)
+    element = None if found is None or found[1] is None else found[1].element
+    try:
+        if element is not None:
+            cls = sight.class_behind(element)
+            is_part = sight.scope_of(cls).instance.layout.builtin is None
+            return cls.name if is_part else element.scope.part.cls.name
+    except PlanarcError:
+        pass
+    return view.class_at(offset)
+
+
+def class_page(view: View, name: str) -> str | None:
+    """The address of the handbook's page of a class and the classes in it; None where there is no
+    such class. Raises OSError and UsageError where nothing can be written."""
+    from planarc.catalog.handbook.gather import gather
+    from planarc.catalog.handbook.page import write_handbook
+
+    folder = disk.folder()
+    if folder is None:
+        raise OSError("there is no folder of the cache to write the page into")
+    pages = gather(view.library, [name])
+    if not pages:
+        return None
+    file = folder / "handbook.html"
+    write_handbook(file, name, pages)
+    return f"{file.absolute().as_uri()}#{name}"
 
 
 def _section(code: Code) -> str:

@@ -199,9 +199,51 @@ async def test_parts_and_places(client: LanguageClient) -> None:
     assert len(models) == 1
 
 
-async def test_the_handbook(client: LanguageClient) -> None:
+async def test_a_code_is_explained(client: LanguageClient) -> None:
     Editor(client)
     said = await client.workspace_execute_command_async(
         lsp.ExecuteCommandParams("planarc.handbook", arguments=[{"code": "F210"}])
     )
     assert said["text"].startswith("## F210")
+
+
+@pytest.mark.parametrize(
+    ("mark", "shift", "name"),
+    [
+        ("revA.frame_b", 1, "PlanarMultiBody.Joints.Revolute"),  # the class of a component
+        ("revA.frame_b", 6, "PlanarMultiBody.Interfaces.Frame_b"),
+        ("Revolute revA", 2, "PlanarMultiBody.Joints.Revolute"),
+        ("phi(start=1", 1, "PlanarMultiBody.Joints.Revolute"),  # what declares a variable
+        ("equation\n", 2, "FourBar"),
+    ],
+)
+async def test_the_page_of_what_stands_at_a_place(
+    client: LanguageClient, mark: str, shift: int, name: str
+) -> None:
+    editor = Editor(client)
+    uri = editor.open(FOUR_BAR)
+    before = TEXT[: TEXT.index(mark) + shift]
+    line, character = before.count("\n"), len(before.rpartition("\n")[2])
+    place = {"uri": uri, "position": {"line": line, "character": character}}
+    said = await client.workspace_execute_command_async(
+        lsp.ExecuteCommandParams("planarc.handbook", arguments=[place])
+    )
+    assert said["class"] == name
+    page, _, section = said["url"].removeprefix("file://").partition("#")
+    assert section == name
+    assert f'id="{name}"' in Path(page).read_text("utf-8")
+    await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("nothing"))  # a turn later
+    assert [shown.uri for shown in client.shown_documents] == [said["url"]]
+
+
+async def test_the_page_of_a_class_by_its_name(client: LanguageClient) -> None:
+    editor = Editor(client)
+    editor.open(FOUR_BAR)
+    said = await client.workspace_execute_command_async(
+        lsp.ExecuteCommandParams("planarc.handbook", arguments=["PlanarMultiBody.Forces.Spring"])
+    )
+    assert said["url"].endswith("handbook.html#PlanarMultiBody.Forces.Spring")
+    with pytest.raises(JsonRpcException, match="there is no class"):
+        await client.workspace_execute_command_async(
+            lsp.ExecuteCommandParams("planarc.handbook", arguments=["No.Such"])
+        )

@@ -109,6 +109,11 @@ session = coroutine.create(function()
   vim.cmd("PlanarcView")
   wait(function() return opened end)
   seen.page = opened
+  keys("gg/FixedTranslation crank<CR>w")
+  opened = nil
+  vim.cmd("PlanarcHandbook")
+  wait(function() return opened end)
+  seen.handbook = opened
   vim.cmd("PlanarcCheck")
   seen.told = wait(function()
     local found = vim.fn.execute("messages")

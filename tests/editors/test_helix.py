@@ -168,3 +168,6 @@ def test_the_mechanism_is_shown_and_checked_from_the_command_line(helix: Helix) 
     assert opened.read_text("utf-8").startswith("http://127.0.0.1:")
     helix.keys(':lsp-workspace-command planarc.check "FourBar"\r', 0.5)
     helix.until("the check", lambda: "FourBar is complete" in helix.log)
+    helix.keys(':lsp-workspace-command planarc.handbook "PlanarMultiBody.Joints.Revolute"\r', 0.5)
+    page = "handbook.html#PlanarMultiBody.Joints.Revolute"
+    helix.until("the page of a class", lambda: page in opened.read_text("utf-8"))

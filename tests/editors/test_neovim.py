@@ -53,4 +53,5 @@ def test_a_session(tmp_path: Path) -> None:
     assert "Fixd" in seen["mistake"]
     assert seen["mended"] == "  Fixed fixed;"
     assert seen["page"].startswith("http://127.0.0.1:")
+    assert seen["handbook"].endswith("handbook.html#PlanarMultiBody.Parts.FixedTranslation")
     assert "FourBar is complete" in seen["told"]

@@ -26,6 +26,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     output, status, panels,
     vscode.tasks.registerTaskProvider("planarc", new Tasks()),
     vscode.commands.registerCommand("planarc.showOutput", () => output.show()),
+    vscode.commands.registerCommand("planarc.explain", explain),
     vscode.commands.registerCommand("planarc.restart", async () => {
       await stop();
       if (await start()) await panels.renew();
@@ -133,7 +134,7 @@ async function execute(
   name: string, given: unknown[], next: (name: string, given: unknown[]) => unknown,
   output: vscode.LogOutputChannel,
 ): Promise<unknown> {
-  if (name === "planarc.handbook") return explain(given[0] as { code?: string }, next);
+  if (name === "planarc.handbook") return next(name, given[0] ? given : [placeOfCursor() ?? {}]);
   const model = (given[0] as Partial<Model> | vscode.Uri | undefined) ?? {};
   const editor = vscode.window.activeTextEditor?.document.uri.toString();
   const uri = model instanceof vscode.Uri ? model.toString() : (model.uri ?? editor);
@@ -145,18 +146,24 @@ async function execute(
   return answer;
 }
 
-async function explain(
-  given: { code?: string } | undefined, next: (name: string, given: unknown[]) => unknown,
-): Promise<unknown> {
+/** The place of the cursor, as the protocol has it. */
+function placeOfCursor(): { uri: string; position: { line: number; character: number } } | undefined {
+  const editor = vscode.window.activeTextEditor;
+  if (editor?.document.languageId !== LANGUAGE) return undefined;
+  const { line, character } = editor.selection.active;
+  return { uri: editor.document.uri.toString(), position: { line, character } };
+}
+
+/** What a code means, beside the text. */
+async function explain(): Promise<void> {
   const prompt = "The code of a message, such as F210";
-  const code = given?.code ?? (await vscode.window.showInputBox({ prompt, placeHolder: "F210" }));
-  if (!code) return undefined;
-  const answer = (await next("planarc.handbook", [{ code }])) as { text?: string } | null;
-  if (!answer?.text) return answer;
-  const content = { language: "markdown", content: answer.text };
-  const document = await vscode.workspace.openTextDocument(content);
+  const code = await vscode.window.showInputBox({ prompt, placeHolder: "F210" });
+  if (!code) return;
+  const asked = { command: "planarc.handbook", arguments: [{ code: code.trim().toUpperCase() }] };
+  const answer = await client?.sendRequest<{ text: string }>("workspace/executeCommand", asked);
+  if (!answer) return;
+  const document = await vscode.workspace.openTextDocument({ language: "markdown", content: answer.text });
   await vscode.commands.executeCommand("markdown.showPreview", document.uri);
-  return answer;
 }
 
 function tell(status: vscode.LanguageStatusItem, checked: Checked): void {
