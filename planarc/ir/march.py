@@ -56,6 +56,7 @@ class Arguments(ctypes.Structure):
         ("block_count", c_int64),
         ("scales", c_void_p),
         ("bound", c_double),
+        ("least", c_double),  # the least bound that there may be
         ("looks", c_int64),
         ("kept_slots", c_void_p),  # int64, of the refuge
         ("kept_count", c_int64),

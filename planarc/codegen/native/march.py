@@ -18,7 +18,7 @@ import ctypes
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.ir.frame import Frame
 from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, GROWTH, MISFIT, WARNING
-from planarc.ir.newton import GROWN, WORST
+from planarc.ir.newton import GROWN
 
 _KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
 #: The task of `CVode` that comes back after every step.
@@ -134,11 +134,11 @@ def _rows(c: Code, given: _Arguments, until: Value, failed: str) -> None:
 def _look(c: Code, given: _Arguments, t: Value, end: str) -> None:
     """Measure the choice of states, and keep this point as a refuge where it is good."""
     size = c.call(REAL, "pc_look", given.context, given.blocks, given.block_count, given.scales)
-    bound = given.bound
+    bound, least = given.bound, given.least
     with c.when(~(size <= bound), leaves=True):
         given.set("looks", 1)
         c.jump(end)
-    lower = c.select(size <= WORST, WORST, size * GROWN)
+    lower = c.select(size <= least, least, size * GROWN)
     given.set("bound", c.select(lower < bound, lower, bound))
     _gather(c, given.workspace, given.kept_slots, given.kept_count, given.guess)
     state = given.state

@@ -88,7 +88,7 @@ class Driver:
         if self._edition != recorder.edition:
             a.rows, a.times = address(recorder.data), address(recorder.time)
             self._edition = recorder.edition
-        a.limit, a.steps, a.bound = limit, steps, watch.bound
+        a.limit, a.steps, a.bound, a.least = limit, steps, watch.bound, watch.least
         a.next, a.count, a.taken = recorder.next, recorder.count, 0
         a.failed = a.looks = a.poles = a.dips = 0
         a.flag, a.seen = flag, self._dips.seen

@@ -21,11 +21,6 @@ AT_REST = 1e-9
 FIRST_STEPS, MOST_STEPS = 2, 64
 
 
-def bound_after(worst: float) -> float:
-    """The sensitivity to look at again, after a look that found and accepted `worst`."""
-    return WORST if worst <= WORST else GROWN * worst
-
-
 class Watch:
     """Looked at are `blocks`; `scales` are the largest columns seen of their Jacobians, one
     block after another.
@@ -44,6 +39,9 @@ class Watch:
         self.blocks = tuple(blocks)
         self.scales = np.zeros(tears)
         self.bound = WORST
+        #: The least bound there may be: more where a look has kept a choice at its bound, so that
+        #: it is not looked at again each time that it comes back there.
+        self.least = WORST
         self.refuge: Refuge | None = None
         self.slots = list(slots)
         self.reference = [0.0] * len(slots)
@@ -52,6 +50,15 @@ class Watch:
         self.weights = [1.0] * speeds
         self.pace = 0.0
         self.restart()
+
+    def bind(self, worst: float, changed: bool) -> None:
+        """Bound the sensitivity after a look that found and accepted `worst`, where the choice
+        `changed` or did not."""
+        if changed:
+            self.least = WORST
+        elif worst > WORST:
+            self.least = GROWN * WORST
+        self.bound = max(self.least, GROWN * worst if worst > WORST else 0.0)
 
     def restart(self) -> None:
         """Look soon: a new integrator's steps are small and tell little of where it goes."""

@@ -49,7 +49,7 @@ from planarc.ir.newton import NEGLIGIBLE, WORST, WORST_DRIVEN
 from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
 from planarc.solve.once import once
-from planarc.solve.solvers.watch import Watch, bound_after
+from planarc.solve.solvers.watch import Watch
 from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ class Selector:
             changed |= exchanged
             lost = lost or trouble
             worst = max(worst, size)
-        self.watch.bound = bound_after(worst)
+        self.watch.bind(worst, changed)
         if not self._measured:
             self.outlook.plan(worst, self.watch.bound, changed, self.paces())
         self._present.clear()
@@ -184,7 +184,7 @@ class Selector:
 
     def hurry(self) -> None:
         """The last look came too late: look much sooner from here."""
-        self.watch.bound = WORST
+        self.watch.bound = self.watch.least = WORST
         if not self._measured:
             self.outlook.hurry(self.paces())
 
