@@ -2,6 +2,8 @@
 
 simulate    one call: request, run, result
 run         the loop from the start to the end; it alone moves the run
+begun       its start: values that fit together, the first row
+bench       its parts, and what it does at every stop
 start       consistent values: a loop is put together, what is held is held
 events      what switches at an instant, iterated until it rests
 contact     what touches of rigid bodies do next: impacts, sticking, sliding, letting go

@@ -10,253 +10,40 @@ Out:  Result
     event      rows before and after; what switched is settled; the integrator restarts
     exchange   of states where the present ones go bad; the integrator restarts
 
-The file is long because the loop and what it does at each stop share the state of the run.
+The parts of a run stand in `bench`, its start in `begun`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import isclose
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
-from planarc.core.interruption import Interruption
 from planarc.ir.expr import Expr, Op
-from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
-from planarc.ir.result import EventRecord, Held, Result, Statistics
-from planarc.solve.effort import Effort, Pace
-from planarc.solve.events.asserts import AssertWatch
-from planarc.solve.events.chatter import CHATTER_TIME, Chatter
-from planarc.solve.events.delays import Delays, jumped, not_settled
-from planarc.solve.events.instants import Schedule, room, same
-from planarc.solve.events.iteration import Events
-from planarc.solve.events.jumps import Jumps
-from planarc.solve.messages import failure
-from planarc.solve.messages.labour import Labour, Stretch
-from planarc.solve.messages.open_unknowns import judge_open
-from planarc.solve.once import once
-from planarc.solve.opened import set_workspace
-from planarc.solve.recorder import Recorder, constants
-from planarc.solve.rescue.rescue import Rescue
-from planarc.solve.settings import Request
-from planarc.solve.solvers.choice import make_integrator
-from planarc.solve.solvers.integrator import Cause, Integrator, March, Outcome, Settings
+from planarc.ir.result import EventRecord, Result, Statistics
+from planarc.solve.begun import Begun
+from planarc.solve.effort import Pace
+from planarc.solve.events.chatter import CHATTER_TIME
+from planarc.solve.events.delays import jumped
+from planarc.solve.events.instants import room, same
+from planarc.solve.messages.labour import Stretch
+from planarc.solve.recorder import constants
+from planarc.solve.solvers.integrator import Cause, March, Outcome
 from planarc.solve.start import sharing
-from planarc.solve.start.solve import solve_start
-from planarc.solve.states.exchange import GoOn, States
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 Progress = Callable[[float], None]
 
-#: Rounds of start values and relations before they are called contradictory.
-START_ROUNDS = 50
 #: Failures of an integrator behind which the solution of a block may end, and the part of the run
 #: within which it does.
 LEAPING, FURTHEST = (Cause.BLOCK, Cause.CONVERGENCE, Cause.ERROR_TEST), 1e-6
 #: Solutions in a row, each of which ends at once, that are none to go on from.
 MOST_LEAPS = 3
-#: A value that changes less at the end of a run was not set there.
-ROUNDING = 1e-12
 
 
-class Run:
-    """One run under way. `y` are the values of the states at time `t`."""
-
-    def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
-        self.program, self.kernel, self.request = program, kernel, request
-        self.backend = backend
-        set_workspace(program, kernel, request)
-        self.rescue = Rescue(program, kernel)
-        self._jumps = Jumps(program, kernel)
-        self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
-        self.events = Events(program, kernel, request, self.rescue)
-        self._chatter = Chatter(program, self.events.crossings, request, self.events.touches)
-        self.schedule = Schedule(program, kernel, request.start, request.stop)
-        self.asserts = AssertWatch(program, kernel)
-        self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
-        self.delays = Delays(program, kernel, request.start, request.span)
-        settings = Settings(
-            request.tolerance,
-            request.span,
-            len(program.relations),
-            self.delays.longest_step,
-            self.delays if self.delays.present else None,
-            request.fixed_step,
-            _followed(program),
-            any(r.waves for r in program.relations),
-        )
-        self.integrator: Integrator
-        self.integrator, self.reason = make_integrator(
-            request.solver, kernel, program.state_count, settings
-        )
-        looks, delayed = self.integrator.looks, self.delays.present
-        self.effort = Effort(program, looks, request.start, request.span)
-        self.states = States(program, kernel, self.recorder, delayed, looks)
-        self.labour = Labour(program, kernel)
-        self.interruption = Interruption()
-        self.ended: Diagnostic | None = None
-        self.warnings: list[Diagnostic] = []
-        self.held: tuple[Held, ...] = ()
-        self.records: list[EventRecord] = []
-        self.open_blocks: set[int] = set()  # of which unknowns were left open in some mode
-
-    def close(self) -> None:
-        self.integrator.close()
-
-    # The start
-
-    def begin(self) -> None:
-        """Start values, the first states, the first row."""
-        t = self.request.start
-        for found in self.schedule.judge(t, self.request.stop):
-            if found.severity is Severity.ERROR:
-                raise PlanarcError(found)
-            self.warnings.append(found)
-        self._open(t)
-        near = self._led(t)
-        follow = near is None and self.request.near is not None
-        if follow:
-            import numpy as np
-
-            near = np.array(self.request.near)
-        self.held = self.settle(t, near, follow)
-        y = self.states.values()
-        self.rescue.begun = True
-        self.kernel.outputs(t, y)
-        done = self.events.finish_start(t, y, self.states.slots())
-        self._note(done.ended, done.warnings)
-        if self.events.present:
-            fired, slots = self.schedule.firing(t), self.states.slots()
-            done = self.events.process(t, done.y, {}, fired, slots, ahead=False)
-            self._note(done.ended, done.warnings)
-            y = done.y
-            if fired:
-                causes = self.events.causes((), fired)
-                self.records.append(EventRecord(t, causes))
-        if self._row(t, y) and self.events.present and self.ended is None:
-            done = self.events.process(t, y, {}, (), slots)
-            self._note(done.ended, done.warnings)
-            y = done.y
-            self._row_where_new(t, y)
-        self.recorder.pass_by(t)
-        self._check_asserts(True)
-        self.delays.kink(t)
-        self.restart(t, y)
-        if self.recorder.count == 0 and self.ended is not None:
-            raise PlanarcError(self.ended)
-        if self.program.sharing is not None and self.ended is None:
-            self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
-
-    def _open(self, t: float) -> None:
-        self.events.begin(t)
-        self.delays.begin(t)
-
-    def settle(
-        self, t: float, near: Vector | None = None, follow: bool = False
-    ) -> tuple[Held, ...]:
-        """Start values, near to a place that is known to be good, and what is true there."""
-        delayed: bool = False
-        for _ in range(START_ROUNDS):
-            given = frozenset(self.request.starts)
-            start = solve_start(
-                self.program, self.kernel, t, given, rescue=self.rescue, near=near, follow=follow
-            )
-            self.kernel.accept(t)
-            self.states.choose(t, start.held[: len(self.program.candidates)])
-            delayed = self.delays.settle_start(t)
-            y = self.states.values()
-            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
-                return start.held
-        if delayed:
-            raise not_settled(self.program)
-        raise error(
-            "R433",
-            "the relations and the start values do not agree: they switch to and fro",
-            self.program.relations[0].span if len(self.program.relations) == 1 else None,
-            hint="write start values that lie clearly on one side of each relation",
-        )
-
-    def _led(self, t: float) -> Vector | None:
-        """The candidates where the way from simplified equations ends, if there is one."""
-        load = self.kernel.capabilities.lead
-        if load is None:
-            return None
-        from planarc.solve.lead import lead, request_of
-
-        program, kernel = load()
-        run = Run(
-            program,
-            kernel,
-            request_of(program, self.program, self.kernel, self.request),
-            self.backend,
-        )
-        try:
-            run._open(t)
-            return lead(self.program, self.kernel, run, t)
-        finally:
-            run.close()
-
-    def restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
-        """Go on from here; the point becomes the one that nonlinear blocks start from."""
-        self.delays.cross(t)
-        if self.kernel.outputs(t, y) != 0:
-            self.ended = self.ended or self._stopped(t, y)
-            return
-        self.kernel.accept(t)
-        self._judge_open(t, y)
-        self.delays.resume(t)
-        self.states.resume(t, y)
-        self.integrator.sharp = sharp = self.events.sharpness()
-        absolute = self.states.absolute(self.request.tolerance * sharp)
-        directions = self.events.crossings.directions()
-        self.integrator.shift(self.events.crossings.shifts())
-        self.integrator.poles.begin(self.states.places(), absolute)
-        self.integrator.restart(t, y, absolute, directions, step)
-
-    def _follow(self, decision: GoOn | Diagnostic | None) -> None:
-        """Do as the look at the states says."""
-        if isinstance(decision, Diagnostic):
-            self.ended = decision
-        elif decision is not None:
-            if decision.back:
-                self.asserts.forget(self.recorder.count)
-            self.restart(decision.t, decision.y, decision.step)
-
-    def _stopped(
-        self,
-        t: float,
-        y: Sequence[float],
-        cause: Cause | None = None,
-        block: int = -1,
-        way: float | None = None,
-    ) -> Diagnostic:
-        """The message about a run that cannot go on from here."""
-        scene = failure.Scene(
-            self.program,
-            self.kernel,
-            self.states.selection,
-            self.request.span,
-            self.integrator.errors(),
-            self.recorder.last(),
-            way,
-        )
-        failed = self.kernel.failed_block if block < 0 else block
-        return self.rescue.told(failure.stopped(scene, t, y, cause, block), t, failed)
-
-    def _judge_open(self, t: float, y: Sequence[float]) -> None:
-        """Warn of what the equations leave open in this mode, once for each block."""
-        block = self.kernel.open_block
-        found = judge_open(self.program, self.kernel, t, y)
-        if found is None:
-            return
-        if found.severity is Severity.ERROR:
-            self.ended = self.ended or found
-        elif block not in self.open_blocks:
-            self.open_blocks.add(block)
-            self.warnings.append(found)
+class Run(Begun):
+    """One run under way."""
 
     # On the way
 
@@ -444,32 +231,6 @@ class Run:
         self.delays.kink(t, 0 if jumps or switched else (generation or 0) + 1)
         self.restart(t, y)
 
-    def _row(self, t: float, y: Sequence[float]) -> bool:
-        if self.kernel.outputs(t, y) != 0:
-            self.ended = self.ended or self._stopped(t, y)
-            return False
-        self.recorder.take(t)
-        return True
-
-    def _row_where_new(self, t: float, y: Sequence[float]) -> None:
-        """A row at the instant of the last one, where what a result shows is another."""
-        shown, before = _shown(self.program), self.recorder.last()
-        if self._row(t, y):
-            pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
-            if all(isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING) for a, b in pairs):
-                self.recorder.cut(self.recorder.count - 1)
-
-    def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
-        self.ended = self.ended or ended
-        self.warnings.extend(warnings)
-
-    def _check_asserts(self, all_rows: bool) -> None:
-        """Asserts at new rows; the rows after a failed one are taken back."""
-        found, row = self.asserts.check(self.recorder, all_rows)
-        for diagnostic in found:
-            self.ended = diagnostic
-            self.recorder.cut(row + 1)
-
     # Step by step
 
     def take_inputs(self) -> None:
@@ -567,16 +328,3 @@ class Run:
             warnings=tuple(self.warnings),
             ended=self.ended,
         )
-
-
-@once
-def _followed(program: Program) -> tuple[int, ...]:
-    """The slots of unknowns that follow a branch from point to point."""
-    blocks = (b for b in program.blocks if not b.height and not b.linear)
-    return tuple(program.slots[repr(x)] for b in blocks for x in b.tears)
-
-
-@once
-def _shown(program: Program) -> frozenset[int]:
-    """The slots of what a result shows."""
-    return frozenset(c.slot for c in program.columns if not c.name.startswith("$"))

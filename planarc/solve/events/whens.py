@@ -85,10 +85,10 @@ class Whens:
         for actions in edges:
             for action in actions:
                 if isinstance(action, SetDiscrete):
-                    try:
-                        w[slots[action.name]] = float(read(action.value))
-                    except (ArithmeticError, ValueError):
+                    value = _value(action, read)
+                    if value is None:
                         return no_value(self.program, t, action.name, action)
+                    w[slots[action.name]] = value
                     kept.pop(slots[action.name], None)
         for slot, pre in kept.items():
             w[slot] = w[pre]
@@ -113,12 +113,11 @@ class Whens:
                     index = states.get(self.program.slots[repr(action.symbol)])
                     if index is None:
                         continue
-                    try:
-                        moved.append((index, float(read(action.value))))
-                    except (ArithmeticError, ValueError):
-                        done.ended = done.ended or no_value(
-                            self.program, t, repr(action.symbol), action
-                        )
+                    value = _value(action, read)
+                    if value is not None:
+                        moved.append((index, value))
+                    elif done.ended is None:
+                        done.ended = no_value(self.program, t, repr(action.symbol), action)
                 elif isinstance(action, Assertion) and not read(action.condition):
                     _assertion(self.program, t, action, read, done)
                 elif isinstance(action, Terminate) and done.ended is None:
@@ -160,6 +159,14 @@ def _impacts(program: Program, kernel: Kernel, request: Request) -> Impacts | No
     from planarc.solve.contact.impacts import Impacts
 
     return Impacts(program, kernel, request.span, request.tolerance)
+
+
+def _value(action: SetDiscrete | Reinit, read: Reader) -> float | None:
+    """The value that an action gives; None where there is none."""
+    try:
+        return float(read(action.value))
+    except (ArithmeticError, ValueError):
+        return None
 
 
 def _assertion(

@@ -1,0 +1,113 @@
+"""The start of a run: values that fit together, the first states, the first row.
+
+Start values and relations are found by turns: each may change what the other one is. A program
+with `homotopy` begins where the way from its simplified equations ends.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import PlanarcError, Severity, error
+from planarc.ir.result import EventRecord, Held
+from planarc.solve.bench import Bench
+from planarc.solve.events.delays import not_settled
+from planarc.solve.start import sharing
+from planarc.solve.start.solve import solve_start
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+
+#: Rounds of start values and relations before they are called contradictory.
+START_ROUNDS = 50
+
+
+class Begun(Bench):
+    """A run until it leaves its start."""
+
+    def begin(self) -> None:
+        """Start values, the first states, the first row."""
+        t = self.request.start
+        for found in self.schedule.judge(t, self.request.stop):
+            if found.severity is Severity.ERROR:
+                raise PlanarcError(found)
+            self.warnings.append(found)
+        self._open(t)
+        near = self._led(t)
+        follow = near is None and self.request.near is not None
+        if follow:
+            import numpy as np
+
+            near = np.array(self.request.near)
+        self.held = self.settle(t, near, follow)
+        y = self.states.values()
+        self.rescue.begun = True
+        self.kernel.outputs(t, y)
+        done = self.events.finish_start(t, y, self.states.slots())
+        self._note(done.ended, done.warnings)
+        if self.events.present:
+            fired, slots = self.schedule.firing(t), self.states.slots()
+            done = self.events.process(t, done.y, {}, fired, slots, ahead=False)
+            self._note(done.ended, done.warnings)
+            y = done.y
+            if fired:
+                causes = self.events.causes((), fired)
+                self.records.append(EventRecord(t, causes))
+        if self._row(t, y) and self.events.present and self.ended is None:
+            done = self.events.process(t, y, {}, (), slots)
+            self._note(done.ended, done.warnings)
+            y = done.y
+            self._row_where_new(t, y)
+        self.recorder.pass_by(t)
+        self._check_asserts(True)
+        self.delays.kink(t)
+        self.restart(t, y)
+        if self.recorder.count == 0 and self.ended is not None:
+            raise PlanarcError(self.ended)
+        if self.program.sharing is not None and self.ended is None:
+            self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
+
+    def _open(self, t: float) -> None:
+        self.events.begin(t)
+        self.delays.begin(t)
+
+    def settle(
+        self, t: float, near: Vector | None = None, follow: bool = False
+    ) -> tuple[Held, ...]:
+        """Start values, near to a place that is known to be good, and what is true there."""
+        delayed: bool = False
+        for _ in range(START_ROUNDS):
+            given = frozenset(self.request.starts)
+            start = solve_start(
+                self.program, self.kernel, t, given, rescue=self.rescue, near=near, follow=follow
+            )
+            self.kernel.accept(t)
+            self.states.choose(t, start.held[: len(self.program.candidates)])
+            delayed = self.delays.settle_start(t)
+            y = self.states.values()
+            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
+                return start.held
+        if delayed:
+            raise not_settled(self.program)
+        raise error(
+            "R433",
+            "the relations and the start values do not agree: they switch to and fro",
+            self.program.relations[0].span if len(self.program.relations) == 1 else None,
+            hint="write start values that lie clearly on one side of each relation",
+        )
+
+    def _led(self, t: float) -> Vector | None:
+        """The candidates where the way from simplified equations ends, if there is one."""
+        load = self.kernel.capabilities.lead
+        if load is None:
+            return None
+        from planarc.solve.lead import lead, request_of
+
+        program, kernel = load()
+        request = request_of(program, self.program, self.kernel, self.request)
+        run = Begun(program, kernel, request, self.backend)
+        try:
+            run._open(t)
+            return lead(self.program, self.kernel, run, t)
+        finally:
+            run.close()

@@ -1,0 +1,176 @@
+"""What a run works with, and what it does at every stop: rows, asserts, going on from a point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isclose
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.interruption import Interruption
+from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
+from planarc.ir.result import EventRecord, Held
+from planarc.solve.effort import Effort
+from planarc.solve.events.asserts import AssertWatch
+from planarc.solve.events.chatter import Chatter
+from planarc.solve.events.delays import Delays
+from planarc.solve.events.instants import Schedule
+from planarc.solve.events.iteration import Events
+from planarc.solve.events.jumps import Jumps
+from planarc.solve.messages import failure
+from planarc.solve.messages.labour import Labour
+from planarc.solve.messages.open_unknowns import judge_open
+from planarc.solve.once import once
+from planarc.solve.opened import set_workspace
+from planarc.solve.recorder import Recorder
+from planarc.solve.rescue.rescue import Rescue
+from planarc.solve.settings import Request
+from planarc.solve.solvers.choice import make_integrator
+from planarc.solve.solvers.integrator import Cause, Integrator, Settings
+from planarc.solve.states.exchange import GoOn, States
+
+#: A value that changes less between two rows of an instant is the same.
+ROUNDING = 1e-12
+
+
+class Bench:
+    """The parts of one run. `y` are the values of the states at time `t`."""
+
+    def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
+        self.program, self.kernel, self.request = program, kernel, request
+        self.backend = backend
+        set_workspace(program, kernel, request)
+        self.rescue = Rescue(program, kernel)
+        self._jumps = Jumps(program, kernel)
+        self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
+        self.events = Events(program, kernel, request, self.rescue)
+        self._chatter = Chatter(program, self.events.crossings, request, self.events.touches)
+        self.schedule = Schedule(program, kernel, request.start, request.stop)
+        self.asserts = AssertWatch(program, kernel)
+        self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
+        self.delays = Delays(program, kernel, request.start, request.span)
+        settings = Settings(
+            request.tolerance,
+            request.span,
+            len(program.relations),
+            self.delays.longest_step,
+            self.delays if self.delays.present else None,
+            request.fixed_step,
+            _followed(program),
+            any(r.waves for r in program.relations),
+        )
+        self.integrator: Integrator
+        self.integrator, self.reason = make_integrator(
+            request.solver, kernel, program.state_count, settings
+        )
+        looks, delayed = self.integrator.looks, self.delays.present
+        self.effort = Effort(program, looks, request.start, request.span)
+        self.states = States(program, kernel, self.recorder, delayed, looks)
+        self.labour = Labour(program, kernel)
+        self.interruption = Interruption()
+        self.ended: Diagnostic | None = None
+        self.warnings: list[Diagnostic] = []
+        self.held: tuple[Held, ...] = ()
+        self.records: list[EventRecord] = []
+        self.open_blocks: set[int] = set()  # of which unknowns were left open in some mode
+
+    def close(self) -> None:
+        self.integrator.close()
+
+    def restart(self, t: float, y: Sequence[float], step: float | None = None) -> None:
+        """Go on from here; the point becomes the one that nonlinear blocks start from."""
+        self.delays.cross(t)
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or self._stopped(t, y)
+            return
+        self.kernel.accept(t)
+        self._judge_open(t, y)
+        self.delays.resume(t)
+        self.states.resume(t, y)
+        self.integrator.sharp = sharp = self.events.sharpness()
+        absolute = self.states.absolute(self.request.tolerance * sharp)
+        directions = self.events.crossings.directions()
+        self.integrator.shift(self.events.crossings.shifts())
+        self.integrator.poles.begin(self.states.places(), absolute)
+        self.integrator.restart(t, y, absolute, directions, step)
+
+    def _follow(self, decision: GoOn | Diagnostic | None) -> None:
+        """Do as the look at the states says."""
+        if isinstance(decision, Diagnostic):
+            self.ended = decision
+        elif decision is not None:
+            if decision.back:
+                self.asserts.forget(self.recorder.count)
+            self.restart(decision.t, decision.y, decision.step)
+
+    def _stopped(
+        self,
+        t: float,
+        y: Sequence[float],
+        cause: Cause | None = None,
+        block: int = -1,
+        way: float | None = None,
+    ) -> Diagnostic:
+        """The message about a run that cannot go on from here."""
+        scene = failure.Scene(
+            self.program,
+            self.kernel,
+            self.states.selection,
+            self.request.span,
+            self.integrator.errors(),
+            self.recorder.last(),
+            way,
+        )
+        failed = self.kernel.failed_block if block < 0 else block
+        return self.rescue.told(failure.stopped(scene, t, y, cause, block), t, failed)
+
+    def _judge_open(self, t: float, y: Sequence[float]) -> None:
+        """Warn of what the equations leave open in this mode, once for each block."""
+        block = self.kernel.open_block
+        found = judge_open(self.program, self.kernel, t, y)
+        if found is None:
+            return
+        if found.severity is Severity.ERROR:
+            self.ended = self.ended or found
+        elif block not in self.open_blocks:
+            self.open_blocks.add(block)
+            self.warnings.append(found)
+
+    def _row(self, t: float, y: Sequence[float]) -> bool:
+        if self.kernel.outputs(t, y) != 0:
+            self.ended = self.ended or self._stopped(t, y)
+            return False
+        self.recorder.take(t)
+        return True
+
+    def _row_where_new(self, t: float, y: Sequence[float]) -> None:
+        """A row at the instant of the last one, where what a result shows is another."""
+        shown, before = _shown(self.program), self.recorder.last()
+        if self._row(t, y):
+            pairs = [(v, before[s]) for s, v in self.recorder.last().items() if s in shown]
+            if all(isclose(a, b, rel_tol=ROUNDING, abs_tol=ROUNDING) for a, b in pairs):
+                self.recorder.cut(self.recorder.count - 1)
+
+    def _note(self, ended: Diagnostic | None, warnings: Sequence[Diagnostic]) -> None:
+        self.ended = self.ended or ended
+        self.warnings.extend(warnings)
+
+    def _check_asserts(self, all_rows: bool) -> None:
+        """Asserts at new rows; the rows after a failed one are taken back."""
+        found, row = self.asserts.check(self.recorder, all_rows)
+        for diagnostic in found:
+            self.ended = diagnostic
+            self.recorder.cut(row + 1)
+
+
+@once
+def _followed(program: Program) -> tuple[int, ...]:
+    """The slots of unknowns that follow a branch from point to point."""
+    blocks = (b for b in program.blocks if not b.height and not b.linear)
+    return tuple(program.slots[repr(x)] for b in blocks for x in b.tears)
+
+
+@once
+def _shown(program: Program) -> frozenset[int]:
+    """The slots of what a result shows."""
+    return frozenset(c.slot for c in program.columns if not c.name.startswith("$"))
