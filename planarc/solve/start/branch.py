@@ -14,6 +14,8 @@ first coordinate in which they differ.
 Example: a four-bar with a held crank and a rough value of the rocker's angle, which
 follows from the others; it closes on the rocker's side, whichever angles are guessed.
 
+Speeds that follow from positions and held speeds have one root, and no other is looked for.
+
 Promises:  an angle is not a whole turn away from its start value where it need not be.
 """
 
@@ -70,6 +72,8 @@ def nearest_root(
         return root
     first = level.agreeing(u) or level.solve(u)
     if first.converged:
+        if level.has_one_root():
+            return first
         first = level.without_turns(first)
         if level.is_as_meant(first.point, columns):
             return first
@@ -99,6 +103,18 @@ class _Level:
         self.system, self.rows, self.free = system, rows, list(free)
         self.guides = _guides(system, free)
         self._strong = [g for g in self.guides if g.weight == WRITTEN]
+
+    def has_one_root(self) -> bool:
+        """Whether all rows are of linear blocks with as many free candidates: speeds, mostly."""
+        rows, free, known = set(self.rows), set(self.free), 0
+        for i, block in self.system.blocks:
+            own = self.system.block_rows[i]
+            if own and own.start in rows:
+                tears = range(block.first, block.first + len(block.tears))
+                if not block.linear or len(free.intersection(tears)) != len(own):
+                    return False
+                known += len(own)
+        return known == len(rows)
 
     def solve(self, guess: Vector) -> newton.Root:
         return solve_stage(self.system, guess, self.rows, self.free)

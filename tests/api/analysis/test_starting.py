@@ -19,9 +19,9 @@ def four_bar() -> planarc.Model:
 
 
 def test_a_run_goes_on_where_another_one_ended(four_bar: planarc.Model, tmp_path: Path) -> None:
-    whole = four_bar.simulate(2, tolerance=1e-9)
-    half = four_bar.simulate(1, tolerance=1e-9)
-    rest = four_bar.simulate(1, tolerance=1e-9, start_from=half)
+    whole = four_bar.simulate(2, tolerance=1e-10)
+    half = four_bar.simulate(1, tolerance=1e-10)
+    rest = four_bar.simulate(1, tolerance=1e-10, start_from=half)
     for name in ("revA.phi", "revD.phi", "revC.w"):
         assert rest[name][0] == pytest.approx(half[name][-1], abs=1e-9)
         assert rest[name][-1] == pytest.approx(whole[name][-1], abs=1e-6)
