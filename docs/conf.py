@@ -13,7 +13,7 @@ project = "planarc"
 author = "the authors of planarc"
 release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "planarc_docs"]
-exclude_patterns = ["_build", "_ext", "made", "models"]
+exclude_patterns = ["_build", "_ext", "made"]
 
 suppress_warnings = ["misc.highlighting_failure"]  # of models that shall be wrong
 

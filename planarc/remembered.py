@@ -68,6 +68,12 @@ def recall(request: Request, backend: Backend) -> Remembered | None:
         return None
 
 
+def identity(request: Request, backend: Backend) -> str | None:
+    """A text that only this model has as it was compiled; None where that is not known any more."""
+    found = _recall(_MODELS, _key(request, backend.value, *_machine(backend)))
+    return None if found is None else cache.key(*found[:2])
+
+
 def _loaded(
     program: bytes, code: str | bytes, warnings: tuple[Diagnostic, ...], *lead: Any
 ) -> Remembered:

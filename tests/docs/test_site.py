@@ -12,9 +12,10 @@ from urllib.parse import unquote, urldefrag
 
 import planarc
 from planarc.catalog.explanations import Code
+from planarc.catalog.handbook.gather import gather
 from planarc.cli.app import COMMANDS
+from planarc.cli.arguments import open_classes
 from planarc_docs.library import LIBRARIES, has_own_page
-from planarc_docs.shown import gather, open_classes
 
 ROOT = Path(__file__).parents[2]
 #: Hosts that a page may name: of the specification, the papers, and the theme's own line.

@@ -12,8 +12,9 @@ from planarc.catalog.handbook.gather import gather
 from planarc.catalog.handbook.icon import icon_svg
 from planarc.catalog.handbook.pages import ClassPage, Link, Row
 from planarc.catalog.handbook.prose import clean
+from planarc.catalog.handbook.shown import Shows, find, models_that_show
 from planarc.cli.arguments import open_classes
-from planarc_docs.shown import Shows, find, models_that_show
+from planarc.flatten.library.library import Library
 from planarc_docs.written import code, fence, plain, table
 
 LIBRARIES = ("PlanarMultiBody", "Modelica")
@@ -23,7 +24,7 @@ _PACKAGE = ("package",)
 
 def library_pages() -> Iterator[tuple[str, str]]:
     """Names and texts of the pages."""
-    books = [_Book(gather(*open_classes(name, None)), name == LIBRARIES[0]) for name in LIBRARIES]
+    books = [_Book(*open_classes(name, None), name == LIBRARIES[0]) for name in LIBRARIES]
     everywhere = {name: page for book in books for name, page in book.known.items()}
     for book in books:
         yield from book.pages(everywhere)
@@ -37,13 +38,14 @@ def has_own_page(page: ClassPage) -> bool:
 class _Book:
     """One library. `whole`: its components have pages of their own."""
 
-    def __init__(self, pages: Sequence[ClassPage], whole: bool) -> None:
+    def __init__(self, library: Library, names: Sequence[str], whole: bool) -> None:
+        pages = gather(library, names)
         # A class within a model is a part of that model, whose source shows it.
         inner = {child for p in pages if p.kind not in _PACKAGE for child in p.children}
         self.known = {page.name: page for page in pages if page.name not in inner}
         self._whole = whole
         self._linked: Mapping[str, ClassPage] = self.known
-        self._shows = models_that_show(pages) if whole else []
+        self._shows = models_that_show(library, pages) if whole else []
 
     def pages(self, everywhere: Mapping[str, ClassPage]) -> Iterator[tuple[str, str]]:
         """Names and texts; links lead to the classes of `everywhere`."""
@@ -128,8 +130,7 @@ class _Book:
             yield fence("modelica", shown.text, shown.model if shown.is_file else "")
 
     def _shown(self, page: ClassPage) -> Shows | None:
-        own = next((s for s in self._shows if s.model == page.name), None)
-        return own or find(page.name, self._shows)
+        return find(page.name, self._shows)
 
     def _table(self, rows: Iterable[Row]) -> str:
         head = ("name", "type", "value", "unit", "what it is")

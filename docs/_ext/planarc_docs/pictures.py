@@ -10,7 +10,7 @@
     :show: revA.phi revD.phi
     ```
 
-A model is a file of the page, one of `examples/` or `docs/models/`, or a class of a library. A
+A model is a file of the page, one of `examples/` or of the handbook, or a class of a library. A
 picture is drawn again when its model, its options or planarc changed.
 """
 
@@ -26,6 +26,7 @@ from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.util.docutils import SphinxDirective
 
+from planarc.catalog.handbook.shown import MODELS
 from planarc_docs.blocks import write_files
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ def draw_motion(path: Path, result: Result, options: dict[str, Any]) -> None:
 
 def find_model(name: str) -> Path | str:
     """A file of the repository, or the name of a class."""
-    for folder in (ROOT, ROOT / "docs" / "models"):
+    for folder in (ROOT, MODELS):
         if (folder / name).is_file():
             return folder / name
     return name

@@ -127,8 +127,9 @@ def _placed(placed: Placed) -> str:
     """A connector's icon, whose own square is shown in its extent (which may mirror it)."""
     (x1, y1), (x2, y2) = placed.extent
     x, y = placed.origin
+    turned = f"translate({_number(x)} {_number(-y)}) rotate({_number(-placed.rotation)}) "
     steps = (
-        f"translate({_number(x)} {_number(-y)}) rotate({_number(-placed.rotation)}) "
+        f"{turned if x or y or placed.rotation else ''}"
         f"translate({_number((x1 + x2) / 2)} {_number(-(y1 + y2) / 2)}) "
         f"scale({_number((x2 - x1) / 200)} {_number((y2 - y1) / 200)})"
     )

@@ -1,5 +1,5 @@
 // The tree: it opens at the class that is shown, and a search finds classes by name and by what
-// they say of themselves.
+// they say of themselves. The class that is shown moves where a model of it is known.
 (() => {
   const tree = document.querySelector("nav .tree");
   const search = document.querySelector("nav input");
@@ -28,6 +28,38 @@
       if (text.scrollWidth > text.clientWidth) text.tabIndex = 0;
     }
   }
+
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  let pictures;
+
+  async function unpack() {
+    const packed = atob(document.querySelector("template").content.textContent);
+    const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
+    const whole = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(whole).json();
+  }
+
+  async function move() {
+    // The class that is shown moves; a click holds it.
+    const here = document.querySelector("section:target") ?? document.querySelector("section.start");
+    const button = here?.querySelector("[data-motion]");
+    const place = button?.firstElementChild;
+    if (!place || place.shadowRoot) return;
+    const root = place.attachShadow({ mode: "open" });
+    pictures ??= unpack();
+    const text = (await pictures)[button.dataset.motion];
+    const svg = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+    root.append(svg);
+    if (still) svg.pauseAnimations();
+    button.addEventListener("click", () => {
+      if (svg.animationsPaused()) svg.unpauseAnimations();
+      else svg.pauseAnimations();
+    });
+    button.parentElement.hidden = false;
+  }
+
+  // A link tells the full name of its class.
+  for (const link of document.querySelectorAll('main a[href^="#"]')) link.title = decodeURIComponent(link.hash.slice(1));
 
   function rank({ name, about }, words) {
     // Lower is nearer: the last name begins so, holds it, the full name does, the description does.
@@ -70,8 +102,10 @@
   addEventListener("hashchange", () => {
     open();
     reach();
+    move();
   });
   addEventListener("resize", reach);
   open();
   reach();
+  move();
 })();

@@ -4,15 +4,17 @@ In:   ClassPage   one for each class, parents before children
 Out:  str         HTML: a tree of all classes, and a section for each, of which one is shown
 
 Which section is shown is decided by the style sheet alone (`:target`), so a link to
-`handbook.html#A.B` opens the class `A.B`; one script, known by its hash, searches the tree and
-opens it at the class. Everything that a library says is escaped by the template, `page.html`; a
-content security policy keeps other scripts from running all the same.
+`handbook.html#A.B` opens the class `A.B`; one script, known by its hash, searches the tree, opens
+it at the class and shows it in motion. Everything that a library says is escaped by the template,
+`page.html`; a content security policy keeps other scripts from running all the same.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import json
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -23,6 +25,7 @@ from markupsafe import Markup
 from planarc.catalog.handbook.code import colored
 from planarc.catalog.handbook.formula import formula
 from planarc.catalog.handbook.icon import icon_svg
+from planarc.catalog.handbook.motion import Motions
 from planarc.catalog.handbook.pages import ClassPage, Link
 from planarc.catalog.handbook.prose import clean
 from planarc.core import cache
@@ -31,17 +34,20 @@ from planarc.core.diagnostic import usage_error
 _HERE = Path(__file__).parent
 
 
-def write_handbook(path: Path, title: str, pages: Sequence[ClassPage]) -> None:
+def write_handbook(
+    path: Path, title: str, pages: Sequence[ClassPage], motions: Motions | None = None
+) -> None:
     """Write the page. Raises UsageError where the file cannot be written."""
     try:
-        path.write_text(render_handbook(title, pages), encoding="utf-8", newline="\n")
+        path.write_text(render_handbook(title, pages, motions), encoding="utf-8", newline="\n")
     except OSError as reason:
         message = f"cannot write the handbook `{path}`: {reason.strerror or reason}"
         raise usage_error("V103", message) from None
 
 
-def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
+def render_handbook(title: str, pages: Sequence[ClassPage], motions: Motions | None = None) -> str:
     """The page as text."""
+    motions = motions or Motions()
     known = {page.name: page for page in pages}
     inner = {child for page in pages for child in page.children}
     roots = [page for page in pages if page.name not in inner]
@@ -70,7 +76,15 @@ def render_handbook(title: str, pages: Sequence[ClassPage]) -> str:
         tree=[step for root in roots for step in _tree(root, known)],
         known=known,
         examples=_examples(pages),
+        shown=motions.shown,
+        pictures=_packed(motions.pictures),
     )
+
+
+def _packed(pictures: Sequence[bytes]) -> str:
+    """All pictures as the page's script unpacks them: a sixth of their size, for they are many."""
+    texts = json.dumps([picture.decode() for picture in pictures], ensure_ascii=False)
+    return base64.b64encode(zlib.compress(texts.encode(), 9)).decode() if pictures else ""
 
 
 class _Kept(BytecodeCache):

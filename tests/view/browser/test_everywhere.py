@@ -138,3 +138,18 @@ def test_the_handbook_finds_classes_and_opens_its_tree_there(show: Callable[...,
     assert page.locator("section:target h1").inner_text() == "Prismatic"
     page.press("nav input", "Escape")
     assert page.locator("nav a[aria-current]").inner_text() == "Prismatic"
+
+
+def test_the_handbook_moves_the_class_that_is_shown(show: Callable[..., Any]) -> None:
+    page = show("handbook")
+    picture = page.locator("section:target figure svg")
+    picture.wait_for()
+    turned = "svg => [...svg.querySelectorAll('g')].map((g) => g.getCTM().b).join()"
+    before = picture.evaluate(turned)
+    page.wait_for_timeout(200)
+    assert picture.evaluate(turned) != before
+    page.click("section:target figure button")
+    assert picture.evaluate("svg => svg.animationsPaused()")
+    page.evaluate("location.hash = 'PlanarMultiBody.Joints.Prismatic'")
+    page.locator("section:target figure svg").wait_for()
+    assert page.locator("figure svg:visible").count() == 1
