@@ -21,7 +21,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import run
 from planarc.core.diagnostic import PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Redundant, RunOptions, Solver
-from planarc.core.unknown import telling_keywords
+from planarc.core.unknown import telling_keywords, unknown_attribute
 from planarc.request.request import Request
 
 if TYPE_CHECKING:
@@ -65,6 +65,15 @@ class Model(Loaded):
         self._variables: dict[str, Variable] | None = None
         self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
         self._otherwise: Model | None = None  # redundant joints treated in the other way
+
+    if not TYPE_CHECKING:  # whoever checks types is told of wrong names by their checker
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises AttributeError, with the nearest name or that of a result."""
+            if hasattr(Result, name) and name[0] != "_":
+                message = f"`Model` has no attribute `{name}`, a result has: write "
+                raise AttributeError(f"{message}`model.simulate().{name}`")
+            raise unknown_attribute(self, name)
 
     @property
     def variables(self) -> Names[Variable]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, overload
 from planarc.api.values import count, elements_of, finite
 from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
-from planarc.core.unknown import telling_keywords, unknown_name
+from planarc.core.unknown import telling_keywords, unknown_attribute, unknown_name
 from planarc.stages import study
 from planarc.view.storage import CannotWrite, with_ending, write_text
 
@@ -84,11 +84,13 @@ class Result:
 
     def __getattr__(self, name: str) -> Any:
         """Raises AttributeError, with what to write for a variable of this name."""
-        message = f"`{type(self).__name__}` has no attribute `{name}`"
         rows = self.__dict__.get("rows")
         found = () if rows is None or name[0] == "_" else rows.columns
         inside = next((c for c in found if c == name or c.startswith(f"{name}.")), None)
-        raise AttributeError(message + (f': write `result["{inside}"]`' if inside else ""))
+        if inside is None:
+            raise unknown_attribute(self, name)
+        message = f"`{type(self).__name__}` has no attribute `{name}`"
+        raise AttributeError(f'{message}: write `result["{inside}"]`')
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name in self.rows

@@ -24,7 +24,7 @@ from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.cli.streams import CannotPrint, silence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
-from planarc.core.nearest import meant, nearest
+from planarc.core.nearest import meant, nearest, synonyms
 
 #: The commands with the examples of their help, in its order. Each is a function in a file of its
 #: name, and imported when it is asked for: all of them together would take half of a check's time.
@@ -196,7 +196,10 @@ def _usage(error: Exception) -> Diagnostic:
     near = re.findall(r"'([^']*)'", advice)
     option = getattr(error, "option_name", None)
     if option is not None and hasattr(error, "possibilities"):
-        near = nearest(option, error.possibilities or ())
+        command = getattr(getattr(error, "ctx", None), "command", None)
+        known = [o.strip("-") for p in getattr(command, "params", ()) for o in p.opts]
+        said = synonyms(option.strip("-"), known) or nearest(option.strip("-"), known)
+        near = [f"-{o}" if len(o) == 1 else f"--{o}" for o in said]
         message = f"no such option '{option}'"
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
     message = re.sub(r"'([^']*)'", r"`\1`", message)

@@ -27,7 +27,16 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     hint = did_you_mean(name, names)
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
-    return UnknownName(Diagnostic("C201", f"there is no {kind} `{name}`", hint=hint))
+    none = "" if names else f": the model has no {kind}s"
+    return UnknownName(Diagnostic("C201", f"there is no {kind} `{name}`{none}", hint=hint))
+
+
+def unknown_attribute(owner: object, name: str, others: Iterable[str] = ()) -> AttributeError:
+    """What Python says of an attribute that is not there, with the nearest ones that are."""
+    names = [*(n for n in dir(type(owner)) if n[0] != "_"), *others]
+    hint = None if name[:1] == "_" else did_you_mean(name, names)
+    message = f"`{type(owner).__name__}` has no attribute `{name}`"
+    return AttributeError(f"{message}: {hint}" if hint else message, name=name, obj=owner)
 
 
 def refuse_unknown(kind: str, names: Iterable[object], known: Collection[str]) -> None:

@@ -94,3 +94,15 @@ def test_run_says_what_it_takes() -> None:
     with pytest.raises(planarc.UsageError, match="RunOptions") as problem:
         model.run(3)  # type: ignore[arg-type]
     assert "simulate(stop_time=...)" in (problem.value.diagnostics[0].hint or "")
+
+
+def test_names_of_the_interface_that_are_not_there_name_those_that_are() -> None:
+    model = planarc.load(CART)
+    with pytest.raises(AttributeError, match="no attribute `execute`: did you mean `simulate`"):
+        _ = model.execute
+    with pytest.raises(AttributeError, match=r"write `model.simulate\(\).plot`"):
+        _ = model.plot
+    with pytest.raises(AttributeError, match="did you mean `to_pandas`"):
+        _ = model.simulate().to_dataframe
+    with model.stepper() as stepper, pytest.raises(UsageError, match="the model has no inputs"):
+        stepper["x"] = 1

@@ -24,10 +24,11 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both
 from planarc.core.source import NOWHERE, Span
-from planarc.flatten.connect.connect import Connection, Member, Side, match_leaves
+from planarc.flatten.connect.connect import Connection, Member, match_leaves
 from planarc.flatten.connect.expand import outside_signals, unused_members
 from planarc.flatten.connect.inputs import is_public_input
 from planarc.flatten.connect.rooting import Pair, Rooting, equality_of
+from planarc.flatten.connect.sides import Side
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import expect
 from planarc.flatten.terms.select import all_indices, array, integer, pick, string

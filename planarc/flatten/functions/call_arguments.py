@@ -8,13 +8,15 @@ Reference: Modelica Language Specification 3.6, sections 12.4.1 and 12.4.6.
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
-from planarc.core.prose import counted
+from planarc.core.prose import counted, either
 from planarc.core.source import Span
 from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.refusal import for_each
 from planarc.flatten.terms.conform import base_conforms, expect
 from planarc.flatten.terms.select import array, opened
+from planarc.flatten.tree.demand import layout_of
+from planarc.flatten.tree.lookup import find_class
 from planarc.flatten.tree.nodes import Env, FunctionInfo
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
@@ -41,7 +43,8 @@ def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
     open_inputs = [v for v in by_name.values() if v.name not in info.bound]
     if len(node.arguments) > len(open_inputs):
         takes = f"`{node.function}` takes {counted(len(open_inputs), 'argument')}"
-        raise error("F290", f"{takes}, not {len(node.arguments)}", node.span)
+        hint = _plain_variables(node, env)
+        raise error("F290", f"{takes}, not {len(node.arguments)}", node.span, hint=hint)
     pairs = list(zip(open_inputs, node.arguments, strict=False))
     values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
     given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}
@@ -51,6 +54,20 @@ def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
             raise error("F290", f"the input `{named.name}` is given twice", named.span)
         given[named.name] = type_argument(named.value, variable, env)
     return given
+
+
+def _plain_variables(node: syntax.Call, env: Env) -> str | None:
+    """The hint for a function whose variables were declared without `input`."""
+    layout = layout_of(find_class(env.scope, node.function))
+    plain = [
+        name
+        for name, (part, d) in layout.members.items()
+        if isinstance(d, syntax.Component)
+        and d.causality is syntax.Causality.NONE
+        and d.variability is syntax.Variability.CONTINUOUS
+        and not (d.prefixes.protected or layout.parts[part].protected)
+    ]
+    return f"write `input` before {either(plain)}, if that is an argument" if plain else None
 
 
 def _open_input(

@@ -8,6 +8,8 @@ Reference: Modelica Language Specification 3.6, section 12.4.2.
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted
@@ -37,7 +39,11 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
             raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
         raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
-    view = references.resolve(ref, env)
+    try:
+        view = references.resolve(ref, env)
+    except PlanarcError:
+        _refuse_method(ref, env)
+        raise
     if isinstance(view, Class):
         return view
     if isinstance(view, Leaf | Instance | Family):
@@ -45,6 +51,18 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
         hint += f"for an entry `{ref}[...]`, for a product `{ref}*(...)`"
         raise error("F292", f"`{ref}` is a component, not a function", ref.span, hint=hint)
     raise error("F292", f"`{ref}` is not a function", ref.span)
+
+
+def _refuse_method(ref: syntax.Ref, env: Env) -> None:
+    """Explain `x.sum()`: functions take what they are applied to in parentheses."""
+    name = ref.parts[-1].name
+    if len(ref.parts) == 1 or not (name in _OTHERWISE or builtins.is_name(name)):
+        return
+    owner = replace(ref, parts=ref.parts[:-1])
+    view = references.resolve(owner, env)
+    if not isinstance(view, Class):
+        hint = _OTHERWISE.get(name) or f"write `{name}({owner})`"
+        raise error("F292", f"`{ref}` is no function: variables have none", ref.span, hint=hint)
 
 
 def type_argument(

@@ -15,7 +15,6 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, Related, error
-from planarc.core.prose import either
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -82,14 +81,12 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     session.defaults[element.name] = made
     message = f"no `inner {definition.type} {element.name}` is declared: a default one is used"
     hint = f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`"
-    like = [
-        name
-        for name, (_, d) in root.layout.members.items()
-        if isinstance(d, syntax.Component) and d.prefixes.inner
-    ]
-    if like:
-        hint += f", or give the `outer` the name of what is there: {either(like)}"
-    span = element.definition.span if like else root.cls.definition.name_span
+    span = root.cls.definition.name_span
+    for name, (_, other) in root.layout.members.items():
+        if not isinstance(other, syntax.Component) or not other.prefixes.inner:
+            continue
+        if other.type.names[-1] == definition.type.names[-1]:
+            span, hint = other.span, f"rename `{name}` to `{element.name}`: parts ask for that name"
     session.warn("F262", message, span, hint)
     return made
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from math import prod
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.ir import flat
 
@@ -71,12 +72,24 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not expected.dims and len(actual.dims) == 1:
         return "give one number, not a vector"
+    if len(expected.dims) == len(actual.dims) == 2 and expected.dims[1] != actual.dims[1]:
+        rows, columns = expected.dims
+        hint = f"write rows of {counted(columns, 'value')}" if columns else None
+        turned = columns == actual.dims[0] and rows in (None, *actual.dims)
+        return (
+            f"{hint}, or `transpose({span.text})`" if hint and turned and _is_short(span) else hint
+        )
     if not size or len(actual.dims) != 1:
         return None
     comma = re.search(r"\b(\d+),(\d+)\b", span.text)
     if comma:
         return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
     return f"write {size} values, such as {vector}" if short else None
+
+
+def _is_short(span: Span) -> bool:
+    """True for what a hint can repeat."""
+    return len(span.text) < 50 and "\n" not in span.text
 
 
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:

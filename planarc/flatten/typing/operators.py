@@ -51,7 +51,8 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     hint = None
     plain = not left.type.dims or not right.type.dims
     if op in ("+", "-") and plain and left.type.dims != right.type.dims:
-        hint = f"write `.{op}` to add a scalar to each element"
+        number = right if left.type.dims else left
+        hint = f"write `.{op}` if the number `{number.span.text}` is meant for each element"
     if flat.Base.STRING in (left.type.base, right.type.base) and op == "+":
         number = right if left.type.base is flat.Base.STRING else left
         hint = f"write `String({number.span.text})` to make it a text"

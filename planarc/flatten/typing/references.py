@@ -223,7 +223,9 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int
 
 
 def out_of_range(name: str, index: object, size: int, span: Span) -> PlanarcError:
-    return error("F219", f"the index {index} of `{name}` is outside of 1 to {size}", span)
+    hint = "the first index is 1" if index == 0 else None
+    message = f"the index {index} of `{name}` is outside of 1 to {size}"
+    return error("F219", message, span, hint=hint)
 
 
 def _select(node: Family, chosen: list[int | list[int]], k: int, offset: int) -> View:

@@ -35,13 +35,15 @@ _HINTS = {
 _COMMENTS = frozenset("%#")
 #: The quotes of word processors.
 _QUOTES = frozenset("\u201c\u201d\u201e\u201f\u2018\u2019\u201a\u00ab\u00bb\u2033")
+#: What is never closed: the length of what opens it, and what closes it.
+_CLOSED_BY = {"comment": (2, "*/"), "string": (1, '"'), "quoted name": (1, "'")}
 
 
 def never_closed(what: str, span: Span) -> Diagnostic:
-    opening = span._replace(end=min(span.end, span.start + 2))
-    if what != "comment":
-        opening = span._replace(end=span.start + 1)
-    return Diagnostic("P103", f"this {what} is never closed", opening)
+    length, mark = _CLOSED_BY[what]
+    opening = span._replace(end=min(span.end, span.start + length))
+    hint = f"write `{mark}` where it ends"
+    return Diagnostic("P103", f"this {what} is never closed", opening, hint=hint)
 
 
 def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:
@@ -53,11 +55,11 @@ def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -
         line_end = text.find("\n", at, stop)
         return stop if line_end < 0 else line_end
     if character == "'":
-        hint = None
+        quote = never_closed("quoted name", Span(source, at, at + 1))
         if at and (text[at - 1].isalnum() or text[at - 1] in ")]}"):
             hint = "write `der(x)` for a derivative, `transpose(x)` for a transpose"
-        quote = never_closed("quoted name", Span(source, at, at + 1))
-        errors.append(replace(quote, hint=hint))
+            quote = replace(quote, hint=hint)
+        errors.append(quote)
         return at + 1
     return _report_character(source, at, stop, errors)
 

@@ -114,6 +114,69 @@ def _colon_for_then(trouble: Trouble, repair: Repair | None) -> Diagnostic | Non
     return Diagnostic("P101", message, trouble.tokens[at].span, hint=f"write `{opens}`")
 
 
+def assigned_expression(trouble: Trouble) -> tuple[int, int] | None:
+    """The statement `2*y := x`, which assigns to no name: its `:=`, and the `;` that ends it."""
+    depth, sign = 0, None
+    for at in range(trouble.begin, len(trouble.tokens)):
+        kind = trouble.tokens[at].type
+        depth += (kind in _OPENING) - (kind in _CLOSING)
+        if kind == "SEMICOLON":
+            return (sign, at) if sign is not None and sign > trouble.begin else None
+        if kind == "ASSIGN" and not depth:
+            sign = at
+        if kind in _OPENS or kind == "END":
+            return None
+    return None
+
+
+_OPENING = frozenset(("LPAR", "LSQB", "LBRACE"))
+_CLOSING = frozenset(("RPAR", "RSQB", "RBRACE"))
+
+
+def _assigned_expression(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    if repair is None or repair.inserted or repair.back_to != trouble.begin:
+        return None
+    found = assigned_expression(trouble)
+    if found is None or repair.at != found[1] + 1:
+        return None
+    tokens, (sign, end) = trouble.tokens, found
+    left = tokens[trouble.begin].span.to(tokens[sign - 1].span)
+    right = tokens[sign + 1].span.to(tokens[end - 1].span)
+    message = f"`{left.text}` is no name, so that `:=` has nothing to assign to"
+    hint = "solve for the name, and write it alone before `:=`"
+    if len(left.text) + len(right.text) < _SHORT:
+        hint += f", or write `{left.text} = {right.text}` below `equation`"
+    return Diagnostic("P101", message, left, hint=hint)
+
+
+_SHORT = 50  # letters of an equation that a hint repeats
+
+
+def other_branch(word: Token, opened: Token | None) -> str | None:
+    """The word meant by `elseif` in a `when`, and by `elsewhen` in an `if`."""
+    return _BRANCHES.get((opened.type, word.type)) if opened is not None else None
+
+
+_BRANCHES = {("WHEN", "ELSEIF"): "ELSEWHEN", ("IF", "ELSEWHEN"): "ELSEIF", ("WHEN", "ELSE"): ""}
+
+
+def _other_branch(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain branches of an `if` in a `when`, and the other way round."""
+    token, opened = trouble.token, trouble.opened
+    meant = other_branch(token, opened)
+    if meant is None or opened is None:
+        return None
+    hint = f"write `{meant.lower()}`"
+    message = f"`{opened.text}` goes on with `{meant.lower()}`, not with `{token.text}`"
+    if not meant:
+        message = "`when` has no `else`: it acts at the moment its condition becomes true"
+        hint = (
+            "write `elsewhen` and a condition of its own, or `if` instead of `when` for what "
+            "holds as long as the condition does"
+        )
+    return Diagnostic("P101", message, token.span, hint=hint, related=trouble.opening)
+
+
 _NEAR = 6  # tokens of the next line that may be read before a colon is found wrong
 _OPENS = {"IF": "then", "ELSEIF": "then", "WHEN": "then", "FOR": "loop", "WHILE": "loop"}
 
@@ -153,4 +216,6 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _assigning_operator,
     _arrow,
     _colon_for_then,
+    _assigned_expression,
+    _other_branch,
 )

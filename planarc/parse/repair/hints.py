@@ -175,6 +175,11 @@ _SIGNS: dict[tuple[str, ...], tuple[str, str]] = {
 def _separator(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.inserted != ("COMMA",) or repair.dropped != 1:
         return None
+    opened = trouble.open_bracket
+    if opened is not None and opened.type == "LBRACE":
+        message = "`;` cannot stand in `{...}`: it ends a row of a matrix in `[...]`"
+        hint = "write `[1, 2; 3, 4]` or `{{1, 2}, {3, 4}}` for a matrix, `,` in a vector"
+        return Once("P101", message, trouble.token.span, hint=hint, kind=f"row {opened.span.start}")
     message = "`;` cannot stand in parentheses: arguments are separated by `,`"
     return Diagnostic("P101", message, trouble.token.span, hint="write `,`")
 

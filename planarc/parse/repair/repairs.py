@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from planarc.parse.grammar.machine import Stack
-from planarc.parse.repair.habits import find_colon
+from planarc.parse.repair.habits import assigned_expression, find_colon, other_branch
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
@@ -71,8 +71,9 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    special = (_misspelt_elseif, _stray_end, _colon, _first_word, _other_section, _open_brace)
-    tries = (*special, _small_change, _skip)
+    special = (_misspelt_elseif, _stray_end, _colon, _other_branch, _assigned_expression)
+    others = (_first_word, _other_section, _open_brace, _small_change, _skip)
+    tries = (*special, *others)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
@@ -189,6 +190,31 @@ def _colon(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
     at, _, word = found
     stack = _read(trouble, begin, [*kinds[begin.at : at], word.upper()])
     return Repair((word.upper(),), 1, stack, at + 1, at) if stack else None
+
+
+def _other_branch(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read `elseif` in a `when` as `elsewhen`, and the other way round; pass an `else` over."""
+    meant = other_branch(trouble.token, trouble.opened)
+    if meant is None:
+        return None
+    inserted = (meant,) if meant else ()
+    stack: Stack | None = trouble.stack
+    for kind in inserted:
+        stack = trouble.automaton.shift(stack, kind, trouble.at) if stack else None
+    return Repair(inserted, 1, stack, trouble.at + 1) if stack else None
+
+
+def _assigned_expression(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out `2*y := x`, where both sides are expressions."""
+    found = assigned_expression(trouble)
+    if found is None:
+        return None
+    sign, end = found
+    for first, last in ((begin.at, sign), (sign + 1, end)):
+        read = ["IDENT", "ASSIGN", *kinds[first:last], "SEMICOLON"]
+        if trouble.automaton.advance(begin.stack, read) < len(read):
+            return None
+    return Repair((), end + 1 - trouble.at, begin.stack, end + 1, begin.at)
 
 
 def _read(trouble: Trouble, begin: Place, kinds: list[str]) -> Stack | None:
