@@ -44,6 +44,9 @@ SLOW, DRIFT = 1e-8, 1e-6
 SHORT = 1e-11
 #: The least tolerance with which a low bounce is followed.
 SHARPEST = 1e-14
+#: A held touch with a speed above this part of the fastest seen, and above that in m/s, is held no
+#: more: what is nearest to its point is now another edge.
+MOVED, MOVES = 1e-3, 1e-7
 #: Accelerations below this part of the largest seen are rounding.
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
@@ -71,6 +74,8 @@ class Impacts:
         if not self._touches.evaluate(t, y):
             return [], messages.unsolved(self._touches, t)
         before = {name: self._touches.get(name) for name in ("gap", "v", "slip", "e", "mu", *KEPT)}
+        speed = np.abs(before["v"])
+        before["held"][speed > MOVES + MOVED * max(self._fastest, float(speed.max()))] = 0.0
         gap, held = before["gap"] - before["low"], before["held"] != 0
         deep = np.flatnonzero(~held & (gap < -DEEP))
         if len(deep):

@@ -21,18 +21,20 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
 
 #: Pivots below this part of the largest are zero.
-LEAST = 1e-12
+LEAST = 1e-10
 MOST_PIVOTS = 100
 
 
-def lemke(m: Vector, q: Vector) -> frozenset[int] | None:
+def lemke(m: Vector, q: Vector, cover: Vector | None = None) -> frozenset[int] | None:
+    """`cover`: positive, by default ones; another one leads to the end by another way."""
     n = len(q)
     if (q >= 0).all():
         return frozenset()
+    q, cover = q / np.abs(q).max(), np.ones(n) if cover is None else cover
     # Columns: w (0 to n - 1), z (n to 2n - 1), the cover (2n), the right side.
-    table = np.hstack([np.eye(n), -m, -np.ones((n, 1)), q[:, None]])
+    table = np.hstack([np.eye(n), -m, -cover[:, None], q[:, None]])
     basis = list(range(n))
-    row, entering = int(np.argmin(q)), 2 * n
+    row, entering = int(np.argmin(q / cover)), 2 * n
     for _ in range(MOST_PIVOTS * n):
         table[row] /= table[row, entering]
         others = np.arange(n) != row

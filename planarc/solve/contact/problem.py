@@ -20,8 +20,9 @@ Reference: F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -34,10 +35,16 @@ if TYPE_CHECKING:
 
 #: Touches of which all cases are tried.
 MOST_TRIED = 3
+#: The same after Lemke's method has found none.
+MOST_AFTER = 5
 #: Errors of forces and motions, as parts of the largest.
 ROUNDING = 1e-11
 #: Condition above which equations say the same.
 ALIKE = 1e10
+
+#: Starts of Lemke's method, which may end at a wrong case where touches depend on each other, and
+#: what makes the covers of later ones uneven.
+ATTEMPTS, UNEVEN = 8, (math.sqrt(5.0) - 1.0) / 2.0
 
 #: Ways of a touch along its slip.
 STICKS, IDLE = 0, 2
@@ -71,6 +78,8 @@ def solve_contacts(
         tried: Iterator[Sequence[Case]] = product(*map(_cases, spots))
     else:
         tried = _found(a, b, spots)
+        if len(spots) <= MOST_AFTER:
+            tried = chain(tried, product(*map(_cases, spots)))
     for cases in tried:
         found = solve_case(a, b, spots, cases)
         if found is not None and _agrees(a, found, b, spots, noise):
@@ -137,7 +146,7 @@ def _agrees(a: Vector, found: Solution, b: Vector, spots: Sequence[Spot], noise:
 
 
 def _found(a: Vector, b: Vector, spots: Sequence[Spot]) -> Iterator[Sequence[Case]]:
-    """The case that Lemke's method finds.
+    """The cases that Lemke's method finds, from one start and then from others.
 
     z = (n - floor of each; t forward, t backward, speed of each that may stick)
     """
@@ -163,9 +172,16 @@ def _found(a: Vector, b: Vector, spots: Sequence[Spot]) -> Iterator[Sequence[Cas
         m[forward, speed] = m[backward, speed] = 1.0
         m[speed, i], m[speed, forward], m[speed, backward] = spots[i].mu, -1.0, -1.0
         q[speed] = spots[i].mu * spots[i].floor
-    basic = lemke(m, q)
-    if basic is None:
-        return
+    for attempt in range(ATTEMPTS):
+        cover = 1.0 + np.modf(attempt * UNEVEN * np.arange(size))[0]
+        basic = lemke(m, q, cover)
+        if basic is not None:
+            yield _read(basic, spots, free)
+
+
+def _read(basic: frozenset[int], spots: Sequence[Spot], free: Sequence[int]) -> list[Case]:
+    """The case in which these of Lemke's unknowns are not zero."""
+    k, f = len(spots), len(free)
     cases: list[Case] = []
     for i, spot in enumerate(spots):
         way = IDLE if spot.way is None else spot.way
@@ -174,6 +190,6 @@ def _found(a: Vector, b: Vector, spots: Sequence[Spot]) -> Iterator[Sequence[Cas
             forward, backward = k + j in basic, k + f + j in basic
             slides = k + 2 * f + j in basic
             if forward or backward:
-                way = STICKS if not slides else -1 if forward else 1
+                way = STICKS if forward == backward or not slides else -1 if forward else 1
         cases.append((i in basic, way))
-    yield cases
+    return cases

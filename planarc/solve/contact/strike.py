@@ -55,7 +55,7 @@ def strike(a: Vector, u: Vector, e: Vector, mu: Vector, largest: float) -> Blow 
             struck = np.flatnonzero((v <= still) | (x[:k] > 0))
             own = np.zeros(len(struck))
         rows = np.concatenate([struck, k + struck])
-        found = _together(a[np.ix_(rows, rows)], u[rows], own, mu[struck])
+        found = _together(a[np.ix_(rows, rows)], u[rows], own, mu[struck], still)
         if found is None:
             return None
         x[rows] += found
@@ -63,19 +63,19 @@ def strike(a: Vector, u: Vector, e: Vector, mu: Vector, largest: float) -> Blow 
     return None
 
 
-def _together(a: Vector, u: Vector, e: Vector, mu: Vector) -> Vector | None:
-    """The impulses of touches that are struck together."""
+def _together(a: Vector, u: Vector, e: Vector, mu: Vector, noise: float) -> Vector | None:
+    """The impulses of touches that are struck together; speeds below `noise` are rounding."""
     k = len(e)
     ways: Sequence[int | None] = [None if m > 0 else IDLE for m in mu]
     spots = [Spot(float(m), way) for m, way in zip(mu, ways, strict=True)]
-    pressed = solve_contacts(a, u, spots)
+    pressed = solve_contacts(a, u, spots, noise)
     if pressed is None or not e.any():
         return None if pressed is None else pressed.x
 
     def released(part: float) -> Vector | None:
         least = part * e * pressed.x[:k]
         floors = [Spot(s.mu, s.way, max(float(f), 0.0)) for s, f in zip(spots, least, strict=True)]
-        found = solve_contacts(a, pressed.u, floors)
+        found = solve_contacts(a, pressed.u, floors, noise)
         return None if found is None else pressed.x + found.x
 
     def gained(x: Vector) -> bool:

@@ -45,6 +45,21 @@ def test_forces_obey_the_law(tried: int, monkeypatch: pytest.MonkeyPatch) -> Non
         assert keeps_the_law(found, spots)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+def test_touches_that_depend_on_each_other(size: float) -> None:
+    """As the corners of few bodies do; speeds that are small against 1 are speeds all the same."""
+    rng = np.random.default_rng(17)
+    for _ in range(60):
+        k = int(rng.integers(4, 8))
+        j = rng.normal(size=(2 * k, 6))
+        j[1], j[k + 1] = j[0], j[k]  # two touches at one place
+        a, b = j @ j.T, size * (j @ rng.normal(size=6))
+        spots = [Spot(float(mu), None) for mu in rng.uniform(0.05, 0.3, k)]
+        found = solve_contacts(a, b, spots)
+        assert found is not None
+        assert keeps_the_law(found, spots)
+
+
 def test_many_touches_without_friction() -> None:
     rng = np.random.default_rng(17)
     for _ in range(30):
