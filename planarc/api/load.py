@@ -37,8 +37,8 @@ def load(
     does; of their forces, in N and N.m at all frames of all joints, those of least squares are
     taken.
 
-    Raises UsageError (C206) where nothing of the kind is there, and PlanarcError with all
-    diagnostics when the model is wrong.
+    Raises UsageError where there is no such file (C101) or class (C103), or where the text is no
+    model (C206), and PlanarcError with all diagnostics when the model is wrong.
     """
     if not isinstance(class_name, str | None):
         raise usage_error("C202", f"the name of a class is a text, not {class_name!r}")

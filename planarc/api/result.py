@@ -74,7 +74,10 @@ class Result:
         return self._compiled
 
     def __getitem__(self, name: str) -> Vector:
-        """The values of a name. Raises UnknownName (a UsageError and a KeyError)."""
+        """The values of a name over `time`, of the shape (rows,), or (rows, ...) of an array.
+
+        Raises UnknownName, which is a UsageError and a KeyError.
+        """
         if isinstance(name, str) and name in self.rows:
             return self.rows[name]
         import numpy as np
@@ -133,7 +136,7 @@ class Result:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The values that the run used."""
+        """The values that the run used, by the names of the parameters, in SI units."""
         known = {p.name for p in self.rows.program.parameter_slots}
         return {
             n: c.sign * float(self.rows.constants[c.slot])
@@ -147,17 +150,18 @@ class Result:
         return {n: c.unit for n, c in self.rows.columns.items()}
 
     def unit(self, name: str) -> str:
-        """The unit of a variable, empty where it has none."""
+        """The unit of a variable, empty where it has none. Raises UnknownName."""
         return "s" if name == "time" else self.rows.columns[self._scalars([name])[0]].unit
 
     def description(self, name: str) -> str:
-        """The text behind the declaration of a variable."""
+        """The text behind the declaration of a variable. Raises UnknownName."""
         return self.rows.columns[self._scalars([name])[0]].description
 
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
-        """Values at other times within the run, on straight lines between the rows.
+        """Values at other times (s) within the run, on straight lines between the rows.
 
-        Raises UsageError (C214) for a time before its first row or after its last one.
+        A number for one time, an array of the shape of `times` for several. Raises UnknownName, and
+        UsageError (C214) for a time before the first row or after the last one.
         """
         import numpy as np
 
@@ -187,7 +191,10 @@ class Result:
         return asked
 
     def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
-        """Names: all variables that change, those of a list, or those that match a regex."""
+        """Names: all variables that change, those of a list, or those that match a regex.
+
+        Raises UnknownName for a name of a list, UsageError C220 for a text that is no regex.
+        """
         columns = self.rows.columns
         if variables is None:
             return [n for n, c in columns.items() if not c.constant]
@@ -209,7 +216,10 @@ class Result:
     # Tables
 
     def to_pandas(self, variables: str | Iterable[str] | None = None) -> pandas.DataFrame:
-        """A DataFrame over `time`. Needs pandas (`pip install planarc[tables]`)."""
+        """A DataFrame over `time` (s), a column for each variable that `select` gives.
+
+        `.attrs["units"]` holds its units. Needs pandas (`pip install planarc[tables]`).
+        """
         module = need("pandas", "tables")
         names = self.select(variables)
         index = module.Index(self.time, name="time")
@@ -218,7 +228,10 @@ class Result:
         return frame
 
     def to_xarray(self, variables: str | Iterable[str] | None = None) -> xarray.Dataset:
-        """A Dataset with units and descriptions. Needs xarray (`pip install planarc[tables]`)."""
+        """A Dataset over `time` (s): what `select` gives, each with `units` and `long_name`.
+
+        Needs xarray (`pip install planarc[tables]`).
+        """
         module = need("xarray", "tables")
         columns = {
             n: ("time", self[n], {"units": self.unit(n), "long_name": self.description(n)})
@@ -244,7 +257,10 @@ class Result:
         return self._write(path, ".csv", variables, units)
 
     def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
-        """Write MATLAB level 4, as Modelica tools share it; it holds constants, too."""
+        """Write MATLAB level 4, as Modelica tools share it; it holds constants, too.
+
+        Gives the path. Raises UnknownName, and UsageError where the file cannot be written.
+        """
         return self._write(path, ".mat", variables, False)
 
     def _write(
@@ -276,7 +292,7 @@ class Result:
 
         Variables of one unit share a panel; of several units come several axes, one below
         the other, as an array. `axes` takes all of them. Without names, the coordinates of
-        the joints. Needs `pip install planarc[plot]`.
+        the joints. Needs `pip install planarc[plot]`. Raises UnknownName.
         """
         from planarc.view.picture import chart
 
@@ -342,7 +358,8 @@ class Result:
         seconds of it in one, with `rate` frames a second, or the one instant `at`. `width`
         is in pixels; `traces` names points whose paths are drawn, `layers` what the page
         lays over the mechanism (`forces`, `velocities`, `accelerations`, `paths`). All but `.svg`
-        needs `pip install planarc[pictures]`.
+        needs `pip install planarc[pictures]`. Gives the page, or the path. Raises UnknownName for a
+        point or a layer, UsageError for an ending (V701) or a time (V703) that cannot be.
         """
         if path is None:
             return Page(self._page(curves))
@@ -372,7 +389,11 @@ class Result:
 
     @telling_keywords
     def report(self, path: str | Path, curves: Sequence[str] | None = None) -> Path:
-        """Write that page to a file of its own, which needs no network."""
+        """Write the page with the moving mechanism, curves and energy, which needs no network.
+
+        `curves` names what the first figure shows. Gives the path. Raises UnknownName, and
+        UsageError (V506) for an ending that is not `.html`.
+        """
         return Page(self._page(curves)).save(with_ending(_path(path, "run.html"), ".html", ".htm"))
 
     def _summary(self) -> tuple[tuple[str, str], ...]:

@@ -21,7 +21,10 @@ Point: TypeAlias = "Mapping[str, Value]"
 
 
 def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Every combination; the last name changes fastest. Raises UsageError (C230, C239)."""
+    """Points with every combination of values; the last name changes fastest.
+
+    Raises UsageError: C230 for values that are no sequence, C239 for none at all.
+    """
     if not isinstance(values, Mapping):
         raise usage_error("C230", f"a grid takes values by name, not {type(values).__name__}")
     axes: list[list[Any]] = []

@@ -72,12 +72,14 @@ def sweep(
 
     `points`: values by name, of which every combination is run, or a list of points, as
     `planarc.random` and `planarc.latin_hypercube` give. A name is that of a parameter, or
-    of a start value (`crank.phi.start`). `metric`: see `planarc.study.metric`; by default the
-    states at the end. `workers`: processes, by default one a core. `client`: a Dask client,
-    whose workers do it instead. `limit`: seconds that one run may take
-    in a process of its own (with `workers=1` there is none). `journal`: a file that keeps finished
-    points. `progress`: True draws a bar; a function is called with the numbers of finished, of all
-    and of failed points.
+    of a start value (`crank.phi.start`). `metric`: a text (`crank.w` for its value at the end,
+    `max(crank.w)`, also `min`, `mean`, `rms`, `range`, `maxabs`), a function of the Result that
+    gives a number or numbers by name, a list of texts, or texts and functions by name; by
+    default the states at the end. `workers`: processes, by default one a core. `client`: a Dask
+    client, whose workers do it instead. `limit`: seconds that one run may take in a process of
+    its own (with `workers=1` there is none). `journal`: a file that keeps finished points.
+    `progress`: True draws a bar; a function is called with the numbers of finished, of all and
+    of failed points. Times are in s, all values in SI units.
 
     Raises UnknownName and UsageError before anything runs: for names that are not there and for
     structural parameters. A point that fails is a row of `failures`. Raises StudyInterrupted at

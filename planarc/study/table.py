@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Failure(Data):
-    """A point that has no metrics, and why."""
+    """A point that has no metrics: its `index` in the study, its values (`point`), the `reason`."""
 
     index: int
     point: Mapping[str, Any]
@@ -28,8 +28,12 @@ class Failure(Data):
 
 
 class Study(Data):
-    """`rows` are points with their metrics (None where the point failed); `units` are those of
-    columns that have one."""
+    """The table of a study; `study["max(w)"]` is a column.
+
+    `rows` are points with their metrics (None where the point failed), `failures` the points that
+    have none; `units` are those of columns that have one. Going through a study gives its rows as
+    dicts, and `len` is the number of points.
+    """
 
     model: str
     parameters: tuple[str, ...]
@@ -40,6 +44,7 @@ class Study(Data):
 
     @property
     def columns(self) -> tuple[str, ...]:
+        """The names of the parameters that vary, then those of the metrics."""
         return (*self.parameters, *self.metrics)
 
     def __len__(self) -> int:
@@ -53,7 +58,10 @@ class Study(Data):
             yield found | {n: nan if values is None else values.get(n, nan) for n in self.metrics}
 
     def __getitem__(self, name: str) -> Vector:
-        """The column of a name, NaN where a point failed."""
+        """The column of a name, of the shape (points,), NaN where a point failed.
+
+        Raises UnknownName.
+        """
         refuse_unknown("column", (name,), self.columns)
         return np.array([row[name] for row in self])
 
@@ -76,13 +84,13 @@ class Study(Data):
         return plot_study(self, metrics, x, axes)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Needs pandas (`pip install planarc[tables]`)."""
+        """A DataFrame with a row for each point. Needs pandas (`pip install planarc[tables]`)."""
         module = need("pandas", "tables")
         frame: pandas.DataFrame = module.DataFrame(list(self), columns=list(self.columns))
         return frame
 
     def to_csv(self, path: str | Path) -> Path:
-        """A row for each point, with numbers of full precision."""
+        """Write a row for each point, with all digits. Gives the path. Raises UsageError (V501)."""
         write_rows(Path(path), self.columns, (row.values() for row in self))
         return Path(path)
 

@@ -26,6 +26,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
         app.add_directive(name, directive)
     app.connect("builder-inited", _make_pages)
     app.connect("source-read", _name_files)
+    app.connect("autodoc-process-docstring", _mark_code)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -44,3 +45,12 @@ def _name_files(_app: Sphinx, _name: str, source: list[str]) -> None:
     from planarc_docs.blocks import with_captions
 
     source[0] = with_captions(source[0])
+
+
+def _mark_code(
+    _app: Sphinx, _what: str, _name: str, _: Any, _options: Any, lines: list[str]
+) -> None:
+    """Let what is indented below a paragraph of a docstring be Python."""
+    for at in range(len(lines) - 1, 0, -1):
+        if lines[at].startswith("    ") and not lines[at - 1].strip():
+            lines[at:at] = [".. code-block:: python", ""]

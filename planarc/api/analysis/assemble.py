@@ -25,6 +25,7 @@ from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import error, usage_error
 from planarc.core.options import RunOptions
+from planarc.core.unknown import refuse_unknown
 from planarc.solve.opened import open_program
 from planarc.solve.start.held import choose_held
 from planarc.solve.start.sharing import missed
@@ -39,7 +40,8 @@ SAME = 1e-5
 
 
 class Assembly(Data):
-    """`start` are start values for `simulate`; `distance` from the model's own guess."""
+    """`start` are start values for `simulate` by name, in SI units; `distance` is the length of the
+    way (rad, m) from the model's own guess."""
 
     start: Mapping[str, float]
     distance: float
@@ -48,6 +50,8 @@ class Assembly(Data):
         return list(self.start)
 
     def __getitem__(self, name: str) -> float:
+        """A start value, in its SI unit. Raises UnknownName."""
+        refuse_unknown("start value", (name,), self.start)
         return self.start[name]
 
 

@@ -69,11 +69,12 @@ class Driven(Data):
         return list(self.result)
 
     def __getitem__(self, name: str) -> Vector:
-        """Any variable, as of a Result."""
+        """Any variable over `time`, as of a Result: its shape is (rows,). Raises UnknownName."""
         return self.result[name]
 
     @property
     def time(self) -> Vector:
+        """The times of the rows, in s."""
         return self.result.time
 
     def _repr_html_(self) -> str:

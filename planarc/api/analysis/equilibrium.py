@@ -47,7 +47,7 @@ FLAT = 1e-7
 
 
 class Equilibrium(Data):
-    """`start` are start values for `simulate`; `values` all variables there.
+    """`start` are start values for `simulate`; `values` all variables there, by name, in SI units.
 
     `stable`: the mechanism comes back after any small push; `neutral`: after some push it stays
     where it was pushed to, as a ball on a table does. It is unstable where it is neither.
@@ -76,6 +76,7 @@ class Equilibrium(Data):
         return list(self.values)
 
     def __getitem__(self, name: str) -> float:
+        """The value of a variable there, in its SI unit. Raises UnknownName."""
         refuse_unknown("variable", (name,), self.values)
         return self.values[name]
 

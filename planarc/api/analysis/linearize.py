@@ -101,7 +101,7 @@ class Linearization(Data, eq=False):
 
     @property
     def eigenvalues(self) -> Array:
-        """The eigenvalues, in the order of `modes`."""
+        """The eigenvalues in 1/s, in the order of `modes`."""
         return np.array([m.eigenvalue for m in self._all()], dtype=complex)
 
     @property
@@ -142,7 +142,9 @@ class Linearization(Data, eq=False):
 
     def bode(self, w: Sequence[float] | Vector | None = None) -> Response:
         """The answer of outputs to inputs that vibrate with frequencies `w` (rad/s), by default
-        around those of the modes. It has `magnitude`, `decibels`, `phase` and `plot()`."""
+        around those of the modes. It has `magnitude`, `decibels`, `phase` and `plot()`.
+
+        Raises UsageError: C202 for other frequencies, C248 where there are no inputs or outputs."""
         return response(self, w)
 
     @overload
@@ -163,7 +165,8 @@ class Linearization(Data, eq=False):
     ) -> Page | Path:
         """The mechanism moving in one mode, the largest state by `amplitude`.
 
-        As a page for a notebook, or as a picture at `path`: see `Result.animate`.
+        As a page for a notebook, or as a picture at `path`: see `Result.animate`. `mode` is one of
+        `modes`, or its number from 0. Raises UsageError C245 where there is none of this number.
         """
         motion = self.motion(mode, amplitude)
         return motion.animate() if path is None else motion.animate(path, **picture)

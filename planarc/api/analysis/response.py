@@ -51,7 +51,11 @@ class Linear(Protocol):
 
 class Response(Data, eq=False):
     """The answer of outputs to inputs that vibrate: `values[i, k, n]` is the complex amplitude of
-    output i, when input k has the amplitude 1 and the frequency `w[n]` (rad/s)."""
+    output i, when input k has the amplitude 1 and the frequency `w[n]` (rad/s).
+
+    All arrays have the shape (outputs, inputs, frequencies), in units of the output over those of
+    the input.
+    """
 
     w: Vector
     values: Array
@@ -75,7 +79,7 @@ class Response(Data, eq=False):
         return np.unwrap(np.angle(self.values), axis=-1)
 
     def __getitem__(self, key: tuple[str, str]) -> Array:
-        """The complex amplitudes of an output by an input."""
+        """The complex amplitudes of an output by an input, over `w`. Raises UnknownName."""
         output, given = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
         refuse_unknown("output", (output,), self.outputs)
         refuse_unknown("input", (given,), self.inputs)

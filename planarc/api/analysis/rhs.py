@@ -36,7 +36,8 @@ class Rhs:
 
     `x` are the values of `states`, `u` those of `inputs` (without it they stay as they are). `t0`,
     `x0` and `u0` are time, states and inputs at the start. The object is a function with a memory
-    of its own: give each thread one.
+    of its own: give each thread one, and call it along a motion, since a loop that closes in
+    several ways stays in that of the call before.
     """
 
     def __init__(self, model: Model, options: RunOptions) -> None:
@@ -50,8 +51,8 @@ class Rhs:
         self.u0: Vector = np.array([float(point.kernel.w[s]) for s in self._slots])
 
     def __call__(self, t: float, x: Sequence[float] | Vector, u: Any = None) -> Vector:
-        """dx/dt. Raises UsageError C203 for other numbers of states or inputs, PlanarcError R470
-        where the equations have no solution."""
+        """dx/dt, of the shape (n,). Raises UsageError C203 for other numbers of states or inputs,
+        PlanarcError R470 where the equations have no solution."""
         y, point = self._take(t, x, u), self._point
         try:
             rates = point.rhs(y)
@@ -65,7 +66,8 @@ class Rhs:
     def jacobian(
         self, t: float, x: Sequence[float] | Vector, u: Any = None
     ) -> tuple[Vector, Vector]:
-        """The matrices df/dx and df/du."""
+        """The matrices df/dx and df/du, of the shapes (n, n) and (n, m) with n states and m inputs.
+        Raises what the call raises."""
         y = self._take(t, x, u)
         self._point.accept(y)
         found = at_point(self._point)
@@ -74,13 +76,13 @@ class Rhs:
     def outputs(
         self, t: float, x: Sequence[float] | Vector, u: Any = None, *, names: Sequence[str]
     ) -> Vector:
-        """The values of other variables there."""
+        """The values of the variables `names` there, as many, in SI units. Raises UnknownName."""
         refuse_unknown("variable", names, self._columns)
         w = self._point.outputs(self._take(t, x, u))
         return np.array([sign * w[slot] for slot, sign in (self._columns[n] for n in names)])
 
     def settle(self, t: float, x: Sequence[float] | Vector, u: Any = None) -> bool:
-        """Give relations the truth that they have there; true where one changed."""
+        """Give relations the truth that they have there, as at an event; true where one changed."""
         self._point.accept(self._take(t, x, u))
         return self._point.settle()
 

@@ -74,6 +74,7 @@ class Sensitivities(Data):
         return [(n, p) for n in self.names for p in self.parameters]
 
     def __getitem__(self, key: tuple[str, str]) -> Vector:
+        """One derivative over `time`, of the shape (rows,). Raises UnknownName."""
         variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
         refuse_unknown("variable", (variable,), self.names)
         refuse_unknown("parameter that was asked for", (parameter,), self.parameters)
@@ -82,13 +83,13 @@ class Sensitivities(Data):
         return found
 
     def values(self, variable: str) -> Vector:
-        """The motion itself: a variable over `time`."""
+        """The motion itself: a variable over `time`, in its SI unit. Raises UnknownName."""
         refuse_unknown("variable", (variable,), self.names)
         found: Vector = self.motion[:, self.names.index(variable)]
         return found
 
     def to_pandas(self, variables: Sequence[str]) -> pandas.DataFrame:
-        """Columns (variable, parameter) over time. Needs pandas."""
+        """Columns (variable, parameter) over time. Needs pandas. Raises UnknownName."""
         module = need("pandas", "tables")
         columns = {(v, p): self[v, p] for v in variables for p in self.parameters}
         frame: pandas.DataFrame = module.DataFrame(columns, index=self.time)
