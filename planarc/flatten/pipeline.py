@@ -25,7 +25,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
-from planarc.core.source import NOWHERE
+from planarc.core.source import NOWHERE, Span
 from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.kinds import check_classes
@@ -223,14 +223,24 @@ def _check_kind(cls: Class) -> None:
 
 
 def _warn_obsolete(instances: list[Instance], session: Session) -> None:
-    """Warn of each obsolete class of components and bases, where it is first used."""
+    """Warn of each obsolete class of components and bases, where its name is first written."""
     seen: set[int] = set()
     for instance in instances:
         if id(instance.layout) in seen:
             continue
         seen.add(id(instance.layout))
         for part in instance.layout.parts:
-            annotation.warn_obsolete(part.cls, instance.span, session)
+            annotation.warn_obsolete(part.cls, part.base_at or _type_span(instance), session)
+
+
+def _type_span(instance: Instance) -> Span:
+    """Where the class of a component is named: in its declaration, or in what redeclares it."""
+    element = instance.element
+    if element is None:
+        return instance.span
+    new = element.mod.redeclaration
+    written = element.definition if new is None else new.element
+    return written.type.span if isinstance(written, syntax.Component) else instance.span
 
 
 def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalance | None]:

@@ -3,13 +3,13 @@
 In:   Library, the parts of a model (component, class)
 Out:  Choice   a component that its class declares replaceable, with all classes that fit
 
-What fits extends the constraining class (`constrainedby`, else the declared one) and is not
-partial. Looked for is in the packages of the constraining class and in the user's file. Files
-of a package are only read when their text extends something of a fitting name.
+What fits extends the constraining class (`constrainedby`, else the declared one) and is neither
+partial nor obsolete. Looked for is in the packages of the constraining class and in the user's
+file. Files of a package are only read when their text extends something of a fitting name.
 
 Example: the cam follower of the paper's figures 4 and 5
 
-    Choice("contact.curve1", "PlanarMultiBody.Joints.Internal.Ellipse", options=(Circle, ...))
+    Choice("contact.curve1", "PlanarMultiBody.Curves.Ellipse", options=(Circle, ...))
 
 Reference: Modelica Language Specification 3.6, sections 7.3.2 and 7.3.4.
 """
@@ -82,6 +82,12 @@ def numbers_of(library: Library, class_name: str) -> set[str]:
     }
 
 
+def _is_old(definition: syntax.ClassDef) -> bool:
+    """Whether the class is kept for its name alone, which its annotation calls obsolete."""
+    note = definition.annotation
+    return note is not None and "obsolete" in note.span.text
+
+
 class _Finder:
     def __init__(self, library: Library) -> None:
         self._library = library
@@ -121,7 +127,7 @@ class _Finder:
                 lineage = {e.full_name for e in self._names.lineage(entry)}
             except PlanarcError:  # a class that cannot be read is none to choose
                 continue
-            if constraint.full_name in lineage and not definition.partial:
+            if constraint.full_name in lineage and not (definition.partial or _is_old(definition)):
                 found[entry.full_name] = Option(entry.full_name, definition.comment)
         return tuple(sorted(found.values(), key=lambda o: o.name.rpartition(".")[2].lower()))
 

@@ -18,7 +18,7 @@ from planarc.live.session import Order, Overtaken, Session
 from planarc.request.request import Request
 
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
-CURVES = "PlanarMultiBody.Joints.Internal"
+CURVES = "PlanarMultiBody.Curves"
 
 
 def fields(answer: Any) -> dict[str, Any]:
@@ -152,6 +152,7 @@ def test_replaceable_curves_are_menus(cam: Session) -> None:
     assert {"Circle", "Ellipse", "StraightLine", "SinusEllipse", "Polar", "Spline"} <= set(names)
     assert names == sorted(names, key=str.lower)
     assert "BaseCurve" not in names  # partial
+    assert len(names) == len(set(names))  # the older names of the same curves are not offered
 
 
 def test_another_curve_takes_over_the_size_of_the_old_one(cam: Session) -> None:

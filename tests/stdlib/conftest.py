@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 HEAD = """
-  import PlanarMultiBody.{Forces, Frames, Interfaces, Joints, Parts, Sensors, Types, World};
+  import PlanarMultiBody.{Curves, Forces, Frames, Interfaces, Joints, Parts, Sensors, Types, World};
 """
 
 

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+import planarc
+
 Run = Callable[..., Any]
 
-ELLIPSE = "Joints.Internal.Ellipse curve(a=0.3, b=0.2, {})"
+ELLIPSE = "Curves.Ellipse curve(a=0.3, b=0.2, {})"
 CURVES = {
-    "Circle": "Joints.Internal.Circle curve(R=0.3, {})",
-    "StraightLine": "Joints.Internal.StraightLine curve({})",
+    "Circle": "Curves.Circle curve(R=0.3, {})",
+    "StraightLine": "Curves.StraightLine curve({})",
     "Ellipse": ELLIPSE,
-    "SinusEllipse": "Joints.Internal.SinusEllipse curve(a=0.3, b=0.2, A=0.05, k=4, {})",
-    "Spline": "Joints.Internal.Spline curve(points={{{{0.3, 0}}, {{0.1, 0.2}}, {{-0.2, 0.1}},"
+    "SinusEllipse": "Curves.SinusEllipse curve(a=0.3, b=0.2, A=0.05, k=4, {})",
+    "Spline": "Curves.Spline curve(points={{{{0.3, 0}}, {{0.1, 0.2}}, {{-0.2, 0.1}},"
     " {{0, -0.2}}}}, {})",
-    "open Spline": "Joints.Internal.Spline curve(closed=false, points={{{{-0.3, 0}}, {{0, -0.2}},"
+    "open Spline": "Curves.Spline curve(closed=false, points={{{{-0.3, 0}}, {{0, -0.2}},"
     " {{0.3, 0.1}}}}, {})",
-    "Polar": "Joints.Internal.Polar curve(R=0.2, redeclare function radius=egg, {})",
+    "Polar": "Curves.Polar curve(R=0.2, redeclare function radius=egg, {})",
 }
 EGG = """
   function egg
@@ -100,7 +103,7 @@ def test_a_spline_through_many_points_passes_them_all(run: Run, closed: str, n: 
     text = ", ".join(f"{{{x}, {y}}}" for x, y in points)
     result = run(
         f"""
-  Joints.Internal.Spline curve(closed={closed}, points={{{text}}}, {INPUTS});
+  Curves.Spline curve(closed={closed}, points={{{text}}}, {INPUTS});
   Real s = curve.s_min + (curve.s_max - curve.s_min)*time;
   Real r[2] = curve.position(s);
   Real known[2] = curve.position(curve.s_max*0.37);
@@ -122,8 +125,8 @@ def cam_follower(run: Run, curve: str, tolerance: float = 1e-7, s1: float = 0.24
         f"""
   Joints.Revolute hinge(phi(start=0.8, fixed=true), w(fixed=true));
   Parts.Body cam(m=2, I=0.01, r_CM={{0.2, 0.03}});
-  Joints.CurveCurveJoint contact(redeclare Joints.Internal.{curve},
-    redeclare Joints.Internal.StraightLine curve2, s1(start={s1}));
+  Joints.CurveCurveJoint contact(redeclare Curves.{curve},
+    redeclare Curves.StraightLine curve2, s1(start={s1}));
   Joints.Prismatic slide(n={{0, 1}}, s(start=0.12));
   Parts.Body follower(m=0.5);
 equation
@@ -221,3 +224,29 @@ def test_a_curve_is_drawn_through_its_points(run: Run) -> None:
     np.testing.assert_allclose(
         item.points, [[0, -0.2], [0.3, 0], [0, 0.2], [-0.3, 0], [0, -0.2]], atol=1e-12
     )
+
+
+def test_older_names_of_curves_work_and_tell_the_new_ones(tmp_path: Path) -> None:
+    file = tmp_path / "old.pmo"
+    file.write_text(
+        "model M\n"
+        "  extends PlanarMultiBody.Examples.CurveCurveJoint.CamFollower(contact(\n"
+        "    redeclare PlanarMultiBody.Joints.Internal.Ellipse curve1(a=0.15, b=0.08),\n"
+        "    redeclare Flat curve2));\n"
+        "  model Flat\n"
+        "    extends PlanarMultiBody.Joints.Internal.StraightLine(s_min=-0.1, s_max=0.1);\n"
+        "  end Flat;\n"
+        "end M;\n",
+        "utf-8",
+    )
+    model = planarc.load(file)
+    old = model.simulate(0.2, tolerance=1e-8, intervals=20)
+    new = planarc.load("PlanarMultiBody.Examples.CurveCurveJoint.CamFollower").simulate(
+        0.2, tolerance=1e-8, intervals=20
+    )
+    assert np.array_equal(old["contact.f_N"], new["contact.f_N"])
+    found = [(d.code, d.span.line, d.hint) for d in model.warnings if d.span is not None]
+    assert found == [
+        ("F266", 3, "use `PlanarMultiBody.Curves.Ellipse`"),
+        ("F266", 6, "use `PlanarMultiBody.Curves.StraightLine`"),
+    ]

@@ -101,8 +101,8 @@ def cam(p: Pose) -> str:
   {p.fixed("ground", 0, 0)}
   Joints.Revolute hinge(phi(start={p.start(0.8)}, fixed=true), w(fixed=true));
   Parts.Body cam(m=2, I=0.01, r_CM={p.local(0.2, 0.03)});
-  Joints.CurveCurveJoint contact(redeclare Joints.Internal.Ellipse curve1(a=0.15, b=0.08),
-    redeclare Joints.Internal.StraightLine curve2({side}s_min=-0.2, s_max=0.2), s1(start={s1}));
+  Joints.CurveCurveJoint contact(redeclare Curves.Ellipse curve1(a=0.15, b=0.08),
+    redeclare Curves.StraightLine curve2({side}s_min=-0.2, s_max=0.2), s1(start={s1}));
   Joints.Prismatic slide(n={p.local(0, 1)}, s(start=0.12));
   Parts.Body follower(m=0.5);
 equation

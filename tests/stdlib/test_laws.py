@@ -72,7 +72,7 @@ LINKS = {
         free=False,
     ),
     "CurveCurveJoint": Link(
-        "Joints.CurveCurveJoint link(redeclare Joints.Internal.Ellipse curve1(a=0.6, b=0.4),"
+        "Joints.CurveCurveJoint link(redeclare Curves.Ellipse curve1(a=0.6, b=0.4),"
         " curve2(R=0.4), s1(start=0.8), s2(start=1.9))",
         free=False,
     ),
@@ -186,8 +186,8 @@ def test_turning_the_whole_model_turns_its_motion(run: Run) -> None:
   Parts.FixedRotation ground(angle={angle});
   Joints.Revolute hinge(phi(start=0.8, fixed=true), w(fixed=true));
   Parts.Body cam(m=2, I=0.01, r_CM={{0.2, 0.03}});
-  Joints.CurveCurveJoint contact(redeclare Joints.Internal.Ellipse curve1(a=0.15, b=0.08),
-    redeclare Joints.Internal.StraightLine curve2, s1(start=0.24));
+  Joints.CurveCurveJoint contact(redeclare Curves.Ellipse curve1(a=0.15, b=0.08),
+    redeclare Curves.StraightLine curve2, s1(start=0.24));
   Joints.Prismatic slide(n={{0, 1}}, s(start=0.12));
   Parts.Body follower(m=0.5);
 equation

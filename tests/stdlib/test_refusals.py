@@ -71,11 +71,11 @@ def test_an_impossible_parameter_stops_the_run(
     ("part", "message"),
     [
         ("Parts.RollingWheel part(R=0, m=1)", "radius R of a rolling wheel"),
-        ("Joints.Internal.StraightLine part(s_min=1, s_max=1, r_0={0, 0}, phi=0)", "no length"),
-        ("Joints.Internal.Circle part(R=0, r_0={0, 0}, phi=0)", "radius R of a contact circle"),
-        ("Joints.Internal.Ellipse part(a=0, r_0={0, 0}, phi=0)", "axis of an ellipse"),
-        ("Joints.Internal.SinusEllipse part(A=1, r_0={0, 0}, phi=0)", "waves of a sinus ellipse"),
-        ("Joints.Internal.Polar part(R=0, r_0={0, 0}, phi=0)", "radius R of a polar curve"),
+        ("Curves.StraightLine part(s_min=1, s_max=1, r_0={0, 0}, phi=0)", "no length"),
+        ("Curves.Circle part(R=0, r_0={0, 0}, phi=0)", "radius R of a contact circle"),
+        ("Curves.Ellipse part(a=0, r_0={0, 0}, phi=0)", "axis of an ellipse"),
+        ("Curves.SinusEllipse part(A=1, r_0={0, 0}, phi=0)", "waves of a sinus ellipse"),
+        ("Curves.Polar part(R=0, r_0={0, 0}, phi=0)", "radius R of a polar curve"),
     ],
 )
 def test_an_impossible_shape_stops_the_run(

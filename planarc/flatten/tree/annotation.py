@@ -50,14 +50,16 @@ def binding_of(argument: syntax.ElementModification | None) -> syntax.Expression
 
 
 def warn_obsolete(cls: Class, span: Span, session: Session) -> None:
-    """`annotation(obsolete = "use B")`: whoever uses the class is told (18.7)."""
+    """`annotation(obsolete = "use B")`: whoever uses the class is told, once at a place (18.7)."""
     arguments = arguments_of(cls.definition.annotation, "obsolete", session)
     argument = find_argument(arguments, "obsolete")
     if argument is not None:
         value = binding_of(argument)
         advice = value.value if isinstance(value, syntax.String) else None
         kind = cls.definition.kind.value
-        session.warn("F266", f"the {kind} `{cls.name}` is obsolete", span, advice)
+        message = f"the {kind} `{cls.name}` is obsolete"
+        if not any(w.span == span and w.message == message for w in session.warnings):
+            session.warn("F266", message, span, advice)
 
 
 def visual_kind(cls: Class, session: Session) -> str | None:

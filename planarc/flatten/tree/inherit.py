@@ -149,7 +149,7 @@ def _take_base(
             cut=(*inner.cut, *cut),
         )
         if first:
-            copy.modification, copy.mod_scope = modification, mod_scope
+            copy.modification, copy.mod_scope, copy.base_at = modification, mod_scope, span
         layout.parts.append(copy)
     for name, (index, element) in known.members.items():
         if name not in left_out:

@@ -122,6 +122,7 @@ class Part(Struct, eq=False):
     derived: int | None = None  # the part that extends this one
     modification: syntax.Modification | None = None  # of the extends clause
     mod_scope: Scope | None = None  # where it is resolved; None: in the deriving part
+    base_at: Span | None = None  # where the deriving class names it
     protected: bool = False
     #: components and connections that a class which extends this one leaves out
     left_out: frozenset[str] = frozenset()
