@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from msgspec import field
 
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Backend
 from planarc.remembered import Remembered, recall_slopes, remember_slopes
-from planarc.stages import to_code, to_lead, to_slopes, without_collection
+from planarc.stages import to_code, to_lead, to_slopes
 
 if TYPE_CHECKING:
     from planarc.core.clock import Clock

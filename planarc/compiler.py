@@ -43,6 +43,7 @@ from msgspec.structs import replace
 from planarc import stages
 from planarc.compiled import Compiled, find_lead
 from planarc.core.clock import Clock
+from planarc.core.data import without_collection
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.options import Backend, Redundant, RunOptions
 from planarc.remembered import recall, remember
@@ -64,7 +65,7 @@ def compile_model(
         known = recall(request, backend)
     if known is not None:
         return Compiled.recalled(known, backend)
-    with stages.without_collection():
+    with without_collection():
         target = open_target(request)
         model = stages.flatten(target, clock)
         warnings = model.warnings

@@ -7,9 +7,7 @@ what it runs.
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -239,15 +237,3 @@ def study(result: Result, kernel: Kernel | None = None) -> Insight:
     from planarc.insight.study import study as run_stage
 
     return run_stage(result, kernel)
-
-
-@contextmanager
-def without_collection() -> Iterator[None]:
-    """A while without Python's search for cycles: trees have few, and it takes a third of it."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()

@@ -41,7 +41,7 @@ from planarc.ir.expr import Expr, Exprs, Substitution, symbols
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
-    from planarc.codegen.samples import Values
+    from planarc.core.arrays import Vector as Values
 
 #: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40

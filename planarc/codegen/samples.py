@@ -27,9 +27,8 @@ from planarc.ir.expr import Expr
 from planarc.ir.sorted import Block, SortedDae
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector as Values
 
-    Values = NDArray[np.float64]
 
 #: Distance of each position from the start, in the unit of the coordinate.
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)

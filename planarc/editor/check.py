@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from planarc import stages
 from planarc.core.clock import Clock
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity, mistake
 from planarc.core.source import Span
 from planarc.editor.shelf import Shelf
@@ -93,7 +93,7 @@ def _check(target: Target, broken: bool, wanted: Wanted, watch: Watch) -> Findin
     try:
         warnings = tuple(check_versions(target.library, name))
         target = replace(target, warnings=warnings)
-        with stages.without_collection():
+        with without_collection():
             ends = set(_connectors(target))
             if broken or End.FLANGE in ends or (ends and "." in name):
                 told = stages.flatten(target, Clock(watch=lambda: ask(wanted))).warnings

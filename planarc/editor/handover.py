@@ -15,7 +15,7 @@ from planarc import stages
 from planarc.api.model import Model
 from planarc.compiled import Compiled, find_lead
 from planarc.core.clock import Clock
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Backend
 from planarc.ir.store import dumps, loads
@@ -33,7 +33,7 @@ class Draft(Data):
 
 def draft_of(seen: Seen, backend: Backend, clock: Clock) -> Draft:
     """What is to be handed on. Raises what the clock's watch raises."""
-    with stages.without_collection():
+    with without_collection():
         program = stages.to_program(seen.model, clock)
         program = replace(program, mechanism=seen.checked.mechanism, figures=seen.flat.figures)
         lead = find_lead(seen.flat, seen.dae, backend, clock)
@@ -42,7 +42,7 @@ def draft_of(seen: Seen, backend: Backend, clock: Clock) -> Draft:
 
 def model_of(draft: Draft, request: Request, backend: Backend, clock: Clock) -> Model:
     """The model that the request is for, with code."""
-    with stages.without_collection():
+    with without_collection():
         program = loads(draft.program)
         compiled = Compiled.of(program, backend, clock, draft.warnings, draft.lead)
     return Model(request, backend, compiled)

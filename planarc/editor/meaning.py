@@ -18,7 +18,7 @@ from planarc.editor.mentions import Kind, Mention, mention_at
 from planarc.editor.view import View
 from planarc.flatten.tree import lookup, sight
 from planarc.flatten.tree.naming import name_span
-from planarc.flatten.tree.nodes import Class, Element, Instance, Scope
+from planarc.flatten.tree.nodes import Element, Instance, Scope
 from planarc.ir import syntax
 
 Key: TypeAlias = tuple[Path | str, int]
@@ -148,7 +148,3 @@ def name_place(node: syntax.Declaration) -> Span:
     """The place of a declared name alone."""
     span = name_span(node)
     return span if span is NOWHERE else Span(span.source, span.start, span.start + len(node.name))
-
-
-def class_meaning(cls: Class) -> Meaning:
-    return Meaning(cls.definition.name, name_place(cls.definition), None, cls.definition)

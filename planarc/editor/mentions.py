@@ -85,14 +85,12 @@ class Walk:
             start = self._text.source.text.find("within", 0, end) + len("within")
             yield from self._dotted(Span(tree.span.source, start, end), tree.within, Kind.IMPORT)
 
-    def _dotted(
-        self, span: Span, path: tuple[str, ...], kind: Kind, base: syntax.Ref | None = None
-    ) -> Iterator[Mention]:
+    def _dotted(self, span: Span, path: tuple[str, ...], kind: Kind) -> Iterator[Mention]:
         """The names of a dotted one that begins a piece of text."""
         places = (p for p in _names(span) if p.text not in _PREFIXES)
         for count, place in zip(range(1, len(path) + 1), places, strict=False):
             if place.text == path[count - 1]:
-                yield Mention(kind, place.text, place, self._owner, path[:count], base=base)
+                yield Mention(kind, place.text, place, self._owner, path[:count])
 
     # Classes
 
@@ -194,7 +192,7 @@ class Walk:
     # Modifications
 
     def _modification(
-        self, modification: syntax.Modification | None, target: Target, local: Locals | None = None
+        self, modification: syntax.Modification | None, target: Target
     ) -> Iterator[Mention]:
         if modification is None:
             return
@@ -214,7 +212,7 @@ class Walk:
                     for place in places:
                         yield self._modifier(place, (*outer, place.text), base)
         if modification.binding is not None:
-            yield from self._expressions((modification.binding,), local or {})
+            yield from self._expressions((modification.binding,), {})
 
     def _modifier(self, place: Span, path: tuple[str, ...], base: syntax.Ref | None) -> Mention:
         return Mention(Kind.MODIFIER, place.text, place, self._owner, path, base=base)

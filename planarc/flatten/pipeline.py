@@ -16,13 +16,13 @@ Reference: Modelica Language Specification 3.6, section 5.6.
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from msgspec.structs import replace
 
+from planarc.core.data import without_collection
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE, Span
@@ -157,18 +157,14 @@ def open_session(library: Library, makers: Makers = MAKERS) -> Session:
 
 @contextmanager
 def _large_work() -> Iterator[None]:
-    """Deep recursion is allowed, and the garbage collector waits: it would walk over all
-    trees again and again, which costs a third of the time, and finds nothing."""
+    """A while in which deep recursion is allowed, and Python's search for cycles waits."""
     limit = sys.getrecursionlimit()
-    collecting = gc.isenabled()
     sys.setrecursionlimit(max(limit, _RECURSION))
-    gc.disable()
     try:
-        yield
+        with without_collection():
+            yield
     finally:
         sys.setrecursionlimit(limit)
-        if collecting:
-            gc.enable()
 
 
 def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -16,15 +16,12 @@ Reference: Modelica Language Specification 3.6, appendix A.
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planarc.core import cache
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError
 from planarc.core.files import read_plain
 from planarc.core.source import Source, Span, decode
@@ -47,9 +44,9 @@ def parse_file(path: Path, name: str | None = None) -> syntax.StoredDefinition:
     return parse_text(Source(name or str(path), decode(read_plain(path)), path))
 
 
-def parse_expression(text: str, name: str = "<expression>") -> syntax.Expression:
-    """The tree of one expression, such as the value of `--set`."""
-    whole = Span(Source(name, text), 0, len(text))
+def parse_expression(text: str) -> syntax.Expression:
+    """The tree of one expression that stands in no file."""
+    whole = Span(Source("<expression>", text), 0, len(text))
     tree: syntax.Expression = _parse_or_load("expression_text", whole)
     return tree
 
@@ -68,24 +65,12 @@ def _parse_annotation(span: Span) -> tuple[syntax.Argument, ...]:
 
 def _parse_or_load(start: str, span: Span) -> Any:
     key = cache.key(start, str(span.start), span.text)
-    with _without_collecting():
+    with without_collection():
         tree = load_tree(span.source, key)
         if tree is None:
             tree = _parse(start, span)
             store_tree(key, tree)
     return tree
-
-
-@contextmanager
-def _without_collecting() -> Iterator[None]:
-    """Stop looking for cycles, which trees do not have: that takes 40 % of the time."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
 
 
 def _parse(start: str, span: Span) -> Any:

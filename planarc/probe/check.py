@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from planarc import stages
 from planarc.core.clock import Clock
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import Backend
 from planarc.ir.mechanism import Mobility
@@ -42,7 +42,7 @@ def check_model(request: Request, clock: Clock | None = None, start: bool = Fals
         known = recall_check(request)
     if known is not None and not (start and known.mechanism and known.mobility is None):
         return known
-    with stages.without_collection():
+    with without_collection():
         target = open_target(request)
         checked = judge(look_at(target, clock), clock, start)
     remember_check(request, target, checked)

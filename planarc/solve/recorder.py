@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Take = Callable[["NDArray[np.float64]"], None]
+    from planarc.core.arrays import Vector
+
+Take = Callable[["Vector"], None]
 
 
 class Recorder:
@@ -29,7 +31,7 @@ class Recorder:
         self,
         program: Program,
         kernel: Kernel,
-        grid: NDArray[np.float64],
+        grid: Vector,
         also: Iterable[int] = (),
     ) -> None:
         import numpy as np
@@ -107,7 +109,7 @@ class Recorder:
         row = self.data[self.count - 1].tolist() if self.count else ()
         return dict(zip(self.stored, row, strict=False))
 
-    def rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def rows(self) -> tuple[Vector, Vector]:
         time, data = self.time[: self.count], self.data[: self.count]
         if 2 * self.count < len(self.time):  # a short run does not keep the room of a long one
             return time.copy(), data.copy()
@@ -141,18 +143,18 @@ def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:
         if len(slots) < 2:
             indices = slots.tolist()
 
-            def copy_few(row: NDArray[np.float64]) -> None:
+            def copy_few(row: Vector) -> None:
                 row[:] = [w[i] for i in indices]
 
             return copy_few
         pick = itemgetter(*slots.tolist())
 
-        def copy_list(row: NDArray[np.float64]) -> None:
+        def copy_list(row: Vector) -> None:
             row[:] = pick(w)
 
         return copy_list
 
-    def copy_array(row: NDArray[np.float64]) -> None:
+    def copy_array(row: Vector) -> None:
         np.take(view, slots, out=row)
 
     return copy_array

@@ -25,8 +25,7 @@ from planarc.ir.program import Let, ParameterSlot, Program
 from planarc.solve.once import once
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
 
 #: More rows than this are a mistake in the options rather than a wish.
 MOST_ROWS = 20_000_000
@@ -36,7 +35,7 @@ DEFAULT_INTERVALS = 500
 class Request(Data):
     start: float
     stop: float
-    grid: NDArray[np.float64]  # the times of the rows, from start to stop
+    grid: Vector  # the times of the rows, from start to stop
     tolerance: float
     solver: Solver
     fixed_step: float | None
@@ -129,9 +128,7 @@ def _usage(code: str, message: str, hint: str | None = None) -> UsageError:
     return UsageError(Diagnostic(code, message, hint=hint))
 
 
-def _grid(
-    start: float, stop: float, default: float | None, options: RunOptions
-) -> NDArray[np.float64]:
+def _grid(start: float, stop: float, default: float | None, options: RunOptions) -> Vector:
     import numpy as np
 
     if options.interval is not None and options.intervals is not None:
@@ -151,7 +148,7 @@ def _grid(
         raise _usage("R403", f"the interval must be a time above 0 s, not {interval:g}")
     _limit_rows((stop - start) / interval)
     count = int((stop - start) / interval + 1e-9)
-    times: NDArray[np.float64] = start + interval * np.arange(count + 1, dtype=np.float64)
+    times: Vector = start + interval * np.arange(count + 1, dtype=np.float64)
     if stop - times[-1] > 1e-9 * interval:
         return np.concatenate([times, np.array([stop])])
     times[-1] = stop

@@ -28,12 +28,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from planarc.core.arrays import Vector
+
 
 class Rows(Protocol):
     """The rows of a recorder: `count` of them, and the column of each slot."""
 
-    time: NDArray[np.float64]
-    data: NDArray[np.float64]
+    time: Vector
+    data: Vector
     stored: dict[int, int]
 
     @property
@@ -53,7 +55,7 @@ class _Broken(Struct):
     last: float = -math.inf  # the last row at which it applied
     end: float = -math.inf  # the last row that was looked at
 
-    def add(self, time: NDArray[np.float64], broken: NDArray[np.bool_]) -> None:
+    def add(self, time: Vector, broken: NDArray[np.bool_]) -> None:
         """Rows in their order; rows side by side that are both broken make a stretch."""
         previous = bool(self.stretches) and self.last == self.end
         for t, bad in zip(time.tolist(), broken.tolist(), strict=True):
@@ -257,7 +259,7 @@ class _Columns:
         with np.errstate(all="ignore"):
             return self._values(root)
 
-    def _leaf(self, e: Expr) -> float | NDArray[np.float64]:
+    def _leaf(self, e: Expr) -> float | Vector:
         if e.op is Op.TIME:
             return self.time
         slot = self._slots.get(repr(e))

@@ -13,6 +13,7 @@ from planarc.ir.program import Let, Program
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
+    from planarc.ir.kernel import Lead
 
 
 class Derivatives(Protocol):
@@ -28,8 +29,10 @@ class Derivatives(Protocol):
 class Derived(ABC):
     """`Formulas`; `slopes` gives the code of a scope."""
 
-    def __init__(self, program: Program, slopes: Callable[[Scope], Any] | None) -> None:
-        self._program, self._slopes = program, slopes
+    def __init__(
+        self, program: Program, slopes: Callable[[Scope], Any] | None, lead: Lead | None
+    ) -> None:
+        self._program, self._slopes, self._lead = program, slopes, lead
         self.selection: Sequence[int] = ()
         self._derivatives: dict[str, Derivatives | None] = {}
 

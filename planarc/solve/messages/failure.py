@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
@@ -260,10 +260,6 @@ def _block(
         f"{place} {trouble.subject(names, [i for _, i in worst])} could not be solved",
         worst[0][1].span if worst else None,
         hint=place.hint(advice),
-        related=tuple(
-            Related(trouble.told(v, i), i.span)
-            for v, i in worst
-            if len(worst) > 1 or trouble.is_off(v)
-        ),
+        related=trouble.related(worst),
     )
     return point_home(program, found, worst[0][1].component if worst else "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from planarc.core.diagnostic import Related
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_names
@@ -46,6 +47,11 @@ _MET = 1e-6
 
 def is_off(value: float) -> bool:
     return math.isfinite(value) and abs(value) > _MET
+
+
+def related(worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
+    """The worst of several equations, and a single one that is off, with their places."""
+    return tuple(Related(told(v, i), i.span) for v, i in worst if len(worst) > 1 or is_off(v))
 
 
 def told(value: float, info: EquationInfo) -> str:

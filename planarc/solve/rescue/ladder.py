@@ -27,10 +27,9 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 from planarc.core.data import Data
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
 
-    Vector: TypeAlias = NDArray[np.float64]
+    Residuals: TypeAlias = Callable[[Vector], Vector | None]
 
 #: Lengths of the moves away from the guess, beside it and apart, relative to max(1, |x|).
 BESIDE, APART = (1e-3, 0.1), (1.0, 10.0, 100.0)
@@ -265,11 +264,7 @@ def follow(f: Function, start: Vector, here: Vector, sizes: Vector, fixed: bool)
     return None if end is None else start + scale * end[:-1]
 
 
-def _arc(
-    value: Callable[[Vector], Vector | None],
-    slopes: Callable[[Vector], Vector | None],
-    z: Vector,
-) -> Vector | None:
+def _arc(value: Residuals, slopes: Residuals, z: Vector) -> Vector | None:
     """The first point with last number 1 on the curve value(z) = 0, which begins at z."""
     import numpy as np
 
@@ -296,11 +291,7 @@ def _arc(
     return None
 
 
-def _back(
-    value: Callable[[Vector], Vector | None],
-    slopes: Callable[[Vector], Vector | None],
-    z: Vector,
-) -> Vector | None:
+def _back(value: Residuals, slopes: Residuals, z: Vector) -> Vector | None:
     """A point of the curve near z."""
     import numpy as np
 

@@ -23,7 +23,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program
 
 if TYPE_CHECKING:
-    from planarc.solve.rescue.ladder import Vector
+    from planarc.core.arrays import Vector
 
 #: Blocks that may stay unsolved in one run before no further ways are tried.
 MOST_FAILURES = 8

@@ -34,7 +34,7 @@ from planarc.solve.start.system import System, declared
 if TYPE_CHECKING:
     import numpy as np
 
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 

@@ -29,7 +29,7 @@ from planarc.solve.start.system import System
 from planarc.solve.states.pivoting import choose_columns
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-7

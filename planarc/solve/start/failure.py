@@ -23,7 +23,7 @@ from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 _WORST = 3
 
@@ -77,11 +77,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
         hint=_zeros(system, infos) or _advice(program, tried, program.blocks[block].linear),
-        related=tuple(
-            Related(trouble.told(v, i), i.span)
-            for v, i in worst
-            if len(worst) > 1 or trouble.is_off(v)
-        ),
+        related=trouble.related(worst),
     )
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
 

@@ -22,7 +22,7 @@ from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 #: Distance from the flat position at which ways are told (rad, m), the least distance between two
 #: of them there, and the farthest that another unknown may go on its way there.

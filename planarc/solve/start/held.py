@@ -25,7 +25,7 @@ from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, gradients
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 #: A candidate that moves less than this part of a free motion is not held against it.
 INDEPENDENT = 1e-3

@@ -26,10 +26,8 @@ from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.differences import one_sided
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector
 
-    Vector: TypeAlias = NDArray[np.float64]
     #: A function; it may have a method `slopes` for its Jacobian.
     Residuals: TypeAlias = Callable[[Vector], Vector | None]
     Slopes: TypeAlias = Callable[[Vector], Vector | None]

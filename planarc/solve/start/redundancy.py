@@ -32,7 +32,7 @@ from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, gradients
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8

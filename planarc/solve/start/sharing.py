@@ -25,7 +25,7 @@ from planarc.ir.program import Condition, Program
 from planarc.solve.messages import trouble
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
     from planarc.solve.start.system import System
 
 #: Accelerations that change by more than this part of what the forces change, depend on them.

@@ -24,8 +24,8 @@ from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
     from planarc.solve.start.failure import NotAssembled
-    from planarc.solve.start.newton import Vector
 
 #: Length (m) or angle (rad) by which a loop may be open.
 _OPEN = 1e-6

@@ -44,7 +44,7 @@ from planarc.solve.start.singular import refuse_singular
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 
 class Start(Data):

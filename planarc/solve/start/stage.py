@@ -15,7 +15,7 @@ from planarc.solve.start import newton
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 
 def solve_stage(

@@ -22,7 +22,7 @@ from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import newton
 
 if TYPE_CHECKING:
-    from planarc.solve.start.newton import Vector
+    from planarc.core.arrays import Vector
 
 #: Rows, and the candidates that they are solved for.
 Stage: TypeAlias = tuple[list[int], list[int]]

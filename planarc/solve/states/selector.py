@@ -53,9 +53,7 @@ from planarc.solve.solvers.watch import Watch
 from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from planarc.core.arrays import Vector
     from planarc.solve.states.outlook import Outlook
 
 #: A look that finds this many times the accepted sensitivity came too late.
@@ -129,7 +127,7 @@ class Selector:
                 else []
             )
 
-    def _scales(self) -> dict[int, NDArray[np.float64]]:
+    def _scales(self) -> dict[int, Vector]:
         """The largest columns seen, of each block; of the open ones the watch has them, too."""
         import numpy as np
 

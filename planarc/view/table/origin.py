@@ -77,12 +77,12 @@ def changed_parameters(result: Result) -> dict[str, float]:
     return found
 
 
-def as_text(path: Path, result: Result, origin: Origin, size: int = -1) -> bytes:
+def as_text(path: Path, result: Result, origin: Origin) -> bytes:
     """The origin of the result that stands at `path`."""
-    return msgspec.json.encode(_told(path, result, origin, size))
+    return msgspec.json.encode(_told(path, result, origin))
 
 
-def _told(path: Path, result: Result, origin: Origin, size: int) -> _Told:
+def _told(path: Path, result: Result, origin: Origin, size: int = -1) -> _Told:
     file = "" if origin.file is None else _relative(origin.file, path.parent)
     libraries = tuple(_relative(folder, path.parent) for folder in origin.libraries)
     return _Told(result.program.name, file, libraries, changed_parameters(result), size)

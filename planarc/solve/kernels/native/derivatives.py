@@ -19,9 +19,7 @@ from planarc.ir.program import Program
 from planarc.solve.kernels.native.engine import Engine
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Matrix = NDArray[np.float64]
+    from planarc.core.arrays import Vector as Matrix
 
 
 class NativeDerivatives:

@@ -25,10 +25,10 @@ from planarc.solve.kernels.native.layout import find_layout, numbers_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from planarc.core.arrays import Vector
     from planarc.ir.derivatives import Scope
     from planarc.solve.kernels.native.derivatives import NativeDerivatives
 
-    Vector = NDArray[np.float64]
     Indices = NDArray[np.intp]
 
 
@@ -49,8 +49,7 @@ class NativeKernel(Derived):
         slopes: Callable[[Scope], Any] | None = None,
         lead: Lead | None = None,
     ) -> None:
-        super().__init__(program, slopes)
-        self._lead = lead
+        super().__init__(program, slopes, lead)
         self._engine = engine = _engine(code)
         made = find_layout(program)
         self._place = made.place

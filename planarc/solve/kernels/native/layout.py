@@ -14,7 +14,8 @@ from planarc.solve.once import once
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Vector = NDArray[np.float64]
+    from planarc.core.arrays import Vector
+
     Indices = NDArray[np.intp]
 
 

@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING, Any
 from planarc.ir.derivatives import Tape
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from planarc.core.arrays import Vector as Matrix
 
-    Matrix = NDArray[np.float64]
 
 #: Nodes up to which a full matrix is quicker.
 LARGEST_FULL = 40

@@ -45,8 +45,7 @@ class NumpyKernel(Derived):
         slopes: Callable[[Scope], Any] | None = None,
         lead: Lead | None = None,
     ) -> None:
-        super().__init__(program, slopes)
-        self._lead = lead
+        super().__init__(program, slopes, lead)
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = -1
         self.failed_equation = -1
