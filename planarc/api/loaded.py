@@ -42,7 +42,8 @@ class Loaded:
 
     def __repr__(self) -> str:
         p = self.program
-        return f"<Model {p.name}: {p.equations_before} equations, {p.state_count} states>"
+        states = counted(p.state_count, "state")
+        return f"<Model {p.name}: {counted(p.equations_before, 'equation')}, {states}>"
 
     def __getstate__(self) -> dict[str, Any]:
         from planarc.ir.store import dumps

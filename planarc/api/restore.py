@@ -24,7 +24,7 @@ from planarc.compiler import compile_model
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.core.options import fastest_backend
-from planarc.core.prose import ticked
+from planarc.core.prose import counted, ticked
 from planarc.core.source import model_files
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Exprs
@@ -118,7 +118,7 @@ def _of_model(table: Table, name: str, compiled: Compiled) -> Restored:
     program = replace(program, columns=tuple(c for c in program.columns if c.name not in lost))
     own = sorted(c for c in lost if not c.startswith("$"))
     shown = ticked(own[:_WORST])
-    note = f"{name} does not hold {len(own)} variables of the model, such as {shown}"
+    note = f"{name} does not hold {counted(len(own), 'variable')} of the model, such as {shown}"
     result = _result(program, table, known.values(), varying, constants)
     return Restored(result, kernel, (note,) if own else ())
 
@@ -148,7 +148,7 @@ def _refuse_stranger(table: Table, name: str, program: Program) -> None:
         raise usage_error(
             "C290",
             f"`{name}` is no result of `{program.name}`: it holds {there} of the model's"
-            f" {len(own)} variables",
+            f" {counted(len(own), 'variable')}",
             hint="give the model that made it with `--model`",
         )
 

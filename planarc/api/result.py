@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, overload
 from planarc.api.values import count, elements_of, finite
 from planarc.core.diagnostic import Diagnostic, RunError, usage_error
 from planarc.core.extras import need
+from planarc.core.prose import counted
 from planarc.core.unknown import telling_keywords, unknown_attribute, unknown_name
 from planarc.stages import study
 from planarc.view.storage import CannotWrite, with_ending, write_text
@@ -127,7 +128,8 @@ class Result:
     def __repr__(self) -> str:
         time = self.time
         span = f"{time[0]:g} to {time[-1]:g} s" if len(time) else "no time"
-        return f"<Result of {self.name}: {len(self)} rows, {span}, {self.statistics.solver}>"
+        rows = counted(len(self), "row")
+        return f"<Result of {self.name}: {rows}, {span}, {self.statistics.solver}>"
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from planarc.cli.analysis import open_model, say_json
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
 from planarc.core.options import Redundant
+from planarc.core.prose import counted
 
 if TYPE_CHECKING:
     from planarc.view.picture.make import Made
@@ -139,7 +140,7 @@ def _tell(path: Path, made: Made, as_json: bool) -> None:
         rows = [("written", str(path))]
         if made.seconds:
             pace = "" if abs(made.speed - 1) < 1e-3 else f", {_pace(made.speed)}"
-            rows.append(("shows", f"{made.seconds:.3g} s in {made.frames} frames{pace}"))
+            rows.append(("shows", f"{made.seconds:.3g} s in {counted(made.frames, 'frame')}{pace}"))
         rows += [("note", note) for note in made.notes]
         console.say_rows(rows)
 

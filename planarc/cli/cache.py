@@ -8,6 +8,7 @@ import typer
 
 from planarc.cli import console
 from planarc.cli.exits import Exit
+from planarc.core.prose import counted
 
 
 def cache(
@@ -28,10 +29,13 @@ def cache(
     if clear:
         left = store.clear(root)
         gone = sum(size for _, size in before.values())
-        console.say(f"removed {sum(n for n, _ in before.values())} entries, {megabytes(gone)}")
+        number = sum(n for n, _ in before.values())
+        console.say(f"removed {counted(number, 'entry')}, {megabytes(gone)}")
         return Exit.RUN if left else Exit.DONE
     rows = [("folder", str(root))]
-    rows += [(kind, f"{n} entries, {megabytes(size)}") for kind, (n, size) in before.items()]
+    rows += [
+        (kind, f"{counted(n, 'entry')}, {megabytes(size)}") for kind, (n, size) in before.items()
+    ]
     total = sum(size for _, size in before.values())
     rows.append(("total", f"{megabytes(total)} of at most {megabytes(store.MAX_BYTES)}"))
     console.say_rows(rows)

@@ -15,6 +15,7 @@ from planarc.cli.files import save, table_destination
 from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import read_plain
 from planarc.core.options import Redundant
+from planarc.core.prose import counted
 
 
 def drive(
@@ -75,7 +76,7 @@ def drive(
     rows = [(c, n, u, number(low), number(high)) for c, n, u, low, high in told]
     say_table(("driven", "effort", "unit", "least", "greatest"), rows)
     if output is not None:
-        console.say(f"{output} ({len(driven.time)} rows)")
+        console.say(f"{output} ({counted(len(driven.time), 'row')})")
     return 0
 
 

@@ -16,13 +16,14 @@ from planarc.cli.files import Destinations, destinations, save
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, apply_settings
-from planarc.cli.summary import details, state_reasons, summary
+from planarc.cli.summary import details, start_values, state_reasons, summary
 from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError, led_to
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
+from planarc.core.prose import counted
 from planarc.ir.kernel import Kernel
 from planarc.ir.result import Interrupted, Result
 from planarc.request.request import Request
@@ -151,7 +152,7 @@ class Run:
     def _written(self) -> tuple[str, ...]:
         found = []
         if self.outcome.output:
-            found.append(f"{self.outcome.output} ({self.outcome.rows} rows)")
+            found.append(f"{self.outcome.output} ({counted(self.outcome.rows or 0, 'row')})")
         if self.outcome.report:
             found.append(self.outcome.report)
         return tuple(found)
@@ -177,13 +178,17 @@ def _at_place(place: str, request: Request, compiled: Compiled, options: RunOpti
 
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:
     """The report; it holds no times, so that equal runs give equal pages."""
+    from planarc.view.page import typeset
+    from planarc.view.page.data import shown_unit
     from planarc.view.page.report import write_report
     from planarc.view.scene import make_scene
 
     rows = []
+    units = {c.name: shown_unit(c) for c in result.program.columns}
+    shown = {n: (factor, typeset.unit(unit)) for n, (factor, unit) in units.items()}
     for label, text in summary(result, {"total": 0.0}, False, ()):
         if label != "time":
-            rows.append((label, text))
+            rows.append((label, start_values(result.held, shown) if label == "start" else text))
         if label == "states" and (why := state_reasons(result)):
             rows.append(("why these", why))
     rows += [row for row in details(result) if row[0] == "calls"]

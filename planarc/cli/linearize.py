@@ -25,6 +25,7 @@ from planarc.cli.arguments import (
     offers,
 )
 from planarc.core.options import Redundant
+from planarc.core.prose import counted
 
 
 def linearize(
@@ -85,6 +86,6 @@ def linearize(
         )
         for m in found.modes
     ]
-    console.say(f"{model.name} at t = {found.time:.6g} s: {len(found.states)} states")
+    console.say(f"{model.name} at t = {found.time:.6g} s: {counted(len(found.states), 'state')}")
     say_table(("eigenvalue [1/s]", "natural [rad/s]", "damped [Hz]", "damping", "mostly"), rows)
     return 0

@@ -13,6 +13,7 @@ from planarc.cli.analysis import number, open_model, say_json, say_table, with_s
 from planarc.cli.files import csv_destination, save
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Redundant
+from planarc.core.prose import counted
 
 
 def sensitivity(
@@ -88,5 +89,5 @@ def sensitivity(
     rows = [(v, p, number(x[-1]), number(abs(x).max())) for (v, p), x in pairs.items()]
     say_table(("variable", "parameter", "at the end", "largest"), rows)
     if output is not None:
-        console.say(f"{output} ({len(found.time)} rows)")
+        console.say(f"{output} ({counted(len(found.time), 'row')})")
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from planarc.core.prose import shortened
+from planarc.core.prose import counted, shortened
 from planarc.ir.result import Held, Result, StateChoice
 
 MOST_EVENTS = 20  # that `--verbose` shows
@@ -38,7 +38,7 @@ def details(result: Result) -> tuple[tuple[str, str], ...]:
     statistics = result.statistics
     work = (
         f"{statistics.rhs_calls} of the right-hand side, {statistics.jacobians} of its Jacobian, "
-        f"{statistics.error_test_failures} steps rejected"
+        f"{counted(statistics.error_test_failures, 'step')} rejected"
     )
     happened = [f"t = {e.time:.6g} s: {_names(e.causes)}" for e in result.events[:MOST_EVENTS]]
     if len(result.events) > MOST_EVENTS:
@@ -73,13 +73,21 @@ def state_reasons(result: Result) -> str:
         for kind in kinds
     ]
     rule = "the best conditioned choice" if len(chosen) < len(select) else "all"
-    return "\n".join([*said, f"{rule} of {len(select)} candidates"])
+    return "\n".join([*said, f"{rule} of {counted(len(select), 'candidate')}"])
 
 
-def start_values(held: Sequence[Held]) -> str:
-    """The values held at the start, and the ways that guesses moved (farthest first)."""
+def start_values(held: Sequence[Held], units: Mapping[str, tuple[float, str]] | None = None) -> str:
+    """The values held at the start, and the ways that guesses moved (farthest first).
+
+    `units` has factors and units for names; other numbers stand as they are.
+    """
+
+    def told(name: str, *values: float) -> str:
+        factor, unit = (units or {}).get(name, (1.0, ""))
+        return f"{name} = {' -> '.join(f'{factor * v:.6g}' for v in values)} {unit}".rstrip()
+
     lines = []
-    exact = [f"{h.name} = {h.start:.6g}" for h in held if h.held]
+    exact = [told(h.name, h.start) for h in held if h.held]
     if exact:
         lines.append("held " + _names(exact))
     moved = sorted(
@@ -87,9 +95,7 @@ def start_values(held: Sequence[Held]) -> str:
         key=lambda h: -abs(h.value - h.start),
     )
     if moved:
-        lines.append(
-            "guessed " + _names([f"{h.name} = {h.start:.6g} -> {h.value:.6g}" for h in moved])
-        )
+        lines.append("guessed " + _names([told(h.name, h.start, h.value) for h in moved]))
     return "\n".join(lines)
 
 

@@ -19,6 +19,7 @@ from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.interruption import Interruption
 from planarc.core.options import Redundant
+from planarc.core.prose import counted
 from planarc.core.render import to_json
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def _tell(study: Study, output: Path | None, refused: Sequence[Diagnostic]) -> N
         more = "" if output else "; `--output FILE.csv` writes all"
         console.say(f"... {len(study)} points in all{more}")
     if output is not None and not refused:
-        console.say(f"{output} ({len(study)} rows)")
+        console.say(f"{output} ({counted(len(study), 'row')})")
     failures = study.failures
     console.complain(
         Diagnostic("C254", f"point {f.index + 1} ({_named(f.point)}) failed: {f.reason}")

@@ -40,6 +40,8 @@ def counted(number: int, noun: str) -> str:
 
 
 def plural(noun: str) -> str:
+    if noun.endswith("y"):
+        return f"{noun[:-1]}ies"
     return noun + ("es" if noun.endswith("s") else "s")
 
 

@@ -53,7 +53,8 @@ def _mobility(definition: syntax.ClassDef, finding: Finding) -> Iterator[Hint]:
         count = checked.mechanism.mobility
         rank = count if checked.mobility is None else checked.mobility.rank
         words.insert(0, f"mobility {rank}" + (f" ({count} by count)" if rank != count else ""))
-    tip = f"{checked.equations_before} equations, {checked.equations_after} after reduction"
+    before = counted(checked.equations_before, "equation")
+    tip = f"{before}, {checked.equations_after} after reduction"
     yield Hint(definition.name_span.end, ", ".join(words), tip)
 
 

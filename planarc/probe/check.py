@@ -23,6 +23,7 @@ from planarc.core.clock import Clock
 from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.options import Backend
+from planarc.core.prose import counted
 from planarc.ir.mechanism import Mobility
 from planarc.probe.open import open_program
 from planarc.remembered import Checked, recall_check, remember_check
@@ -88,9 +89,10 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
 
 def summary_of(checked: Checked) -> Iterator[str]:
     """What a check says of a model that is right, in a line or two."""
+    equations = counted(checked.equations_before, "equation")
     yield (
-        f"{checked.name} is complete: {checked.equations_before} equations for as many unknowns, "
-        f"{checked.equations_after} after reduction, {checked.states} states"
+        f"{checked.name} is complete: {equations} for as many unknowns, "
+        f"{checked.equations_after} after reduction, {counted(checked.states, 'state')}"
     )
     if checked.mechanism is not None and checked.mechanism.bodies:
         yield _told(checked.mechanism, checked.mobility)

@@ -12,6 +12,7 @@ from planarc.api.htmltable import html_table
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.extras import need
+from planarc.core.prose import counted
 from planarc.core.unknown import refuse_unknown
 from planarc.view.storage import write_rows
 
@@ -67,7 +68,7 @@ class Study(Data):
 
     def __repr__(self) -> str:
         shown = ", ".join(self.columns)
-        return f"<Study of {self.model}: {len(self)} points{self._failed()}; {shown}>"
+        return f"<Study of {self.model}: {counted(len(self), 'point')}{self._failed()}; {shown}>"
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.columns)
@@ -96,7 +97,9 @@ class Study(Data):
 
     def _repr_html_(self) -> str:
         rows = (row.values() for row in self)
-        return html_table(self.columns, rows, f"{len(self)} points{self._failed()}", most=20)
+        return html_table(
+            self.columns, rows, f"{counted(len(self), 'point')}{self._failed()}", most=20
+        )
 
     def _failed(self) -> str:
         return f", {len(self.failures)} failed" if self.failures else ""

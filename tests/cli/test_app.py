@@ -147,7 +147,7 @@ def test_a_check_is_remembered_while_its_files_are_the_same(
     assert stages <= modules_after("check", str(file))
     assert not stages & modules_after("check", str(file))
     assert run(["check", str(file)]) == 0
-    assert capsys.readouterr().out.startswith("M is complete: 1 equations")
+    assert capsys.readouterr().out.startswith("M is complete: 1 equation")
     file.write_text("model M\n  Real x;\nend M;\n")
     assert run(["check", str(file)]) == 1
     file.write_text("model M\n  Real x = 1;\n  Real y = x;\nend M;\n")

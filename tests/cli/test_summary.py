@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from planarc.cli import summary
 from planarc.ir.result import Held, StateChoice
 
@@ -48,3 +50,13 @@ def test_the_states_are_told_with_their_reason() -> None:
     assert (
         lines[-1] == f"the best conditioned choice of {len(result.program.candidates)} candidates"
     )
+
+
+def test_start_values_have_the_units_of_their_readers() -> None:
+    held = (
+        Held("hinge.phi", start=math.pi / 4, value=math.pi / 4, held=True),
+        Held("slide.s", start=0.1, value=0.2, held=False),
+    )
+    units = {"hinge.phi": (180 / math.pi, "deg"), "slide.s": (1.0, "m")}
+    told = "held hinge.phi = 45 deg\nguessed slide.s = 0.1 -> 0.2 m"
+    assert summary.start_values(held, units) == told

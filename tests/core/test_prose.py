@@ -20,7 +20,12 @@ def test_lists() -> None:
 
 @pytest.mark.parametrize(
     ("number", "noun", "text"),
-    [(0, "state", "0 states"), (1, "alias", "1 alias"), (2, "alias", "2 aliases")],
+    [
+        (0, "state", "0 states"),
+        (1, "alias", "1 alias"),
+        (2, "alias", "2 aliases"),
+        (2, "entry", "2 entries"),
+    ],
 )
 def test_counts(number: int, noun: str, text: str) -> None:
     assert counted(number, noun) == text

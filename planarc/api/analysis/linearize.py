@@ -29,6 +29,7 @@ from planarc.core.arrays import Array, Vector
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import RunOptions
+from planarc.core.prose import counted
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.result import Result as Rows
 from planarc.ir.result import StateChoice, Statistics
@@ -87,7 +88,7 @@ class Linearization(Data, eq=False):
 
     def __repr__(self) -> str:
         stable = "stable" if self.stable else "unstable"
-        given = f", {len(self.inputs)} inputs" if self.inputs else ""
+        given = f", {counted(len(self.inputs), 'input')}" if self.inputs else ""
         states = ", ".join(self.states)
         return f"<Linearization at t = {self.time:g} s, {stable}: states {states}{given}>"
 

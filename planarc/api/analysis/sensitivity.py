@@ -33,6 +33,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error, usage_error
 from planarc.core.extras import need
 from planarc.core.options import RunOptions
+from planarc.core.prose import counted
 from planarc.core.unknown import refuse_unknown
 from planarc.solve.settings import resolve
 from planarc.solve.states.selector import lost_diagnostic
@@ -67,8 +68,9 @@ class Sensitivities(Data):
 
     def __repr__(self) -> str:
         by = ", ".join(self.parameters)
-        rows = f"{len(self.time)} rows"
-        return f"<Sensitivities of {len(self.names)} variables by {by}: {rows}, from {self.method}>"
+        rows = counted(len(self.time), "row")
+        names = counted(len(self.names), "variable")
+        return f"<Sensitivities of {names} by {by}: {rows}, from {self.method}>"
 
     def _ipython_key_completions_(self) -> list[tuple[str, str]]:
         return [(n, p) for n in self.names for p in self.parameters]

@@ -117,10 +117,20 @@ planarc.createPlots = function (element, source, { seek = () => {}, changed = ()
       units.get(variable.unit).push(variable);
     }
     for (const [unit, curves] of units) {
-      panels.push(drawPanel(box, figure, unit, curves, units.size));
+      const turning = unit === "deg" ? curves.filter(turns) : [];
+      const others = curves.filter((curve) => !turning.includes(curve));
+      for (const part of [turning, others]) {
+        if (part.length) panels.push(drawPanel(box, figure, unit, part, units.size));
+      }
       if (figure.over && curves.length > 1) phases.push(drawPhase(box, unit, curves));
     }
     return box;
+  }
+
+  function turns(curve) {
+    // Beside an angle that goes round and round others would look still.
+    const values = curve.values(data.time.length).filter((v) => v !== null);
+    return values.reduce((high, v) => Math.max(high, v), -Infinity) - values.reduce((low, v) => Math.min(low, v), Infinity) > 360;
   }
 
   function drawPhase(box, unit, curves) {

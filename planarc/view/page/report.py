@@ -14,6 +14,7 @@ from pathlib import Path
 from string import Template
 
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.prose import counted
 from planarc.ir.insight import Insight, Peak
 from planarc.ir.result import Result
 from planarc.view.page import assets
@@ -119,11 +120,13 @@ def _card(title: str, inside: str) -> str:
 
 
 def _list(rows: Rows) -> str:
-    entries = (
-        f"<dt>{html.escape(label)}</dt><dd>{html.escape(typeset(text))}</dd>"
-        for label, text in rows
-    )
+    entries = (f"<dt>{html.escape(label)}</dt><dd>{_breaking(text)}</dd>" for label, text in rows)
     return f"<dl>{''.join(entries)}</dl>"
+
+
+def _breaking(text: str) -> str:
+    """A text whose long names break at their dots."""
+    return re.sub(r"(?<=\w\w\.)(?=[A-Za-z])", "<wbr>", html.escape(typeset(text)))
 
 
 def _peaks(runs: Sequence[Shown]) -> str:
@@ -173,7 +176,9 @@ def _notes(result: Result, shown: int, left_out: int) -> list[tuple[str, str]]:
         )
         notes.append(("remark", text))
     if left_out:
-        text = f"{left_out} variables had no room on this page; the result file holds them."
+        text = (
+            f"{counted(left_out, 'variable')} had no room on this page; the result file holds all."
+        )
         notes.append(("remark", text))
     return notes
 

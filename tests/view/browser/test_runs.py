@@ -158,3 +158,17 @@ def test_curves_over_each_other_have_equal_axes(
     )
     assert wide > 100
     assert abs(wide - high) <= 2
+
+
+def test_angles_that_turn_round_have_a_plot_of_their_own(
+    page_of_three: Path, open_page: Callable[..., Any]
+) -> None:
+    page = open_page(page_of_three)
+    shown = page.evaluate(
+        """() => planarcPlots.panels.filter((p) => p.figure.title === "Joints").map((p) => {
+          const spans = p.curves.map((c) => c.values(planarcPlots.panels[0].chart.data[0].length))
+            .map((v) => v.filter((x) => x !== null)).map((v) => Math.max(...v) - Math.min(...v));
+          return [p.curves.map((c) => c.name), spans.every((s) => s > 360)];
+        })"""
+    )
+    assert shown == [[["revA.phi", "revB.phi"], True], [["revC.phi", "revD.phi"], False]]

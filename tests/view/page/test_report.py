@@ -186,3 +186,9 @@ def test_vendored_files_are_the_published_ones() -> None:
     assert len(sums) == 2
     for name, digest in sums:
         assert hashlib.sha256((VENDOR / name).read_bytes()).hexdigest() == digest
+
+
+def test_long_names_break_at_their_dots(pendulum: Callable[..., Any]) -> None:
+    result = pendulum()
+    page = render_page(result, make_scene(result), (("model", "Library.Examples.Pendulum: 1.5 m"),))
+    assert "<dd>Library.<wbr>Examples.<wbr>Pendulum: 1.5 m</dd>" in page
