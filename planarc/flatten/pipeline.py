@@ -112,7 +112,7 @@ def flatten(
         raise PlanarcError(_ordered(session.errors))
     called = (f.external for f in model.functions if f.external)
     library.looked.open_questions = any(map(is_of_files, called))
-    return replace(model, warnings=_ordered(session.warnings))
+    return replace(model, warnings=_ordered([*session.warnings, *library.remarks]))
 
 
 def _watched(watch: Callable[[], None]) -> Makers:

@@ -131,7 +131,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     return Diagnostic(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
-        place(dae, _part(welds[0][0])) if welds else None,
+        place(dae, _part(welds[0][0] if welds else mechanism.joints[-1].name)),
         Severity.WARNING,
         hint=hint,
     )

@@ -20,7 +20,8 @@ from planarc.ir.places import is_own
 
 def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
     for function in model.functions:
-        if function.external or not is_own(model, function.span):
+        given = function.external or function.derivative_of
+        if given or not is_own(model, function.span):
             continue
         always = _given(function.body)
         for output in function.outputs:

@@ -11,11 +11,12 @@ Example: a frame's angle that nothing determines
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
@@ -30,6 +31,7 @@ from planarc.structure.matching import Parts, find_singular_parts, match_equatio
 from planarc.structure.places import owner_span
 
 _SHOWN = 8  # names listed in one message
+_LONG = 150  # letters of a note, beyond which equations tell nobody anything
 _LISTED = 3  # equations that no user wrote: they come last, and few say enough
 #: Words for joints, by their names, of which one is too many.
 TWICE = "hold the same motion twice"
@@ -70,28 +72,52 @@ def _explain(dae: Dae, elimination: Elimination, parts: Parts) -> tuple[Diagnost
 
 
 def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
-    wrong: dict[str | int, Diagnostic] = {}  # of a part of a library one equation tells all
+    wrong: list[Diagnostic] = []
+    held: dict[str, tuple[Part, Related]] = {}  # of a part of a library one equation tells all
     givers: list[Part] = []
     for entry, row in zip(elimination.live, rows, strict=True):
-        if not row:
-            equation = dae.equations[entry.index]
-            own = equation.generated or is_own(dae, equation.span)
-            part = None if own else own_part(dae, equation.component)
-            here = ""
-            if part is not None:
-                here = f"this stands in `{part.class_name}`"
-                reached = _driven_by(dae, part)
-                givers += reached
-                part = reached[-1]
-            found = _determines_nothing(
-                equation, f"`{text(entry.left)} = {text(entry.right)}`", part
-            )
-            home = part.name if part else equation.component
-            wrong.setdefault(part.name if part else entry.index, point_home(dae, found, home, here))
-    if wrong:
-        problem = StructurallySingular(wrong.values())
+        if row:
+            continue
+        equation = dae.equations[entry.index]
+        own = equation.generated or is_own(dae, equation.span)
+        part = None if own else own_part(dae, equation.component)
+        left_over = f"`{text(entry.left)} = {text(entry.right)}`"
+        nothing = f"{equation.shown} determines nothing: with the other equations it comes to "
+        if part is None:
+            found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
+            wrong.append(point_home(dae, found, equation.component))
+            continue
+        reached = _driven_by(dae, part)
+        givers += reached
+        note = nothing + left_over
+        if len(note) > _LONG:
+            note = "this equation determines nothing: the others say it already, or contradict it"
+        held.setdefault(reached[-1].name, (reached[-1], Related(note, _span(equation))))
+    if wrong or held:
+        problem = StructurallySingular([*wrong, *_held_already(dae, held)])
         problem.givers = tuple(givers)
         raise problem
+
+
+def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterator[Diagnostic]:
+    """The parts that hold too much; those that are connected to each other in one message."""
+    groups = DisjointSets(held)
+    for ends in dae.connections:
+        joined = [n for n in own_names(dae, map(owner, ends)) if n in held]
+        for name in joined[1:]:
+            groups.join(joined[0], name)
+    for names in groups.sets():
+        parts = [held[name][0] for name in names]
+        several = len(parts) > 1
+        shown = listed(f"`{part.name}`" for part in parts)
+        between = "them" if several else "it and what it is connected to"
+        yield Diagnostic(
+            "S301",
+            f"what {shown} {'hold' if several else 'holds'} is held already",
+            parts[-1].span,
+            hint=f"remove {'one of them' if several else shown}, or put a joint between {between}",
+            related=tuple(held[name][1] for name in names),
+        )
 
 
 def _driven_by(dae: Dae, part: Part) -> list[Part]:
@@ -118,21 +144,11 @@ def _in(variable: str, part: Part) -> bool:
     return variable.startswith(f"{part.name}.")
 
 
-def _determines_nothing(equation: Equation, left_over: str, part: Part | None) -> Diagnostic:
+def _determines_nothing(equation: Equation, message: str) -> Diagnostic:
     hint = "remove it, or free a variable that the other equations hold"
-    subject = ""
     if equation.generated:
         hint = "put a joint between the parts that it connects: they are held already"
-    elif part is not None:
-        subject = f"what `{part.name}` holds is held already: "
-        hint = f"remove `{part.name}`, or put a joint between it and what it is connected to"
-    return Diagnostic(
-        "S301",
-        f"{subject}{equation.shown} determines nothing: with the other equations it comes "
-        f"to {left_over}{_inside(equation)}",
-        _span(equation),
-        hint=hint,
-    )
+    return Diagnostic("S301", message, _span(equation), hint=hint)
 
 
 def _equations(dae: Dae, elimination: Elimination, numbers: Sequence[int]) -> list[Equation]:

@@ -112,6 +112,16 @@ def test_a_file_must_be_where_it_says(capsys: pytest.CaptureFixture[str]) -> Non
     assert "hint: write `within Watches;`" in err
 
 
+def test_a_file_that_says_nothing_of_its_package_is_warned_of(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("first/Watches/Clock.mo").write_text(CLOCK.format("", 1), "utf-8")
+    assert run(["check", "Watches.Clock", "--library", "first"]) == 0
+    err = capsys.readouterr().err
+    assert "warning[F205]" in err
+    assert "hint: write `within Watches;` above it" in err
+
+
 def test_a_file_must_hold_the_class_of_its_name(capsys: pytest.CaptureFixture[str]) -> None:
     Path("first/Watches/Dial.mo").write_text("within Watches;\n" + CLOCK.format("", 1), "utf-8")
     assert run(["check", "Watches.Dial", "--library", "first"]) == 1

@@ -19,7 +19,7 @@ from math import prod
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
 from planarc.core.prose import shortened
 from planarc.flatten.instances import outer, shape
-from planarc.flatten.refusal import TooLarge, too_large, unsupported
+from planarc.flatten.refusal import TooLarge, for_each, too_large, unsupported
 from planarc.flatten.tree import annotation, lookup, redeclare
 from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge, subscript
@@ -259,16 +259,16 @@ def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
 
 def check_modifier(instance: Instance) -> None:
     """Refuse modifiers of members that do not exist."""
-    members = instance.layout.members
-    for name, mod in instance.mod.subs.items():
-        if name not in members and lookup.member(instance, name) is None:
-            raise not_modifiable(instance.cls.name, name, mod.span, members)
-        if name in members:
-            _check_modified(instance, name, mod)
+    for_each(instance.mod.subs.items(), lambda sub: _check_modified(instance, *sub))
 
 
 def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
-    index, definition = instance.layout.members[name]
+    members = instance.layout.members
+    if name not in members:
+        if lookup.member(instance, name) is None:
+            raise not_modifiable(instance.cls.name, name, mod.span, members)
+        return
+    index, definition = members[name]
     if mod.span is None or not (
         definition.prefixes.protected or instance.layout.parts[index].protected
     ):

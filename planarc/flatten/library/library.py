@@ -22,7 +22,7 @@ from pathlib import Path
 
 from msgspec import Struct, field
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, Severity, error
 from planarc.core.files import read_plain
 from planarc.core.looked import Looked
 from planarc.ir import syntax
@@ -124,6 +124,7 @@ class Library:
         self.parse_file = parse_file
         self.parse_annotation = parse_annotation
         self.looked = Looked()
+        self.remarks: list[Diagnostic] = []  # on the files of classes that were asked for
         self._declarations = tuple(declarations)
         self._top: dict[str, Entry | None] = {}
         self._hidden: dict[str, tuple[Entry, ...]] = {}
@@ -262,8 +263,14 @@ class Library:
                 hint=f"write `within {package};`",
             )
         for definition in stored.classes:
-            if definition.name == name:
-                return definition
+            if definition.name != name:
+                continue
+            if stored.within is None and package:
+                message = f"this file holds `{full_name}` by its place, but does not say so"
+                above = f"write `within {package};` above it"
+                found = Diagnostic("F205", message, definition.name_span, Severity.WARNING, above)
+                self.remarks.append(found)
+            return definition
         message, span, hint = f"the file `{file.name}` holds no class `{name}`", stored.span, None
         for definition in stored.classes[:1]:
             message += f", but `{definition.name}`"
