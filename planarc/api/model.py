@@ -63,7 +63,8 @@ class Model(Loaded):
         """Nothing is made of it yet."""
         self._variants: dict[tuple[tuple[str, float], ...], Model] = {}
         self._variables: dict[str, Variable] | None = None
-        self._driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
+        #: With driven joints, by these and their motions as text: see `analysis.drive`.
+        self.driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
         self._otherwise: Model | None = None  # redundant joints treated in the other way
 
     if not TYPE_CHECKING:  # whoever checks types is told of wrong names by their checker
@@ -351,20 +352,6 @@ class Model(Loaded):
         motions = dict(motion) if isinstance(motion, Mapping) else {motion: signal}
         options = run_options(self.backend, start_time, stop_time, tolerance, intervals)
         return drive(self, motions, options, parameters, start)
-
-    def driven(
-        self,
-        coordinates: Sequence[str],
-        efforts: Mapping[str, str],
-        texts: Sequence[str | None],
-    ) -> tuple[Compiled, dict[str, str]]:
-        """The model with driven joints, compiled when it is first asked for."""
-        from planarc.api.analysis.drive import compile_driven
-
-        key = (tuple(coordinates), tuple(texts))
-        if key not in self._driven:
-            self._driven[key] = compile_driven(self, coordinates, efforts, texts)
-        return self._driven[key]
 
     @telling_keywords
     def sensitivities(

@@ -93,7 +93,10 @@ def drive(
     coordinates = tuple(motions)
     efforts = {c: _effort(model.program, c) for c in coordinates}
     texts = tuple(m if isinstance(m, str) else None for m in motions.values())
-    compiled, efforts = model.driven(coordinates, efforts, texts)
+    if (coordinates, texts) not in model.driven:
+        made = _compile_driven(model, coordinates, efforts, texts)
+        model.driven[coordinates, texts] = made
+    compiled, efforts = model.driven[coordinates, texts]
     program = compiled.program
     given = program.experiment
     begin = given.start if options.start is None else options.start
@@ -195,7 +198,7 @@ def _force(program: Program, kernel: Kernel, functions: Mapping[int, Motion]) ->
 # Compiling ------------------------------------------------------------------------------------
 
 
-def compile_driven(
+def _compile_driven(
     model: Model,
     coordinates: Sequence[str],
     efforts: Mapping[str, str],
