@@ -289,6 +289,21 @@ def rattles_in_its_clearance(r: Any) -> None:
     assert sum("impact" in e.causes[0] for e in r.events) > 10
 
 
+def runs_down_and_sticks(r: Any) -> None:
+    assert abs(r["shaft.w"][-1]) < 1e-6
+    taken = sum(r[f"{joint}.lossPower"] for joint in ("pin", "hinge", "guide"))
+    assert taken.min() > -1e-9
+    height = 9.81 * (r["crank.body.r_0CM[2]"] + 0.5 * r["rod.body.r_0CM[2]"])
+    pieces = (("crank", 1, 0.05), ("rod", 0.5, 0.004), ("slider", 1, 0.01))
+    energy = height[0] - height[-1]
+    for name, mass, inertia in pieces:
+        body = name if name == "slider" else f"{name}.body"
+        speed = r[f"{body}.v_CM[1]"][0] ** 2 + r[f"{body}.v_CM[2]"][0] ** 2
+        energy += mass * speed / 2 + inertia * r[f"{body}.w"][0] ** 2 / 2
+    assert np.trapezoid(taken, r["time"]) == pytest.approx(energy, rel=2e-3)
+    assert any("sticks" in cause for cause in r.events[-1].causes)
+
+
 LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.Pendulum": swings_back,
     "Elementary.DoublePendulum": keeps_the_energy_of_both_links,
@@ -308,6 +323,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.WornSliderCrank": rattles_in_its_clearance,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
+    "Loops.RubbingCrankSlider": runs_down_and_sticks,
     "Loops.TwoLoops": holds_its_rods,
     "Loops.TwoLoopsWithRevolutes": moves_like_two_loops,
     "Loops.AndrewsSqueezer": agrees_with_the_test_set,

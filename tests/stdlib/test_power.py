@@ -40,6 +40,8 @@ TAKEN = {
     "Parts.PointMass": POINT % "r",
     "Joints.Revolute": "-{0}.tau*{0}.w",
     "Joints.Prismatic": "-{0}.f*{0}.v",
+    "Joints.RevoluteWithFriction": "-{0}.tau*{0}.w",
+    "Joints.PrismaticWithFriction": "-{0}.f*{0}.v",
     "Joints.JointRR": NONE,
     "Joints.JointRRWithMass": POINT % "r_mass",
     "Joints.CurveCurveJoint": NONE,

@@ -15,7 +15,8 @@ last one.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +26,8 @@ from planarc.ir.impact import KEPT
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
-from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
+from planarc.solve.contact.pressed import solve_pressed
+from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case
 from planarc.solve.contact.strike import STILL, strike
 from planarc.solve.contact.touches import Response, Touches
 
@@ -65,6 +67,7 @@ class Impacts:
         self._touches = Touches(program, kernel)
         self._first = np.zeros(len(self._touches.all))  # greatest speeds of impacts
         self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
+        self._most = 1e-300  # acceleration by 1 N that was seen
         self.components = self._touches.components
 
     def resolve(
@@ -95,7 +98,10 @@ class Impacts:
         response = self._touches.respond(t, y, states, some.tolist())
         if response is None:
             return [], messages.unsolved(self._touches, t)
-        instant = _Instant(self._touches, before, some, response[0], loose, self._fastest)
+        self._most = max(self._most, float(np.abs(response[0].own).max()))
+        instant = _Instant(
+            self._touches, before, some, response[0], loose, self._fastest, self._most
+        )
         if (fixed := instant.fixed()) is not None:
             return [], messages.one_body(self._touches, fixed, t)
         x = instant.strike(self._first)
@@ -108,6 +114,7 @@ class Impacts:
             free = self._touches.motion()
         self._strongest = max(self._strongest, float(np.abs(response[1]).max()))
         instant.noise = NOISE * self._strongest
+        instant.press = partial(self._touches.pressed, t, y)
         rest = instant.modes(free[instant.rows], self._first * self._low, self._short)
         if rest is None:
             return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
@@ -155,10 +162,15 @@ class _Instant:
         response: Response,
         loose: Array,
         fastest: float,
+        most: float,
     ) -> None:
         n, k = len(touches.all), len(some)
         self.some, self.rows = some, np.concatenate([some, n + some])
         self._k, self._a, self._states = k, response.own[self.rows], response.states
+        self._bound = np.flatnonzero(touches.bound[some])
+        self._most = most
+        self._a[self._bound, self._bound] = most  # as if a force of its own met a limit
+        self.press: Callable[[Array, Vector], Vector | None] = lambda _, x: x
         v = np.where(before["held"][some] != 0, 0.0, before["v"][some])
         self.u = np.concatenate([v, before["slip"][some]])
         self._e, self._mu = before["e"][some], before["mu"][some]
@@ -175,12 +187,19 @@ class _Instant:
     def strike(self, first: Vector) -> Vector | None:
         """The impulses; `first` remembers the greatest speeds."""
         first[self.some] = np.maximum(first[self.some], -self.u[: self._k])
-        largest = max(self.still / STILL, 1e-300)
-        blow = strike(self._a, self.u, self._e, self._mu, largest)
+        largest, x = max(self.still / STILL, 1e-300), np.zeros(2 * self._k)
+        own = np.setdiff1d(np.arange(self._k), self._bound)  # joints do not rub in an impact
+        rows = np.concatenate([own, self._k + own])
+        if not len(own):
+            return x
+        blow = strike(
+            self._a[np.ix_(rows, rows)], self.u[rows], self._e[own], self._mu[own], largest
+        )
         if blow is None:
             return None
-        self.u = blow.u
-        return blow.x
+        x[rows] = blow.x
+        self.u = self.u + self._a[:, rows] @ blow.x
+        return x
 
     def move(self, y: list[float], x: Vector) -> bool:
         for i, change in enumerate((self._states @ x).tolist()):
@@ -218,12 +237,16 @@ class _Instant:
         k, may = self._k, np.flatnonzero(resting)
         rows = np.concatenate([may, k + may])
         spots = [self._spot(int(j)) for j in may]
-        found = solve_contacts(self._a[np.ix_(rows, rows)], free[rows], spots, self.noise)
+        rubs = np.flatnonzero(np.isin(may, self._bound))
+        found = solve_pressed(
+            self._a[np.ix_(rows, rows)], free[rows], spots, self.noise, rubs, self._most,
+            partial(self.press, self.some[may]),
+        )  # fmt: skip
         if found is None:
             return None
         cases = [(False, IDLE)] * k
         for j, case in zip(may, found.cases, strict=True):
-            cases[j] = case
+            cases[j] = (j in self._bound or case[0], case[1])
         self.cases = tuple(cases)
         u: Vector = self._a[:, rows] @ found.x + free
         return u[:k]

@@ -84,8 +84,9 @@ def no_impact(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Di
 
 
 def no_forces(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Diagnostic:
-    message = (
-        f"no forces keep {_friction(touches, some, mu)} closed or open at t = {t:.6g} s: with so "
-        "much friction rigid bodies jam while they slide"
-    )
+    rubbing, jam = _friction(touches, some, mu), "with so much friction rigid bodies jam"
+    if touches.bound[list(some)].all():
+        message = f"no forces hold {rubbing} at t = {t:.6g} s: {jam} while they slide"
+        return _found(touches, some[0], "R482", message, "lower mu")
+    message = f"no forces keep {rubbing} closed or open at t = {t:.6g} s: {jam} while they slide"
     return _found(touches, some[0], "R482", message, "lower mu, or take the compliant law")

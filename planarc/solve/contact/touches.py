@@ -26,7 +26,7 @@ from planarc.ir.program import Program
 from planarc.solve.messages.text import Reader
 
 if TYPE_CHECKING:
-    from planarc.core.arrays import Vector
+    from planarc.core.arrays import Array, Vector
 
 #: A force whose effect is a smaller part of what acts is made larger, so that it is seen.
 SEEN = 1e-3
@@ -55,20 +55,21 @@ class Touches:
         self._read = Reader(program, kernel, 0.0)
         self._rates = {c.slot: c.derivative for c in program.candidates}
         self._force = np.ones(2 * len(self.all))  # that shows what a force does
-        self._slots = {n: self._slots_of(n) for n in NAMES}
+        self._slots = {
+            n: [program.slots.get(repr(t.read[n])) for t in self.all] for n in NAMES
+        }  # None where a value follows from others
+        #: What a joint holds together, which therefore neither parts nor meets.
+        self.bound = np.array([t.read["v"].is_const for t in self.all], dtype=bool)
         self.components = frozenset(t.name for t in self.all)
 
-    def _slots_of(self, name: str) -> list[int] | None:
-        """Where all touches keep a value; None where it follows from others."""
-        found = [self.program.slots.get(repr(t.read[name])) for t in self.all]
-        slots = [s for s in found if s is not None]
-        return slots if len(slots) == len(found) else None
-
     def get(self, name: str) -> Vector:
-        slots, w = self._slots[name], self.kernel.w
-        if slots is None:
-            return np.array([float(self._read(t.read[name])) for t in self.all])
-        return np.array([w[slot] for slot in slots])
+        w = self.kernel.w
+        return np.array(
+            [
+                float(self._read(touch.read[name])) if slot is None else w[slot]
+                for touch, slot in zip(self.all, self._slots[name], strict=True)
+            ]
+        )
 
     def put(self, name: str, values: Iterable[float]) -> None:
         for touch, value in zip(self.all, values, strict=True):
@@ -111,6 +112,18 @@ class Touches:
                     break
                 self._force[place] = largest / effect
         return Response(own, moved), free
+
+    def pressed(self, t: float, y: Sequence[float], some: Array, x: Vector) -> Vector | None:
+        """What presses at these touches while the forces x act there; all are open."""
+        half = len(some)
+        for name, values in (("push_n", x[:half]), ("push_t", x[half:])):
+            given = np.zeros(len(self.all))
+            given[some] = values
+            self.put(name, given.tolist())
+        found = self.get("f_n")[some] if self.evaluate(t, y) else None
+        for name in ("push_n", "push_t"):
+            self.put(name, [0.0] * len(self.all))
+        return found
 
 
 def _touches(program: Program) -> Iterable[Touch]:
