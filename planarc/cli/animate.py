@@ -64,7 +64,7 @@ def animate(
         typer.Option(
             "--layer",
             metavar="LAYER",
-            help="Draw forces, velocities, accelerations or paths. Repeatable.",
+            help="Draw forces, velocities, accelerations, paths, masses or names. Repeatable.",
             autocompletion=arg.offers("layers"),
         ),
     ] = None,

@@ -59,6 +59,7 @@ def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...
         Layer("forces", "Joint forces", "vectors", "N", _told(_forces(values, mechanism))),
         Layer("velocities", "Velocities", "vectors", "m/s", _vectors(points, 0)),
         Layer("accelerations", "Accelerations", "vectors", "m/s2", _vectors(points, 1)),
+        Layer("masses", "Masses by size", "masses", "kg", tuple(_masses(values))),
         Layer("centres", "Instant centres", "centres", "m", _instant_centres(mechanism, motions)),
     )
     return tuple(layer for layer in found if layer.members)
@@ -127,6 +128,17 @@ def _declared_points(values: Values) -> Iterator[_Point]:
         for name, (x, y) in own.items():
             moved = velocities[component][name], accelerations[component][name]
             yield _Point(f"{component} {name}".strip(), x, y, moved)
+
+
+def _masses(values: Values) -> Iterator[Mark]:
+    """The masses of components that declare one point, at that point."""
+    for component, own in values.declared("point").items():
+        mass = f"{component}.m"
+        if len(own) == 1 and values.result.columns.get(mass) is not None:
+            m = values.get(mass)
+            if np.max(m, initial=0.0) > 0:
+                ((x, y),) = own.values()
+                yield Mark(component, x, y, m)
 
 
 def _vectors(points: list[_Point], which: int) -> tuple[Mark, ...]:

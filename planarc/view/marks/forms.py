@@ -21,6 +21,7 @@ PLAIN: Tint = (0.0, 0.0)
 EDGE: Tint = (-0.4, -0.4)
 HATCH: Tint = (-0.4, 0.0)
 FAINT: Tint = (0.3, -0.1)
+INK: Tint = (-0.4, 0.75)
 HOLLOW: Tint = (1.0, -0.85)
 
 ORIGIN = (ZERO, ZERO)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from planarc.view.marks.forms import FAINT, HATCH, ORIGIN, PLAIN, Form, Place, line, solid
+from planarc.view.marks.forms import FAINT, HATCH, INK, ORIGIN, PLAIN, Form, Place, line, solid
 from planarc.view.marks.measure import HEAD, PIXEL, SHAFT, THIN, ZERO, L, Measure, W
 
 
@@ -69,6 +69,14 @@ def ruler(text: str) -> Iterator[Form]:
     yield line(((ZERO, tick), ORIGIN, (L, ZERO), (L, tick)), ZERO, 1.3, FAINT)
     place = (0.5 * L, 10.0 * PIXEL)
     yield Form("label", (place,), FAINT, radius=12.0 * PIXEL, text=text)
+
+
+def tag(text: str, places: tuple[tuple[float, float], ...]) -> Iterator[Form]:
+    """A name at the first of the places, in pixels, and a thin line to the second one."""
+    (x, y), *ends = places or ((0.0, 0.0),)
+    for a, b in ends:
+        yield line((ORIGIN, (a * PIXEL, b * PIXEL)), ZERO, 0.8, INK)
+    yield Form("label", ((x * PIXEL, y * PIXEL),), INK, radius=12.0 * PIXEL, text=text)
 
 
 def _pixels(ends: tuple[tuple[float, float], tuple[float, float]]) -> Iterator[Form]:

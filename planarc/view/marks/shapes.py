@@ -37,7 +37,7 @@ from planarc.view.marks.forms import (
     line,
     solid,
 )
-from planarc.view.marks.furniture import ALONG, arrow, corner, frame, ground, ruler
+from planarc.view.marks.furniture import ALONG, arrow, corner, frame, ground, ruler, tag
 from planarc.view.marks.measure import EXTRA, METRE, PIXEL, THIN, ZERO, L, Measure, W
 
 #: The line of a guide beside its axis, as a share of the width.
@@ -94,6 +94,8 @@ def _shape(
         return Shape(tuple(corner(labels, points)))
     if shape == "ruler":
         return Shape(tuple(ruler(labels[0])))
+    if shape == "tag":
+        return Shape(tuple(tag(labels[0], points)))
     if shape == "note":
         return Shape((Form("label", (ORIGIN,), FAINT, radius=12.0 * PIXEL, text=labels[0]),))
     if shape == "plate":

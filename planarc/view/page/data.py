@@ -183,6 +183,8 @@ def _layer(layer: Layer, put: Any) -> dict[str, Any]:
         member = {"name": m.name, "x": put(m.x), "y": put(m.y)}
         if layer.kind == "vectors":
             member.update(u=put(m.u), v=put(m.v))
+        if layer.kind == "masses":
+            member.update(u=put(m.u))
         members.append(member if m.on else {**member, "on": False})
     told = {name: getattr(layer, name) for name in ("id", "title", "kind", "unit", "on")}
     return {**told, "members": members}

@@ -1,17 +1,17 @@
 // What is laid over the mechanism on demand: paths of points, vectors, instant centres.
 //
 // A layer of the scene is {id, title, kind, unit, members, on}. A member of `paths` and
-// `centres` has x, y; one of `vectors` has x, y and the vector's components u, v. The layer of
-// kind `corner` has an `item`, which lies in a corner whatever the view.
+// `centres` has x, y; one of `vectors` has x, y and the vector's components u, v, one
+// of `masses` x, y and its mass u. The layer of kind `corner` has an `item`, which lies in a corner whatever the view.
 
 const COLORS = {
-  light: { paths: "#0d7a5f", forces: "#c0362c", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00" },
-  dark: { paths: "#5fd6b4", forces: "#ff8b7e", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a" },
+  light: { paths: "#0d7a5f", forces: "#c0362c", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00", masses: "#7a8494" },
+  dark: { paths: "#5fd6b4", forces: "#ff8b7e", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a", masses: "#9aa4b4" },
 };
 
 planarc.layerColor = (id) => COLORS[planarc.theme.isDark() ? "dark" : "light"][id] || "#7a8494";
 
-const PAINTERS = { paths: paintPaths, vectors: paintVectors, centres: paintCentres, corner: paintCorner };
+const PAINTERS = { paths: paintPaths, vectors: paintVectors, masses: paintMasses, centres: paintCentres, corner: paintCorner };
 
 planarc.createLayer = function (source, tracks, box, shapes = []) {
   const at = (quantity) => (Array.isArray(quantity) ? tracks[quantity[0]] : quantity);
@@ -20,7 +20,7 @@ planarc.createLayer = function (source, tracks, box, shapes = []) {
   }));
   const layer = {
     id: source.id, title: source.title, unit: source.unit, on: Boolean(source.on), members,
-    under: ["paths", "corner"].includes(source.kind), reach: reach(source.kind, members, box), key: null,
+    under: ["paths", "masses", "corner"].includes(source.kind), reach: reach(source.kind, members, box), key: null,
   };
   if (source.item) layer.item = { ...source.item, shape: shapes[source.item.shape] };
   if (source.kind === "vectors") layer.key = roundTo125(0.5 * layer.reach.largest);
@@ -29,19 +29,19 @@ planarc.createLayer = function (source, tracks, box, shapes = []) {
 };
 
 function reach(kind, members, box) {
-  // Vectors: the largest is a quarter of the mechanism's size.
-  if (kind !== "vectors") return null;
+  // Vectors: the largest is a quarter of the mechanism's size; of masses, the radius of its disc a twelfth.
+  if (kind !== "vectors" && kind !== "masses") return null;
   let largest = 0;
   for (const m of members) {
-    const count = Math.max(m.u.length || 1, m.v.length || 1);
+    const count = Math.max(m.u.length || 1, m.v?.length || 1);
     for (let i = 0; i < count; i++) {
-      const size = Math.hypot(m.u.length ? m.u[i] : m.u, m.v.length ? m.v[i] : m.v);
+      const size = Math.hypot(m.u.length ? m.u[i] : m.u, (m.v?.length ? m.v[i] : m.v) || 0);
       if (size > largest) largest = size;
     }
   }
   const [left, bottom, right, top] = box || [-1, -1, 1, 1];
   const span = Math.max(right - left, top - bottom, 1e-9);
-  return { largest, scale: largest > 0 ? (0.28 * span) / largest : 0 };
+  return { largest, span, scale: largest > 0 ? (0.28 * span) / largest : 0 };
 }
 
 function roundTo125(value) {
@@ -122,6 +122,21 @@ function paintVectors(layer, context, reader, px, colors) {
     context.strokeStyle = color;
     context.restore();
   }
+}
+
+function paintMasses(layer, context, reader, px, colors) {
+  // Discs whose areas are as the masses.
+  context.fillStyle = planarc.layerColor(layer.id);
+  context.globalAlpha = 0.4;
+  for (const member of layer.members) {
+    const [x, y] = [reader.at(member.x), reader.at(member.y)];
+    const radius = 0.08 * layer.reach.span * Math.sqrt(reader.at(member.u) / layer.reach.largest);
+    if (!member.on || !Number.isFinite(x + y + radius)) continue;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.fill();
+  }
+  context.globalAlpha = 1;
 }
 
 planarc.createNames = function (items, classes) {

@@ -24,6 +24,7 @@ from planarc.view.picture import movie
 from planarc.view.picture.camera import Camera, fit_camera
 from planarc.view.picture.furniture import FOOT, NARROW, furnish
 from planarc.view.picture.motion import Motion, When, sample_motion, still, thinned
+from planarc.view.picture.names import place_tags
 from planarc.view.picture.overlays import trace_items, with_layers
 from planarc.view.picture.raster import render_images
 from planarc.view.picture.svg import render_svg
@@ -48,7 +49,7 @@ class PictureOptions(Data):
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
     points whose paths are drawn: see `overlays`. `layers` are ids of those of the report
-    (`forces`, `velocities`, `accelerations`, `paths`).
+    (`forces`, `velocities`, `accelerations`, `paths`, `masses`, `names`).
     """
 
     when: When = field(default_factory=When)
@@ -85,7 +86,7 @@ def write_picture(
     foot = FOOT if options.width >= NARROW else 0
     camera = fit_camera(scene.box, options.width, foot)
     motion = _motion(scene, options, suffix)
-    shown = furnish(motion, camera, scene, keys)
+    shown = furnish(place_tags(motion, camera, foot), camera, scene, keys)
     if suffix == ".svg":
         write_text(path, render_svg(shown, camera, result.program.name, options.dark))
     else:

@@ -19,6 +19,7 @@ from planarc.ir.result import Result
 from planarc.view.item import Item, Kind, plain
 from planarc.view.linkage.palette import FORCE
 from planarc.view.picture.furniture import Key, round_125
+from planarc.view.picture.names import NAMES, tags
 from planarc.view.scene import Scene, with_items
 
 #: Red, green, blue by the id of a layer; those of the page's light ground.
@@ -27,9 +28,12 @@ _COLORS = {
     "forces": FORCE,
     "velocities": (29.0, 99.0, 196.0),
     "accelerations": (160.0, 56.0, 155.0),
+    "masses": (186.0, 190.0, 197.0),
 }
 #: The longest vector and the thickness of all, as shares of the mechanism's larger side.
 _LONGEST, _THICK = 0.28, 0.009
+#: The radius of the disc of the largest mass, as such a share.
+HEAVIEST = 0.08
 #: The height of what covers all else.
 _TOP = 1e6
 
@@ -45,11 +49,12 @@ def with_layers(
     """The scene with some layers, by their ids, and keys of arrows. Raises UnknownName for
     others."""
     known = {layer.id: layer for layer in layers if layer.id in _COLORS}
-    refuse_unknown("layer of this mechanism", names, known)
-    chosen = [known[name] for name in dict.fromkeys(names)]
+    refuse_unknown("layer of this mechanism", names, [*known, NAMES])
+    chosen = [known[name] for name in dict.fromkeys(names) if name != NAMES]
     items = [item for layer in chosen for item in _items(layer, _span(scene))]
-    under = [i for i in items if i.kind is Kind.CURVE]
-    drawn = with_items(scene, under, [i for i in items if i.kind is not Kind.CURVE])
+    under = [i for i in items if i.kind is not Kind.ARROW]
+    over = [i for i in items if i.kind is Kind.ARROW]
+    drawn = with_items(scene, under, [*over, *(tags(scene) if NAMES in names else ())])
     return drawn, tuple(key for layer in chosen for key in _keys(layer, _span(scene)))
 
 
@@ -63,6 +68,9 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
     if layer.kind == "paths":
         yield from (_path(m.name, m.x, m.y, _COLORS[layer.id]) for m in marks)
         return
+    if layer.kind == "masses":
+        yield from _masses(marks, span, _COLORS[layer.id])
+        return
     scale = _scale(marks, span)
     if not scale:
         return
@@ -74,6 +82,17 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
         yield Item(*place, length, width, _COLORS[layer.id], _TOP)
 
 
+def _masses(
+    marks: Sequence[Mark], span: float, color: tuple[float, float, float]
+) -> Iterator[Item]:
+    """Discs whose areas are as the masses."""
+    largest = max((float(np.max(m.u)) for m in marks), default=0.0)
+    for mark in marks:
+        wide = 2 * HEAVIEST * span * math.sqrt(float(np.max(mark.u)) / largest)
+        place = mark.name, Kind.SHAPE, mark.x, mark.y, 0.0, 0.0
+        yield Item(*place, wide, color, shape="sphere", upright=True)
+
+
 def _scale(marks: Sequence[Mark], span: float) -> float:
     """Metres that a vector of size 1 is drawn long; 0 where none has a size."""
     sizes = (np.nanmax(np.hypot(m.u, m.v), initial=0.0) for m in marks)
@@ -83,7 +102,7 @@ def _scale(marks: Sequence[Mark], span: float) -> float:
 
 def _keys(layer: Layer, span: float) -> Iterator[Key]:
     """The arrow that says how long a round value is drawn."""
-    scale = 0.0 if layer.kind == "paths" else _scale([m for m in layer.members if m.on], span)
+    scale = 0.0 if layer.kind != "vectors" else _scale([m for m in layer.members if m.on], span)
     if scale:
         value = round_125(0.5 * _LONGEST * span / scale)
         text = f"{value:.10g} {layer.unit}" if value < 1e6 else f"{value:.0e} {layer.unit}"

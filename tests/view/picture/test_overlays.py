@@ -65,3 +65,15 @@ def test_pictures_take_layers(result: Result, suffix: str, tmp_path: Path) -> No
     assert plain.read_bytes() != drawn.read_bytes()
     with pytest.raises(UsageError, match="did you mean `forces`"):
         result.animate(tmp_path / f"wrong{suffix}", layers=["force"])
+
+
+def test_masses_are_discs_under_the_mechanism_by_area() -> None:
+    result = planarc.load(EXAMPLES / "four_bar.pmo").simulate(0.1)
+    scene = make_scene(result.rows)
+    drawn, keys = with_layers(scene, study(result.rows).layers, ["masses"])
+    discs = drawn.items[: len(drawn.items) - len(scene.items)]
+    assert [d.component for d in discs] == ["crankBody", "couplerBody", "rockerBody"]
+    areas = [float(d.width) ** 2 for d in discs]  # type: ignore[arg-type]
+    assert np.allclose(np.array(areas) / areas[0], [1, 2, 1.5])
+    assert drawn.items[len(discs) :] == scene.items
+    assert keys == ()
