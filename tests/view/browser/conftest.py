@@ -17,6 +17,11 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from planarc.core.options import Backend
+from planarc.live.server import LiveServer
+from planarc.live.session import Session
+from planarc.request.request import Request
+
 #: Where Debian and others put it. playwright's own download is not used.
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -34,6 +39,17 @@ FLAGS = (
 
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
+
+#: Where on the screen a point of a component is, `u` (m) along its x axis.
+PLACE = """([u, component]) => {
+  const { x, y, angle } = planarcPlayer.pose(component);
+  const canvas = planarcPlayer.picture().getBoundingClientRect();
+  const { view } = planarcPlayer;
+  return {
+    x: canvas.left + canvas.width / 2 + (x + u * Math.cos(angle) - view.x) * view.scale,
+    y: canvas.top + canvas.height / 2 - (y + u * Math.sin(angle) - view.y) * view.scale,
+  };
+}"""
 
 
 @pytest.fixture(scope="session")
@@ -129,3 +145,40 @@ def screenshot(
         return path
 
     return keep
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[..., LiveServer]]:
+    """`serve(request, backend=NATIVE, framed=False)` answers a live page until the test ends."""
+    servers = []
+
+    def start(
+        request: Request, backend: Backend = Backend.NATIVE, framed: bool = False
+    ) -> LiveServer:
+        live = LiveServer(Session(request, backend), request, framed=framed)
+        live.start()
+        servers.append(live)
+        return live
+
+    yield start
+    for live in servers:
+        live.stop()
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait for a condition; playwright's own waiting is against the page's security policy."""
+    page.evaluate(
+        f"""async () => {{
+          const end = performance.now() + 300000;
+          while (!({condition})) {{
+            if (performance.now() > end) throw new Error("it did not come");
+            await new Promise((done) => setTimeout(done, 10));
+          }}
+        }}"""
+    )
+
+
+def settle(page: Any) -> None:
+    """Until the last order is answered and drawn."""
+    until(page, "window.planarcPlayer && !planarcLive.busy")
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")

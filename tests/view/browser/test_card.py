@@ -11,16 +11,7 @@ import numpy as np
 import pytest
 
 import planarc
-
-PLACE = """([u, component]) => {
-  const { x, y, angle } = planarcPlayer.pose(component);
-  const canvas = planarcPlayer.picture().getBoundingClientRect();
-  const { view } = planarcPlayer;
-  return {
-    x: canvas.left + canvas.width / 2 + (x + u * Math.cos(angle) - view.x) * view.scale,
-    y: canvas.top + canvas.height / 2 - (y + u * Math.sin(angle) - view.y) * view.scale,
-  };
-}"""
+from tests.view.browser.conftest import PLACE
 
 
 @pytest.fixture(scope="module")

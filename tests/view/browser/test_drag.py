@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,46 +10,15 @@ import pytest
 
 from planarc.core.options import Backend
 from planarc.live.server import LiveServer
-from planarc.live.session import Session
 from planarc.request.request import Request
+from tests.view.browser.conftest import PLACE, settle, until
 
 FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 
-PLACE = """([u, component]) => {
-  const { x, y, angle } = planarcPlayer.pose(component);
-  const canvas = planarcPlayer.picture().getBoundingClientRect();
-  const { view } = planarcPlayer;
-  return {
-    x: canvas.left + canvas.width / 2 + (x + u * Math.cos(angle) - view.x) * view.scale,
-    y: canvas.top + canvas.height / 2 - (y + u * Math.sin(angle) - view.y) * view.scale,
-  };
-}"""
-
 
 @pytest.fixture
-def live() -> Iterator[LiveServer]:
-    request = Request(FOUR_BAR)
-    server = LiveServer(Session(request, Backend.NUMPY), request)
-    server.start()
-    yield server
-    server.stop()
-
-
-def until(page: Any, condition: str) -> None:
-    """Wait for a condition; playwright's own waiting is against the page's security policy."""
-    page.evaluate(
-        f"""async () => {{
-          const end = performance.now() + 60000;
-          while (!({condition})) {{
-            if (performance.now() > end) throw new Error("it did not come");
-            await new Promise((done) => setTimeout(done, 10));
-          }}
-        }}"""
-    )
-
-
-def settle(page: Any) -> None:
-    until(page, "window.planarcPlayer && !planarcLive.busy")
+def live(serve: Callable[..., LiveServer]) -> LiveServer:
+    return serve(Request(FOUR_BAR), Backend.NUMPY)
 
 
 def angle(page: Any) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import cos, sin
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,8 @@ from typing import Any
 import pytest
 
 import planarc
-from planarc.core.options import Backend
-from planarc.live.server import LiveServer
-from planarc.live.session import Session
 from planarc.request.request import Request
+from tests.view.browser.conftest import settle, until
 
 ROOT = Path(__file__).parents[3]
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
@@ -29,45 +27,11 @@ POSE = """async ([component, time]) => {
 
 
 @pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Callable[[Request], LiveServer]]:
-    servers = []
-
-    def start(request: Request) -> LiveServer:
-        live = LiveServer(Session(request, Backend.NATIVE), request)
-        live.start()
-        servers.append(live)
-        return live
-
-    yield start
-    for live in servers:
-        live.stop()
-
-
-@pytest.fixture
 def four_bar(tmp_path: Path) -> Request:
     """A copy, which may be edited."""
     file = tmp_path / "four_bar.pmo"
     file.write_text((ROOT / "examples" / "four_bar.pmo").read_text("utf-8"), "utf-8")
     return Request(file)
-
-
-def until(page: Any, condition: str) -> None:
-    """Wait for a condition; playwright's own waiting is against the page's security policy."""
-    page.evaluate(
-        f"""async () => {{
-          const end = performance.now() + 300000;
-          while (!({condition})) {{
-            if (performance.now() > end) throw new Error("it did not come");
-            await new Promise((done) => setTimeout(done, 10));
-          }}
-        }}"""
-    )
-
-
-def settle(page: Any) -> None:
-    """Until the last order is answered and drawn."""
-    until(page, "window.planarcPlayer && !planarcLive.busy")
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
 
 
 def field(page: Any, name: str) -> Any:
@@ -209,6 +173,8 @@ def test_structural_values_compile_again_and_say_so(
     open_page: Callable[..., Any], serve: Callable[..., Any], four_bar: Request
 ) -> None:
     page = open_page(serve(four_bar).address, DESKTOP)
+    settle(page)
+    field(page, "revA.w.start").locator("input[id]").fill("0")
     settle(page)
     field(page, "world.gravityType").locator("select").select_option(label="NoGravity")
     settle(page)

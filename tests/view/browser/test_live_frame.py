@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 
-from planarc.core.options import Backend
 from planarc.live.server import LiveServer
-from planarc.live.session import Session
 from planarc.request.request import Request
+from tests.view.browser.conftest import settle
 
 ROOT = Path(__file__).parents[3]
 #: An editor's panel: it greets the page, and keeps what it is told.
@@ -47,21 +46,10 @@ DRAWN = "() => new Promise((done) => requestAnimationFrame(() => setTimeout(done
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[Callable[[bool], LiveServer]]:
+def served(tmp_path: Path, serve: Callable[..., LiveServer]) -> Callable[[bool], LiveServer]:
     file = tmp_path / "four_bar.pmo"
     file.write_text((ROOT / "examples" / "four_bar.pmo").read_text("utf-8"), "utf-8")
-    servers = []
-
-    def start(framed: bool) -> LiveServer:
-        request = Request(file)
-        live = LiveServer(Session(request, Backend.NATIVE), request, framed=framed)
-        live.start()
-        servers.append(live)
-        return live
-
-    yield start
-    for live in servers:
-        live.stop()
+    return lambda framed: serve(Request(file), framed=framed)
 
 
 class Editor(BaseHTTPRequestHandler):
@@ -100,18 +88,6 @@ def panel(open_page: Callable[..., Any], editor: str) -> Callable[..., tuple[Any
         return page, page.frames[1]
 
     return open_panel
-
-
-def settle(frame: Any) -> None:
-    frame.evaluate(
-        """async () => {
-          const end = performance.now() + 60000;
-          while (!(window.planarcPlayer && !planarcLive.busy)) {
-            if (performance.now() > end) throw new Error("it did not come");
-            await new Promise((done) => setTimeout(done, 10));
-          }
-        }"""
-    )
 
 
 def click(page: Any, frame: Any, component: str, along: float, off: float = 0.0) -> None:
