@@ -56,10 +56,10 @@ def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
     states: list[str] = []
     smallest = np.full((2, len(rows)), np.inf)
     matrices: dict[int, list[Any]] = {i: [] for i, _ in blocks}
-    below = sum(len(b.residuals) for b in program.blocks if b.height > 0)
-    scratch = [0.0] * (below + len(program.initial_residuals))
+    slots = [0, *(c.slot for c in program.candidates)]
     for time, values in zip(result.time[rows].tolist(), table.tolist(), strict=True):
-        kernel.residuals(time, values, scratch)
+        for slot, value in zip(slots, (time, *values), strict=True):
+            kernel.w[slot] = value
         for i, _ in blocks:
             matrices[i].append(kernel.jacobian(i))
     for i, block in blocks:

@@ -13,17 +13,21 @@ from planarc.view.item import Item, Kind
 
 def bounds(items: Sequence[Item]) -> tuple[float, float, float, float] | None:
     """The smallest upright rectangle around all items at all times."""
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for item in items:
-        for x, y in _outline(item):
-            for axis, value in enumerate((x, y)):
-                finite = np.asarray(value)[np.isfinite(value)]
-                if finite.size:
-                    low[axis] = min(low[axis], finite.min())
-                    high[axis] = max(high[axis], finite.max())
-    if not np.all(np.isfinite(np.concatenate([low, high]))):
+    points = [point for item in items for point in _outline(item)]
+    spans = [_span([point[axis] for point in points]) for axis in (0, 1)]
+    if None in spans:
         return None
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+    (left, right), (low, high) = spans  # type: ignore[misc]
+    return left, low, right, high
+
+
+def _span(values: Sequence[Any]) -> tuple[float, float] | None:
+    """The least and the largest finite number; None where there is none."""
+    if not values:
+        return None
+    numbers = np.concatenate([np.ravel(v) for v in values])
+    finite = numbers[np.isfinite(numbers)]
+    return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
 _CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))

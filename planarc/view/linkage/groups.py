@@ -13,6 +13,7 @@ Example: the coupler of a four-bar, 0.9 m long
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -177,17 +178,20 @@ def _still(pose: Pose) -> Pose:
 
 def _seen(axes: Pose, pose: Pose) -> Place | None:
     """The place of a pose in some axes, at the first row where all is known."""
-    x, y, phi, u, v = np.broadcast_arrays(*map(np.atleast_1d, (*axes, *pose[:2])))
-    known = np.flatnonzero(np.isfinite(x + y + phi + u + v))
-    if not known.size:
-        return None
-    i = known[0]
-    c, s, dx, dy = np.cos(phi[i]), np.sin(phi[i]), u[i] - x[i], v[i] - y[i]
-    return float(c * dx + s * dy), float(c * dy - s * dx)
+    tracks = (*axes, *pose[:2])
+    x, y, phi, u, v = map(_first, tracks)
+    if not math.isfinite(x + y + phi + u + v):
+        rows = np.broadcast_arrays(*map(np.atleast_1d, tracks))
+        known = np.flatnonzero(np.isfinite(sum(rows)))
+        if not known.size:
+            return None
+        x, y, phi, u, v = (float(row[known[0]]) for row in rows)
+    c, s, dx, dy = math.cos(phi), math.sin(phi), u - x, v - y
+    return c * dx + s * dy, c * dy - s * dx
 
 
 def _first(track: Track) -> float:
-    return float(np.atleast_1d(track)[0])
+    return float(track if np.ndim(track) == 0 else track[0])
 
 
 def _distinct(places: Iterable[Place], size: float) -> tuple[Place, ...]:
