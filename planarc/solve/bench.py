@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isclose
+from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.interruption import Interruption
@@ -18,7 +19,6 @@ from planarc.solve.events.instants import Schedule
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
 from planarc.solve.messages import failure
-from planarc.solve.messages.labour import Labour
 from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
@@ -28,6 +28,9 @@ from planarc.solve.settings import Request
 from planarc.solve.solvers.choice import make_integrator
 from planarc.solve.solvers.integrator import Cause, Integrator, Settings
 from planarc.solve.states.exchange import GoOn, States
+
+if TYPE_CHECKING:
+    from planarc.solve.messages.labour import Labour
 
 #: A value that changes less between two rows of an instant is the same.
 ROUNDING = 1e-12
@@ -66,7 +69,7 @@ class Bench:
         looks, delayed = self.integrator.looks, self.delays.present
         self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)
-        self.labour = Labour(program, kernel)
+        self.labour: Labour | None = None  # once a stretch takes many steps
         self.interruption = Interruption()
         self.ended: Diagnostic | None = None
         self.warnings: list[Diagnostic] = []

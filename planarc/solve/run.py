@@ -25,7 +25,6 @@ from planarc.solve.effort import Pace
 from planarc.solve.events.chatter import CHATTER_TIME
 from planarc.solve.events.delays import jumped
 from planarc.solve.events.instants import room, same
-from planarc.solve.messages.labour import Stretch
 from planarc.solve.recorder import constants
 from planarc.solve.solvers.integrator import Cause, March, Outcome
 from planarc.solve.start import sharing
@@ -88,9 +87,12 @@ class Run(Begun):
         if pace is Pace.CREEPING:
             self.ended = self._stopped(t, y, Cause.STEP, way=way)
         elif pace is not Pace.ORDINARY and self.request.fixed_step is None:
+            from planarc.solve.messages.labour import Labour, Stretch
+
             absolute = self.states.absolute(tolerance)
             sizes = [a + tolerance * abs(v) for a, v in zip(absolute, y, strict=True)]
             names = [self.program.candidates[i].display for i in self.states.selection]
+            self.labour = self.labour or Labour(self.program, self.kernel)
             self.labour.note(Stretch(t - way, t, names, y, sizes, pace is Pace.ABSURD))
 
     def _rescue(self, march: March) -> None:
@@ -291,7 +293,7 @@ class Run(Begun):
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
         self.warnings.extend(self.asserts.warnings())
-        if (found := self.labour.warning()) is not None:
+        if self.labour is not None and (found := self.labour.warning()) is not None:
             self.warnings.append(found)
         times, data = self.recorder.rows()
         w = self.kernel.w

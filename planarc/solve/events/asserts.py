@@ -20,7 +20,6 @@ from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
-from planarc.solve.messages.event import assertion_diagnostic
 from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
 
@@ -159,6 +158,8 @@ class AssertWatch:
     def _diagnostic(self, assertion: Assertion, columns: _Columns, row: int) -> Diagnostic:
         import numpy as np
 
+        from planarc.solve.messages.event import assertion_diagnostic
+
         parts = [
             part
             if isinstance(part, str)
@@ -224,6 +225,8 @@ def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnos
         except (ArithmeticError, ValueError):
             continue
         if not holds:
+            from planarc.solve.messages.event import assertion_diagnostic
+
             parts = (
                 part if isinstance(part, str) else formatted(float(read(part[0])), part[1])
                 for part in assertion.message.parts

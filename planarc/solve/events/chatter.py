@@ -14,7 +14,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.program import Program
 from planarc.solve.events.crossings import Crossings
-from planarc.solve.messages.event import chattering
 from planarc.solve.settings import Request
 
 #: Events, and the part of the run within which so many are called chattering.
@@ -84,9 +83,7 @@ class Chatter:
             del self._recent[0]
             if t - self._recent[0][0] < CHATTER_TIME * self._span:
                 often = Counter(c for _, found in self._recent for c in found)
-                return chattering(
-                    self._program, self._crossings.kernel, t, [c for c, _ in often.most_common(3)]
-                )
+                return self._told(t, [c for c, _ in often.most_common(3)])
         piled = [
             i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT and i not in self._touches
         ]
@@ -94,4 +91,6 @@ class Chatter:
         return self._told(t, texts) if piled else None
 
     def _told(self, t: float, often: Sequence[str]) -> Diagnostic:
+        from planarc.solve.messages.event import chattering
+
         return chattering(self._program, self._crossings.kernel, t, often)

@@ -25,7 +25,6 @@ from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program, RelationSlot
-from planarc.solve.messages.event import oscillating, sampling
 from planarc.solve.messages.text import Reader
 from planarc.solve.once import once
 
@@ -86,11 +85,15 @@ class Schedule:
     def judge(self, start: float, stop: float) -> Iterator[Diagnostic]:
         """What is wrong with instants: a sampler without ticks, or more than a run can take."""
         for relation in self.endless:
+            from planarc.solve.messages.event import oscillating
+
             yield oscillating(relation)
         for sampler in self.samplers:
             ticks = (stop - start) / sampler.interval if sampler.interval > 0 else 0.0
             between = sampler.interval > room(max(abs(start), abs(stop)))
             if sampler.interval <= 0 or ticks > MOST_TICKS or (ticks >= 1 and not between):
+                from planarc.solve.messages.event import sampling
+
                 yield sampling(sampler.span, sampler.start, sampler.interval, ticks)
 
     def next(self, after: float) -> float:

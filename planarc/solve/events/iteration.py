@@ -32,15 +32,8 @@ from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import time_functions
-from planarc.solve.events.settling import (
-    LAST_ITERATIONS,
-    Settling,
-    Snapshot,
-    most_iterations,
-    snapshot,
-)
+from planarc.solve.events.snapshot import LAST_ITERATIONS, Snapshot, most_iterations, snapshot
 from planarc.solve.events.whens import Processed, Whens
-from planarc.solve.messages.event import inexact_integer, unsolved
 from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
@@ -96,6 +89,8 @@ class Events:
         before = self._snapshot()
         flag = self.crossings.evaluate(t, y)
         if flag < 0:
+            from planarc.solve.messages.event import unsolved
+
             block, found = self.kernel.failed_block, unsolved(self.program, self.kernel, t, ())
             raise PlanarcError(self._rescue.told(found, t, block))
         if flag == 0:
@@ -137,6 +132,8 @@ class Events:
     ) -> Processed:
         """`crossing`: relation -> truth from here on. `states`: slot -> index in y. Without
         `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
+        from planarc.solve.events.settling import Settling
+
         w, program, done = self.kernel.w, self.program, Processed(list(y))
         self.crossings.forget_noise()
         flag = self._evaluate(t, done.y)
@@ -184,6 +181,8 @@ class Events:
         names, take = integers
         values = take(self.kernel.w)
         if done.ended is None and any(map(_IS_INEXACT, map(abs, values))):
+            from planarc.solve.messages.event import inexact_integer
+
             pairs = zip(names, values, strict=True)
             name, value = next(pair for pair in pairs if abs(pair[1]) > LARGEST_INTEGER)
             done.ended = inexact_integer(self.program, t, name, float(value))

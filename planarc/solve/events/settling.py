@@ -21,22 +21,20 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from typing import TypeAlias
 
 from planarc.ir.dae import Kind
-from planarc.ir.kernel import Kernel, Taker, taker
-from planarc.ir.program import Program
 from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, Crossings
+from planarc.solve.events.snapshot import (
+    LAST_ITERATIONS,
+    MOST_ITERATIONS,
+    Snapshot,
+    most_iterations,
+    snapshot,
+)
 from planarc.solve.events.whens import Processed, Whens
-from planarc.solve.messages import event as event_failure
-from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 
-#: Iterations at one instant before it is called endless.
-MOST_ITERATIONS = 100
-#: Last iterations of which the changes are named then: one round may take several.
-LAST_ITERATIONS = 16
 #: Passes after which a loop of numbers is not left to come to rest by itself.
 PATIENCE = 12
 #: Relations of which all choices are tried when they chase each other.
@@ -47,23 +45,6 @@ NEAR = 1e-9
 
 #: What reaches zero within this part of the time that `rises` looks ahead is at zero.
 SOON = 1e-7
-
-#: The truths of the relations, and the discrete values, at one iteration.
-Snapshot: TypeAlias = tuple[float, ...]
-
-
-def most_iterations(program: Program) -> int:
-    """Each discrete variable may wait for the one before it."""
-    return MOST_ITERATIONS + len(program.discretes)
-
-
-def snapshot(program: Program, kernel: Kernel) -> Snapshot:
-    return _switching(program)(kernel.w)
-
-
-@once
-def _switching(program: Program) -> Taker:
-    return taker([*(r.slot for r in program.relations), *(d.slot for d in program.discretes)])
 
 
 class Settling:
@@ -145,15 +126,19 @@ class Settling:
 
     def endless(self, trail: Iterable[Snapshot]) -> bool:
         """The iteration ends without rest: the values that changed in it are named."""
+        from planarc.solve.messages.event import endless
+
         values = (*trail, snapshot(self.program, self.kernel))
-        self.done.ended = event_failure.endless(self.program, self.t, values)
+        self.done.ended = endless(self.program, self.t, values)
         return False
 
     def failed(self) -> bool:
         """The equations have no solution here."""
+        from planarc.solve.messages.event import unsolved
+
         program, kernel, done = self.program, self.kernel, self.done
         block = kernel.failed_block
-        found = event_failure.unsolved(program, kernel, self.t, done.reset)
+        found = unsolved(program, kernel, self.t, done.reset)
         done.ended = self._rescue.told(found, self.t, block)
         return False
 

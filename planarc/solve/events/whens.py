@@ -28,7 +28,6 @@ from planarc.ir.dae import (
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
-from planarc.solve.messages.event import assertion_diagnostic, no_value
 from planarc.solve.messages.text import Reader, text_of
 from planarc.solve.settings import Request
 
@@ -87,6 +86,8 @@ class Whens:
                 if isinstance(action, SetDiscrete):
                     value = _value(action, read)
                     if value is None:
+                        from planarc.solve.messages.event import no_value
+
                         return no_value(self.program, t, action.name, action)
                     w[slots[action.name]] = value
                     kept.pop(slots[action.name], None)
@@ -117,6 +118,8 @@ class Whens:
                     if value is not None:
                         moved.append((index, value))
                     elif done.ended is None:
+                        from planarc.solve.messages.event import no_value
+
                         done.ended = no_value(self.program, t, repr(action.symbol), action)
                 elif isinstance(action, Assertion) and not read(action.condition):
                     _assertion(self.program, t, action, read, done)
@@ -172,6 +175,8 @@ def _value(action: SetDiscrete | Reinit, read: Reader) -> float | None:
 def _assertion(
     program: Program, t: float, action: Assertion, read: Reader, done: Processed
 ) -> None:
+    from planarc.solve.messages.event import assertion_diagnostic
+
     found = assertion_diagnostic(program, t, action, text_of(action.message, read))
     if action.warning:
         done.warnings.append(found)

@@ -16,7 +16,6 @@ from planarc.ir.program import (
     Solve,
     Statement,
 )
-from planarc.solve.messages.replay import Replay
 
 _MOST_NAMES = 6
 
@@ -74,6 +73,8 @@ def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo
     found = kernel.failed_equation
     if found >= 0:
         return program.equations[found]
+    from planarc.solve.messages.replay import Replay
+
     replay = Replay(program, kernel, t)
     found = replay.first_not_finite()
     if found >= 0:
@@ -97,6 +98,8 @@ def worst_equations(
 ) -> list[tuple[float, EquationInfo]]:
     """The equations of a block with their residuals at the workspace's values, worst first."""
     infos = [program.equations[e] for e in program.blocks[block].equations]
+    from planarc.solve.messages.replay import Replay
+
     pairs = list(zip(Replay(program, kernel, t).residuals(block), infos, strict=False))
     return sorted(pairs, key=lambda p: -abs(p[0]) if math.isfinite(p[0]) else -math.inf)[:most]
 

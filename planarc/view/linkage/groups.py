@@ -191,7 +191,7 @@ def _seen(axes: Pose, pose: Pose) -> Place | None:
 
 
 def _first(track: Track) -> float:
-    return float(track if np.ndim(track) == 0 else track[0])
+    return float(track[0] if isinstance(track, np.ndarray) and track.ndim else track)
 
 
 def _distinct(places: Iterable[Place], size: float) -> tuple[Place, ...]:
