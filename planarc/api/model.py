@@ -1,6 +1,7 @@
 """A compiled model, as a user holds it in Python: runs, variants, analyses.
 
-What it has before a run stands in `loaded`. No result is ever kept.
+What it has before a run stands in `loaded`. No result is ever kept. The file is long because each
+public name says shapes, units, errors and an example.
 """
 
 from __future__ import annotations
