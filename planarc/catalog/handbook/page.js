@@ -58,6 +58,12 @@
     button.parentElement.hidden = false;
   }
 
+  // Contents show the icons of their classes, small.
+  for (const link of document.querySelectorAll("table.contents a")) {
+    const icon = document.getElementById(decodeURIComponent(link.hash.slice(1)))?.querySelector(".head svg.icon");
+    if (icon) link.closest("tr").firstElementChild.append(icon.cloneNode(true));
+  }
+
   // A link tells the full name of its class.
   for (const link of document.querySelectorAll('main a[href^="#"]')) link.title = decodeURIComponent(link.hash.slice(1));
 
