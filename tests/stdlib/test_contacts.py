@@ -140,6 +140,14 @@ def test_a_ball_rests_at_the_end_of_the_geometric_series(backend: str) -> None:
 
 
 @both_backends
+@pytest.mark.parametrize("e", [0.5, 0.8, 0.95])
+def test_many_bounces_end_at_the_right_time(e: float, backend: str) -> None:
+    r = run(ball(f"e={e}", y=1.1), 18, backend, tolerance=1e-13, intervals=100)
+    rest = (1 + e) / (1 - e) * sqrt(2 / G)
+    assert r["contact.rigid[1].rest"][-1] == pytest.approx(rest, abs=1e-9)
+
+
+@both_backends
 def test_a_ball_slides_until_it_rolls(backend: str) -> None:
     r = run(ball("mu=0.3", v=1.0), 2, backend)
     assert r["ball.v[1]"][-1] == pytest.approx(1 / 1.4, abs=1e-9)

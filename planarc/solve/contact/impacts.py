@@ -44,8 +44,11 @@ SLOW, DRIFT = 1e-8, 1e-6
 #: impact: the errors of lower arcs, and those of a geometric series of higher ones, are larger. It
 #: also does where all later ones take less than this part of the run.
 SHORT = 1e-11
+#: Where what bounces falls as before, but for this part, the series is exact: there it begins below
+#: this part of the greatest speed.
+STEADY, EXACT = 1e-9, 3e-3
 #: The least tolerance with which a low bounce is followed.
-SHARPEST = 1e-14
+SHARPEST = 1e-15
 #: A held touch with a speed above this part of the fastest seen, and above that in m/s, is held no
 #: more: what is nearest to its point is now another edge.
 MOVED, MOVES = 1e-3, 1e-7
@@ -66,6 +69,7 @@ class Impacts:
         self._short, self._low = SHORT * span, math.cbrt(tolerance)
         self._touches = Touches(program, kernel)
         self._first = np.zeros(len(self._touches.all))  # greatest speeds of impacts
+        self._falls = np.zeros(len(self._touches.all))  # accelerations after the last ones
         self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
         self._most = 1e-300  # acceleration by 1 N that was seen
         self.components = self._touches.components
@@ -115,7 +119,8 @@ class Impacts:
         self._strongest = max(self._strongest, float(np.abs(response[1]).max()))
         instant.noise = NOISE * self._strongest
         instant.press = partial(self._touches.pressed, t, y)
-        rest = instant.modes(free[instant.rows], self._first * self._low, self._short)
+        low = self._first * self._low
+        rest = instant.modes(free[instant.rows], low, self._first, self._falls, self._short)
         if rest is None:
             return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
         instant.stop(y)
@@ -206,8 +211,13 @@ class _Instant:
             y[i] += change
         return bool(np.isfinite(x).all())
 
-    def modes(self, free: Vector, low: Vector, short: float) -> dict[int, float] | None:
-        """Find the cases; for how long each touch that begins to rest still bounces."""
+    def modes(
+        self, free: Vector, low: Vector, first: Vector, before: Vector, short: float
+    ) -> dict[int, float] | None:
+        """Find the cases; for how long each touch that begins to rest still bounces.
+
+        `before` remembers how the touches fell after their last impact.
+        """
         v, resting = self.u[: self._k], self.u[: self._k] <= self.still
         found = self._solved(free, resting)
         if found is None:
@@ -217,8 +227,11 @@ class _Instant:
             falls = -found[j]
             if falls <= 0:
                 continue
+            i = self.some[j]
             lasts = 2 * v[j] / (falls * (1 - self._e[j]))
-            lowest = max(self._e[j] * low[self.some[j]], math.sqrt(2 * falls * CLEAR))
+            least = EXACT * first[i] if abs(falls - before[i]) <= STEADY * falls else low[i]
+            lowest = max(self._e[j] * max(least, low[i]), math.sqrt(2 * falls * CLEAR))
+            before[i] = falls
             if v[j] < lowest or lasts < short:
                 time[int(j)] = float(lasts)
         if time:
