@@ -35,6 +35,7 @@ from planarc.ir.dae import Visual
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Track
 from planarc.ir.result import Result
+from planarc.view.arrows import Scale, scaled
 from planarc.view.box import bounds
 from planarc.view.item import Item, Kind, plain, smooth
 from planarc.view.linkage.dress import dress
@@ -56,6 +57,7 @@ class Scene(Data):
     notes: tuple[str, ...] = ()
     corner: Item | None = None
     classes: Mapping[str, str] = {}
+    scales: tuple[Scale, ...] = ()  # of arrows that components draw
 
 
 class NotDrawable(Exception):
@@ -80,11 +82,10 @@ def make_scene(result: Result) -> Scene:
         stays = {id(item) for item in world if item.kind is not Kind.SHAPE}
         items = [item for item in items if id(item) not in stays]
         items = dress(items, groups) or skeleton(result, groups)
-        size = _size(items)
-        items = [_shortened(item, size, notes) for item in items]
+        items, scales = scaled(items, result, notes)
         box = bounds(items)
     classes = _classes(result, items)
-    return Scene(result.time, tuple(items), box, tuple(notes), corner_of(world), classes)
+    return Scene(result.time, tuple(items), box, tuple(notes), corner_of(world), classes, scales)
 
 
 def _classes(result: Result, items: Sequence[Item]) -> dict[str, str]:
@@ -210,27 +211,3 @@ def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
 def _number(value: Any) -> float:
     """The value of something that may not change while running: its first one."""
     return float(value) if isinstance(value, (int, float)) else float(value[0])
-
-
-#: The longest arrow as a share of the size of all else, and what is longer than it may be: the
-#: length of a force is a matter of scale.
-_LONGEST, _TOO_LONG = 0.25, 0.6
-
-
-def _size(items: list[Item]) -> float:
-    """The larger side of the box around everything but arrows; 0 where there is nothing."""
-    box = bounds([item for item in items if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW)])
-    return 0.0 if box is None else max(box[2] - box[0], box[3] - box[1])
-
-
-def _shortened(item: Item, size: float, notes: list[str]) -> Item:
-    """An arrow that would make the mechanism small is drawn to another scale."""
-    if item.kind not in (Kind.ARROW, Kind.DOUBLE_ARROW) or not size:
-        return item
-    lengths = np.abs(np.asarray(item.length))
-    longest = float(np.max(lengths, where=np.isfinite(lengths), initial=0.0))
-    if longest <= _TOO_LONG * size:
-        return item
-    factor = float(f"{_LONGEST * size / longest:.1g}")
-    notes.append(f"the arrow `{item.component}` is drawn {factor:g} times as long as it says")
-    return replace(item, length=item.length * factor)

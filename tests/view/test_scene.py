@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import planarc
 from planarc.ir.expr import Exprs
 from planarc.view.item import Kind
 from planarc.view.scene import make_scene
@@ -140,3 +142,31 @@ def test_an_arrow_much_longer_than_the_mechanism_is_drawn_shorter_and_says_so(
     np.testing.assert_allclose(arrow.length / np.max(arrow.length), ANGLE / 4.0)
     assert "`force` is drawn 0.0003 times as long" in scene.notes[0]
     assert scene.box is not None and scene.box[2] == pytest.approx(2.0)
+
+
+def test_forces_have_one_scale_and_round_off_is_not_drawn(tmp_path: Path) -> None:
+    file = tmp_path / "pushed.pmo"
+    file.write_text(
+        "model Pushed\n  import PlanarMultiBody.*;\n"
+        "  inner World world(gravityType=Types.GravityTypes.NoGravity);\n"
+        "  Joints.Revolute hinge(phi(start=0, fixed=true), w(fixed=true));\n"
+        "  Parts.BodyShape bar(r={1, 0}, m=1, I=0.1);\n"
+        "  Forces.WorldForce push, pull, nothing;\nequation\n"
+        "  connect(world.frame_b, hinge.frame_a);\n"
+        "  connect(hinge.frame_b, bar.frame_a);\n"
+        "  connect(bar.frame_b, push.frame_b);\n"
+        "  connect(bar.frame_b, pull.frame_b);\n"
+        "  connect(bar.frame_b, nothing.frame_b);\n"
+        "  push.force = {0, 5000};\n  pull.force = {0, -2500};\n  nothing.force = {0, 2e-16};\n"
+        "end Pushed;\n",
+        "utf-8",
+    )
+    scene = make_scene(planarc.load(file).simulate(0.01).rows)
+    arrows = {i.component: i for i in scene.items if i.kind is Kind.ARROW}
+    assert set(arrows) == {"push.arrow", "pull.arrow"}
+    (scale,) = scene.scales
+    assert scale.unit == "N"
+    for name, force in (("push", 5000.0), ("pull", 2500.0)):
+        assert np.max(arrows[f"{name}.arrow"].length) == pytest.approx(force * scale.metres)
+    assert 0.2 < 5000 * scale.metres < 0.3  # of a bar 1 m long
+    assert scene.notes == ("arrows are drawn 1 m long for 1.9e+04 N",)

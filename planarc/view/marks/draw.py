@@ -11,13 +11,15 @@ from functools import lru_cache
 
 from msgspec.structs import replace
 
-from planarc.view.item import Item
+from planarc.view.item import Item, Kind
 from planarc.view.marks.forms import Form, Tint
 from planarc.view.marks.marks import Bar, Disc, Label, Mark, Outline, Paint, Style
 from planarc.view.marks.measure import sizes_of
 from planarc.view.marks.shapes import bounded_extra, shape_of
 
 _OVAL = 48  # points of an oval that is no circle
+_ARROWS = (Kind.ARROW, Kind.DOUBLE_ARROW)
+_LEAST = 2.0  # pixels of an arrow that can be seen as one
 
 
 def marks_of(item: Item, pixel: float, dark: bool = False) -> tuple[Mark, ...]:
@@ -32,6 +34,8 @@ def _marks(item: Item, pixel: float, dark: bool) -> tuple[Mark, ...]:
     length, width = float(item.length), float(item.width)
     shape = shape_of(item)
     if ("l" in shape.needs and not length) or ("w" in shape.needs and not width):
+        return ()
+    if item.kind in _ARROWS and abs(length) < _LEAST * pixel:
         return ()
     paint = Paint(*(float(c) for c in item.color))
     artist = _Artist(

@@ -20,6 +20,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.ir.insight import Track
 from planarc.view.item import Item, Kind
 from planarc.view.linkage.palette import JOINT
 from planarc.view.picture.camera import Camera
@@ -40,7 +41,7 @@ class Key(Data):
 
     text: str
     length: float  # m
-    color: tuple[float, float, float]
+    color: tuple[Track, Track, Track]
 
 
 def furnish(motion: Motion, camera: Camera, scene: Scene, keys: Sequence[Key] = ()) -> Motion:

@@ -9,9 +9,10 @@ A point is named by a vector of the model (`couplerBody.r_0CM`), by a component 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from msgspec.structs import replace
 
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.insight import Layer, Mark, Track
@@ -51,11 +52,19 @@ def with_layers(
     known = {layer.id: layer for layer in layers if layer.id in _COLORS}
     refuse_unknown("layer of this mechanism", names, [*known, NAMES])
     chosen = [known[name] for name in dict.fromkeys(names) if name != NAMES]
-    items = [item for layer in chosen for item in _items(layer, _span(scene))]
+    span = _span(scene)
+    vectors = {layer.id: _common(layer, scene, span) for layer in chosen if layer.kind == "vectors"}
+    items = [i for layer in chosen for i in _items(layer, span, vectors.get(layer.id, 0.0))]
     under = [i for i in items if i.kind is not Kind.ARROW]
     over = [i for i in items if i.kind is Kind.ARROW]
-    drawn = with_items(scene, under, [*over, *(tags(scene) if NAMES in names else ())])
-    return drawn, tuple(key for layer in chosen for key in _keys(layer, _span(scene)))
+    shared = {layer.unit: vectors[layer.id] for layer in chosen if vectors.get(layer.id)}
+    drawn = with_items(
+        _rescaled(scene, shared), under, [*over, *(tags(scene) if NAMES in names else ())]
+    )
+    keys = [_key(s.unit, s.metres, span, s.color) for s in scene.scales if s.unit not in shared]
+    told = [layer for layer in chosen if vectors.get(layer.id)]
+    keys += [_key(v.unit, vectors[v.id], span, _COLORS[v.id]) for v in told]
+    return drawn, tuple(keys)
 
 
 def _span(scene: Scene) -> float:
@@ -63,7 +72,22 @@ def _span(scene: Scene) -> float:
     return max(right - left, top - bottom, 1e-9)
 
 
-def _items(layer: Layer, span: float) -> Iterator[Item]:
+def _common(layer: Layer, scene: Scene, span: float) -> float:
+    """The scale of vectors, which arrows of the same unit that components draw share."""
+    own = _scale([mark for mark in layer.members if mark.on], span)
+    return min([own, *(s.metres for s in scene.scales if s.unit == layer.unit)])
+
+
+def _rescaled(scene: Scene, scales: Mapping[str, float]) -> Scene:
+    """The scene with its own arrows to other scales, by their units."""
+    items = scene.items
+    for scale in scene.scales:
+        if scale.unit in scales:
+            items = tuple(scale.changed(item, scales[scale.unit]) for item in items)
+    return replace(scene, items=items)
+
+
+def _items(layer: Layer, span: float, scale: float) -> Iterator[Item]:
     marks = [mark for mark in layer.members if mark.on]
     if layer.kind == "paths":
         yield from (_path(m.name, m.x, m.y, _COLORS[layer.id]) for m in marks)
@@ -71,7 +95,6 @@ def _items(layer: Layer, span: float) -> Iterator[Item]:
     if layer.kind == "masses":
         yield from _masses(marks, span, _COLORS[layer.id])
         return
-    scale = _scale(marks, span)
     if not scale:
         return
     for mark in marks:
@@ -100,13 +123,11 @@ def _scale(marks: Sequence[Mark], span: float) -> float:
     return _LONGEST * span / largest if largest > 0 and math.isfinite(largest) else 0.0
 
 
-def _keys(layer: Layer, span: float) -> Iterator[Key]:
+def _key(unit: str, scale: float, span: float, color: tuple[Track, Track, Track]) -> Key:
     """The arrow that says how long a round value is drawn."""
-    scale = 0.0 if layer.kind != "vectors" else _scale([m for m in layer.members if m.on], span)
-    if scale:
-        value = round_125(0.5 * _LONGEST * span / scale)
-        text = f"{value:.10g} {layer.unit}" if value < 1e6 else f"{value:.0e} {layer.unit}"
-        yield Key(text, value * scale, _COLORS[layer.id])
+    value = round_125(0.5 * _LONGEST * span / scale)
+    text = f"{value:.10g} {unit}" if value < 1e6 else f"{value:.0e} {unit}"
+    return Key(text, value * scale, color)
 
 
 def _path(name: str, x: Track, y: Track, color: tuple[float, float, float]) -> Item:

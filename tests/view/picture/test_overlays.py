@@ -77,3 +77,17 @@ def test_masses_are_discs_under_the_mechanism_by_area() -> None:
     assert np.allclose(np.array(areas) / areas[0], [1, 2, 1.5])
     assert drawn.items[len(discs) :] == scene.items
     assert keys == ()
+
+
+def test_forces_of_components_and_joints_share_one_scale_and_key() -> None:
+    result = planarc.load("PlanarMultiBody.Examples.Systems.QuickReturn").simulate(2)
+    scene = make_scene(result.rows)
+    (own,) = scene.scales
+    _, (key,) = with_layers(scene, (), [])
+    assert key.text == "100 N"
+    assert key.length == pytest.approx(100 * own.metres)
+    drawn, (key,) = with_layers(scene, study(result.rows).layers, ["forces"])
+    metres = key.length / float(key.text.partition(" ")[0])
+    arrow = next(i for i in drawn.items if i.component == own.owners[0] and i.kind is Kind.ARROW)
+    said = next(i for i in scene.items if i.component == own.owners[0] and i.kind is Kind.ARROW)
+    assert np.allclose(arrow.length / metres, said.length / own.metres)
