@@ -139,8 +139,8 @@ def completion(item: Item, written: lsp.Range, more: object = None) -> lsp.Compl
 
 def action(fix: Fix, told: lsp.Diagnostic, uri: str, units: Units) -> lsp.CodeAction:
     kind, title = lsp.CodeActionKind.QuickFix, fix.title
-    if fix.accepts_redundancy:
-        accept = {"uri": uri, "redundant": "accept"}
+    if fix.accepts:
+        accept = {"uri": uri, "class": fix.accepts, "redundant": "accept"}
         command = lsp.Command(title, "planarc.simulate", arguments=[accept])
         return lsp.CodeAction(title, kind, diagnostics=[told], command=command)
     edits = [lsp.TextEdit(units.range(e.span), e.text) for e in fix.edits]

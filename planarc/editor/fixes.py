@@ -29,9 +29,11 @@ _MODIFIER = re.compile(r"(?:final\s+)?(?:[A-Za-z_]\w*|'[^'\n]*')\s*=\s*$")
 
 
 class Fix(Data):
+    """Edits, or the class whose redundant joints a run is to accept."""
+
     title: str
     edits: tuple[Edit, ...] = ()
-    accepts_redundancy: bool = False
+    accepts: str = ""
 
 
 def fixes_of(text: Text, diagnostic: Diagnostic) -> Iterator[Fix]:
@@ -56,7 +58,7 @@ def fixes_of(text: Text, diagnostic: Diagnostic) -> Iterator[Fix]:
     if diagnostic.code.startswith("P") and hint.startswith("write `"):
         yield from _instead(span, _TICKED.findall(hint)[0])
     if "`--redundant accept`" in f"{message} {hint}":
-        yield Fix("Run with redundant joints accepted", accepts_redundancy=True)
+        yield Fix("Run with redundant joints accepted", accepts=text.class_at(span.start))
 
 
 def _insert(span: Span, at: int, text: str) -> Edit:

@@ -120,6 +120,12 @@ class Text:
             inside = [c for c in nested(inside[-1]) if _holds(c, offset)]
         return ".".join(self.tree.within or ()), tuple(found)
 
+    def class_at(self, offset: int) -> str:
+        """The full name of the innermost class around a place; "" outside of all."""
+        package, chain = self.chain(offset)
+        names = [c.name for c in chain]
+        return ".".join(([package] if package and names else []) + names)
+
 
 def classes_in(tree: syntax.StoredDefinition) -> Iterator[tuple[str, syntax.ClassDef]]:
     """All classes of a file by their full names, each before those in it."""

@@ -34,9 +34,7 @@ class View:
 
     def class_at(self, offset: int) -> str:
         """The full name of the innermost class around a place; "" outside of all."""
-        package, chain = self.text.chain(offset)
-        names = [c.name for c in chain]
-        return ".".join(([package] if package and names else []) + names)
+        return self.text.class_at(offset)
 
     def scope_at(self, offset: int) -> Scope:
         """The scope of the innermost class around a place that can be opened."""

@@ -13,6 +13,12 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import Span
+from planarc.editor.convert import Units, action
+from planarc.editor.fixes import fixes_of
+from planarc.editor.texts import Texts
+from planarc_docs.blocks import blocks_of
 from tests.editor.conftest import EXAMPLES, Editor
 
 pytestmark = pytest.mark.asyncio
@@ -46,6 +52,24 @@ async def test_quick_fix(client: LanguageClient) -> None:
     edit = actions[1].edit
     assert edit is not None and edit.changes is not None
     assert [e.new_text for e in edit.changes[uri]] == ["frame_a"]
+
+
+async def test_redundant_joints_are_accepted_by_a_fix(client: LanguageClient) -> None:
+    editor = Editor(client)
+    guide = (Path(__file__).parents[2] / "docs" / "howto" / "loops.md").read_text("utf-8")
+    text = next(b.text for b in blocks_of(guide) if b.argument == "parallel.pmo")
+    uri = editor.open(Path("untitled:parallel"), COMPUTED + text)  # two models
+    (found,) = await editor.checked(uri)
+    opened = Texts().put(Path("untitled:parallel"), COMPUTED + text)
+    place = opened.source.start_of(found.range.start.line + 1)
+    told = Diagnostic(str(found.code), found.message, Span(opened.source, place, place + 1))
+    (fix,) = fixes_of(opened, told)
+    command = action(fix, found, uri, Units()).command
+    assert command is not None
+    said = await client.workspace_execute_command_async(
+        lsp.ExecuteCommandParams(command.command, arguments=command.arguments)
+    )
+    assert said["ok"] and "Parallel ran to t =" in said["text"]
 
 
 async def test_hints_beside_the_text(client: LanguageClient) -> None:

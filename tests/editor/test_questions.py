@@ -59,23 +59,34 @@ async def test_hover_tells_declaration_description_unit_value_and_state(
     assert found.range is not None and piece(text, found.range) == "phi"
 
 
-async def test_hover_tells_the_value_at_the_start(client: LanguageClient) -> None:
-    editor = Editor(client)
-    text = 'model M\n  Real x(start=2, fixed=true, unit="m");\nequation\n  der(x) = -x;\nend M;\n'
+async def told_when_checked(editor: Editor, text: str, mark: str, words: str) -> str:
+    """What hover says at a mark, once the words are among it."""
     uri = editor.open(Path("untitled:v"), text)
     await editor.checked(uri)
     told = ""
     for _ in range(100):
-        found = await client.text_document_hover_async(
-            lsp.HoverParams(document(uri), position(text, "-x", 1))
+        found = await editor.client.text_document_hover_async(
+            lsp.HoverParams(document(uri), position(text, mark, 1))
         )
         assert found is not None and isinstance(found.contents, lsp.MarkupContent)
         told = found.contents.value
-        if "at the start" in told:
+        if words in told:
             break
         await asyncio.sleep(0.02)
+    return told
+
+
+async def test_hover_tells_the_value_at_the_start(client: LanguageClient) -> None:
+    text = 'model M\n  Real x(start=2, fixed=true, unit="m");\nequation\n  der(x) = -x;\nend M;\n'
+    told = await told_when_checked(Editor(client), text, "-x", "at the start")
     assert "at the start: `2 m`" in told
     assert "a state" in told
+
+
+async def test_hover_tells_the_block_that_solves_a_variable(client: LanguageClient) -> None:
+    text = "model M\n  Real x, y;\nequation\n  x + y^3 = 3 + time;\n  sin(x) = y;\nend M;\n"
+    told = await told_when_checked(Editor(client), text, " y;", "computed in")
+    assert "computed in" in told and "nonlinear" in told
 
 
 # Definition, references, renaming ---------------------------------------------------------------
