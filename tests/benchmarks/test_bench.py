@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 BENCH = Path(__file__).parent / "bench.py"
 
@@ -36,3 +39,15 @@ def test_flattening_is_measured() -> None:
     assert float(first.split()[3]) > 0
     assert [row.split()[:3] for row in rest] == [["flatten,", "40", "links"]]
     assert float(rest[0].split()[5]) > 0
+
+
+def test_frames_of_a_page_are_measured() -> None:
+    pytest.importorskip("playwright")
+    if shutil.which("chromium") is None:
+        pytest.skip("there is no chromium")
+    script = BENCH.with_name("frames_bench.py")
+    command = [sys.executable, str(script), "PlanarMultiBody.Examples.Elementary.Pendulum"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    _, row = done.stdout.splitlines()
+    own, whole = float(row.split()[1]), float(row.split()[3])
+    assert 0 < own < whole
