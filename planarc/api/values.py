@@ -51,7 +51,7 @@ def plain_value(program: Program, name: Any, value: Any) -> Any:
 
 
 def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
-    """A truth value is no number, though Python counts with it."""
+    """Refuse truth values, with which Python counts as with numbers."""
     truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
     if truth and parameter.kind is not Kind.BOOLEAN:
         word = "true" if value else "false"

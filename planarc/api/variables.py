@@ -14,8 +14,9 @@ from planarc.ir.program import Program
 
 
 class Parameter(Data):
-    """`value` is the default. `settable`: a run may replace it without compiling again;
-    `structural`: the equations depend on it, and a new value compiles the model again."""
+    """A parameter of a model. `value` is the default. `settable`: a run may replace it without
+    compiling again; `structural`: the equations depend on it, and a new value compiles the model
+    again."""
 
     name: str
     unit: str
@@ -28,8 +29,8 @@ class Parameter(Data):
 
 
 class Variable(Data):
-    """`start` is its start value (None: it follows from others), `value` that at the start
-    of a run with default values (None where the model has no start)."""
+    """A variable of a model. `start` is its start value (None: it follows from others), `value`
+    that at the start of a run with default values (None where the model has no start)."""
 
     name: str
     unit: str

@@ -31,7 +31,8 @@ class Example(Data):
 
 
 class Shown(Data):
-    """`result` and `kernel` are None where the run gave nothing: then there is a `problem`."""
+    """An example that was run. `result` and `kernel` are None where the run gave nothing: then
+    there is a `problem`."""
 
     example: Example
     result: Result | None

@@ -69,8 +69,8 @@ class Direct(Data):
 def eliminate(
     table: Exprs, block: Block, formulas: Sequence[Local], samples: Samples
 ) -> Direct | None:
-    """`formulas` are the block's, with their slopes. None where elimination does not pay
-    or cannot be done."""
+    """The block solved by elimination; None where that does not pay or cannot be done. `formulas`
+    are the block's, with their slopes."""
     tears = block.tears
     unknowns = [*tears, *(f.target for f in formulas if f.target is not None)]
     varying = set(unknowns)

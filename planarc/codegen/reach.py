@@ -41,7 +41,8 @@ class Reach(Data):
 def split_steps(
     levels: Iterable[Level], parameters: Iterable[str], derivatives: Iterable[Expr]
 ) -> Reach:
-    """`derivatives`: the symbols that the right-hand side must give."""
+    """The steps told apart by what needs them. `derivatives` are the symbols that the right-hand
+    side must give."""
     names = set(parameters)
     constant: list[Assignment] = []
     moving: list[list[Step]] = []

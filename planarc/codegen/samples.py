@@ -64,7 +64,7 @@ class Samples:
         return found if found.ndim else np.broadcast_to(found, self._spread.shape)
 
     def _number(self, root: Expr) -> Values:
-        """The same, without dimensions where it is the same everywhere."""
+        """The formula at all positions, without dimensions where it is the same everywhere."""
         return np.asarray(self._formulas(root), float)
 
     def assign(self, target: Expr, value: Expr) -> None:

@@ -36,8 +36,8 @@ class Sort(Enum):
 
 
 class Item(Data):
-    """`insert` is what is written, where that is not the name alone. Of an `unread` class nobody
-    has read the file: `told_of` does."""
+    """A name that may be written. `insert` is what is written, where that is not the name alone. Of
+    an `unread` class nobody has read the file: `told_of` does."""
 
     name: str
     sort: Sort

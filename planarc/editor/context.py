@@ -33,9 +33,9 @@ class Where(Enum):
 
 
 class Context(Data):
-    """`head` is the class, function or component that brackets belong to, or the class of what is
-    to be named; `path` the modifiers
-    around inside of it; `argument` the name of what a value is for; `position` counts commas."""
+    """The surroundings of a place. `head` is the class, function or component that brackets belong
+    to, or the class of what is to be named; `path` the modifiers around inside of it; `argument`
+    the name of what a value is for; `position` counts commas."""
 
     where: Where
     prefix: str = ""

@@ -25,7 +25,7 @@ from planarc.probe.open import open_program
 
 
 class Fact(Data):
-    """Of a scalar variable. `block` tells what it is solved with, in words."""
+    """The facts of a scalar variable. `block` tells what it is solved with, in words."""
 
     unit: str = ""
     description: str = ""

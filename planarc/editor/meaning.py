@@ -25,8 +25,9 @@ Key: TypeAlias = tuple[Path | str, int]
 
 
 class Meaning(Data):
-    """`element` is what the stages know of a component or class; `literal_of` the enumeration of
-    a literal. `attribute` is one of a predefined type, which nobody declares."""
+    """The declaration behind a name. `element` is what the stages know of a component or class;
+    `literal_of` the enumeration of a literal. `attribute` is one of a predefined type, which nobody
+    declares."""
 
     name: str
     span: Span

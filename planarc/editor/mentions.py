@@ -44,7 +44,8 @@ class Kind(Enum):
 
 
 class Mention(Data):
-    """`owner` are the classes around, from the outermost of the text. `path` ends in `name`."""
+    """A place that writes a name. `owner` are the classes around, from the outermost of the text.
+    `path` ends in `name`."""
 
     kind: Kind
     name: str

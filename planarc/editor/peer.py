@@ -131,7 +131,8 @@ class Peer(LanguageServer):
     def answer_slowly(
         self, method: str, handler: Callable[[Peer, Any], Any], options: Any = None
     ) -> None:
-        """Likewise, in another thread: other questions are answered meanwhile."""
+        """Let a function answer a method in another thread: other questions are answered
+        meanwhile."""
 
         async def answer(params: Any) -> Any:
             return await asyncio.to_thread(handler, self, params)

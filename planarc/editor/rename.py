@@ -41,7 +41,7 @@ class Renaming(Data):
 
 
 def check_name(name: str) -> None:
-    """Raises Refusal for what is no name."""
+    """Raise Refusal for what is no name."""
     if _NAME.fullmatch(name) is None:
         raise Refusal(f"`{name}` is no name: it begins with a letter, letters and digits follow")
     if name in load_language().terminals.keywords or name in predefined.NAMES:

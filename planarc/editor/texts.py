@@ -52,12 +52,12 @@ class Text:
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
-        """Its mistakes of syntax."""
+        """The mistakes of syntax in the text."""
         return self._read[1]
 
     @cached_property
     def classes(self) -> Classes:
-        """Its classes by their full names, each before those in it."""
+        """The classes of the text by their full names, each before those in it."""
         return dict(classes_in(self.tree))
 
     @cached_property

@@ -30,7 +30,8 @@ Prepared: TypeAlias = Callable[[Sequence[float], float], Any]
 
 
 def prepare(root: Expr, slot: Callable[[Expr], int]) -> Prepared:
-    """`slot` gives the place in the workspace of a symbol, pre-value or event."""
+    """A function that evaluates an expression. `slot` gives the place in the workspace of a symbol,
+    pre-value or event."""
     names: dict[str, Any] = dict(_NAMES)
     name: dict[Expr, str] = {}
     lines = []

@@ -230,7 +230,7 @@ def _warn_obsolete(instances: list[Instance], session: Session) -> None:
 
 
 def _type_span(instance: Instance) -> Span:
-    """Where the class of a component is named: in its declaration, or in what redeclares it."""
+    """The place where the class of a component is named: its declaration, or what redeclares it."""
     element = instance.element
     if element is None:
         return instance.span

@@ -98,8 +98,8 @@ class _Links:
 
 
 def _massive(dae: Dae, alone: Sequence[str]) -> frozenset[str]:
-    """Of frames that nothing is connected to, those of bodies: each is the only one of a component
-    that moves by itself, and whose force is more than nothing."""
+    """Frames of bodies among those that nothing is connected to: each is the only one of a
+    component that moves by itself, and whose force is more than nothing."""
     moving = find_moving(dae) if alone else ()
     owners = [frame.rpartition(".")[0] for frame in alone]
     single = [f for f, o in zip(alone, owners, strict=True) if o in moving and owners.count(o) == 1]

@@ -104,7 +104,7 @@ class Tape:
         return self._numbers[begin : begin + count]
 
     def blocks(self) -> Iterator[tuple[int, Sequence[int], Sequence[int]]]:
-        """For each group that solves, its block, its tears and its residuals."""
+        """The block, the tears and the residuals of each group that solves."""
         numbers = self._numbers
         for i in range(numbers[Head.GROUPS]):
             at = numbers[Head.TABLE] + i * len(Group)

@@ -18,8 +18,8 @@ class Formula(Data):
 
 
 class Plot(Data):
-    """`curves` are names of variables over time, or texts of formulas, which stand in
-    `formulas` as well."""
+    """A plot of a figure. `curves` are names of variables over time, or texts of formulas, which
+    stand in `formulas` as well."""
 
     title: str
     curves: tuple[str, ...]

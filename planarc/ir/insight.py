@@ -66,7 +66,8 @@ class Layer(Data):
 
 
 class Insight(Data):
-    """`facts` are labels with texts, `figures` titles with the names of series or variables."""
+    """What is known of a run's mechanism. `facts` are labels with texts, `figures` titles with the
+    names of series or variables."""
 
     facts: tuple[tuple[str, str], ...] = ()
     series: tuple[Series, ...] = ()

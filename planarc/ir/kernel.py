@@ -83,7 +83,8 @@ class Machine(Protocol):
     """Machine code that an integrator in C calls without a way back through Python."""
 
     def addresses(self, vector_numbers: int) -> Addresses:
-        """`vector_numbers` is the address of SUNDIALS' function that gives a vector's numbers."""
+        """The addresses for machine code. `vector_numbers` is the address of SUNDIALS' function
+        that gives a vector's numbers."""
 
     def shift(self, shifts: Sequence[float]) -> None:
         """Move what `cv_roots` gives by so much; by nothing where none are given."""
@@ -127,7 +128,7 @@ class Kernel(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """Its further abilities."""
+        """The further abilities of this kernel."""
 
     @property
     def failed_block(self) -> int:

@@ -73,7 +73,8 @@ class Residual(Data):
 
 
 class Assignment(Data):
-    """As a step it is a block of one inner assignment, in which nothing is guessed."""
+    """A variable with its value. As a step it is a block of one inner assignment, in which nothing
+    is guessed."""
 
     target: Expr  # a symbol
     value: Expr

@@ -104,7 +104,7 @@ def _tied(
 def _anchor(
     x: Vector, y: Vector, angle: Vector | None, links: Mapping[int, Vector], same: float
 ) -> Anchor | None:
-    """Where a point stands still, best with the angle standing still, too."""
+    """The link in which a point stands still, best with the angle standing still, too."""
     found = None
     for number, (a, b, phi) in links.items():
         c, s = np.cos(phi), np.sin(phi)

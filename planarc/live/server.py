@@ -74,7 +74,7 @@ _HEADERS = {
 
 
 class LiveServer:
-    """Serves one session until `stop`. Raises UsageError C280 where the port is taken."""
+    """A server of one session until `stop`. Raises UsageError C280 where the port is taken."""
 
     def __init__(
         self, session: Session, request: requests.Request, port: int = 0, framed: bool = False
@@ -290,7 +290,7 @@ def _listen(port: int, application: Any) -> BaseWSGIServer:
 
 
 class _Handler(WSGIRequestHandler):
-    """Says nothing; addresses hold the token."""
+    """A handler that writes no log: addresses hold the token."""
 
     protocol_version = "HTTP/1.1"
     timeout = 60  # seconds in which a connection must say or take something

@@ -24,7 +24,7 @@ from planarc.lower.values import Value, expr
 
 
 def delay(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
-    """Raises L362, L363 for delay times that cannot be."""
+    """A delayed signal. Raises L362, L363 for delay times that cannot be."""
     model, t = scope.model, scope.table
     signal, interval = expr(a[0]), expr(a[1])
     maximum = expr(a[2]) if len(a) == 3 else None

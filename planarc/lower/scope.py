@@ -166,7 +166,7 @@ class Scope(Data):
         return Scope(self.model, self.locals, False, self.at_event, self.depth, self.path)
 
     def where(self, condition: Expr) -> Scope:
-        """The same, evaluated only where a condition holds as well."""
+        """The same scope, evaluated only where a condition holds as well."""
         if condition is self.table.true:
             return self
         path = condition if self.path is None else self.table.and_(self.path, condition)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Opened(Data):
-    """`t` is the start time."""
+    """A program put together at its start. `t` is the start time."""
 
     program: Program
     kernel: NumpyKernel

@@ -163,7 +163,7 @@ def _held_misfits(model: SortedDae, names: Sequence[str]) -> tuple[SortedDae, li
 
 
 def _cut_forces(dae: Dae, mechanism: Mechanism, everywhere: bool) -> list[str]:
-    """Those at all frames of joints, or of the model."""
+    """The cut forces at all frames of joints, or of the model."""
     frames: Iterable[str] = dict.fromkeys(f for joint in mechanism.joints for f in joint.frames)
     if everywhere:
         frames = find_frames(v.name for v in dae.variables)

@@ -23,8 +23,8 @@ def one_sided(
     *,
     either: bool = False,
 ) -> Vector | None:
-    """`here` is f(x), where that is known. None where f gives None; with `either`, only where
-    it does on both sides."""
+    """A Jacobian by differences to one side; None where f gives None. `here` is f(x), where that is
+    known; with `either`, only where it does on both sides."""
     import numpy as np
 
     x = np.array(x, dtype=float)

@@ -178,7 +178,7 @@ def _start_time(program: Program, start: float) -> dict[int, float]:
 
 
 def _of_kind(parameter: ParameterSlot, value: float) -> float:
-    """A truth value is 0 or 1, a literal of an enumeration its number."""
+    """The number of a value: a truth value is 0 or 1, a literal of an enumeration its number."""
     number = _finite(parameter.name, value)
     match parameter.kind:
         case Kind.REAL:

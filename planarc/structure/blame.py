@@ -64,7 +64,7 @@ def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
 
 
 def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[Equation, ...]:
-    """Those that say what the same variable is, where there are several of them."""
+    """The equations that say what the same variable is, where there are several of them."""
     sides = {e.left for e in too_many if e.left.is_symbol}
     same = tuple(e for e in own if e.left in sides)
     return same if len(same) > 1 else own
@@ -73,8 +73,9 @@ def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[E
 def explain_misfit(
     dae: Dae, misfit: Misfit, inputs: Collection[str] = (), head: str = ""
 ) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
-    """Of too many equations, and of undecided unknowns: a message, or () where the user wrote none
-    of them himself. `head` is said behind each; codes are those of `structure`."""
+    """Messages about too many equations and about undecided unknowns: each one message, or () where
+    the user wrote none of them himself. `head` is said behind each; codes are those of
+    `structure`."""
     over: tuple[Diagnostic, ...] = ()
     under: tuple[Diagnostic, ...] = ()
     if misfit.rivals:
@@ -166,8 +167,8 @@ def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
 
 
 def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
-    """Of discrete variables: those with two values, and those with none; where all equations say
-    by their left side what they give."""
+    """Messages about discrete variables: those with two values, and those with none; where all
+    equations say by their left side what they give."""
     if not all(e.left.is_symbol for e in dae.discrete_equations):
         return ()
     given: dict[str, list[Span]] = {}
@@ -187,7 +188,7 @@ def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
 
 
 def _set_in_whens(dae: Dae, over: Iterable[Equation], head: str) -> tuple[Diagnostic, ...]:
-    """Of what a when-clause of the user's sets and a connection gives, too."""
+    """Messages about what a when-clause of the user's sets and a connection gives, too."""
     actions = (a for when in dae.whens for branch in when.branches for a in branch[-1])
     places_of = {
         a.name: a.span for a in actions if isinstance(a, SetDiscrete) and places.is_own(dae, a.span)

@@ -30,7 +30,8 @@ from planarc.structure.signs import Signs
 def sort_discrete(
     dae: Dae, rewrite: Substitution, signs: Signs, first: int
 ) -> tuple[Assignment, ...]:
-    """`first` is the number of the first discrete equation among all equations."""
+    """The discrete equations in their order. `first` is the number of the first discrete equation
+    among all equations."""
     table = dae.table
     names = {v.name: i for i, v in enumerate(dae.discretes)}
     contents = Contents(names.__contains__)

@@ -68,7 +68,8 @@ def guess_tears(
 
 
 def initial_residuals(dae: Dae, rewrite: Substitution, first: int) -> tuple[Residual, ...]:
-    """`first` is the number of the first initial equation among all equations."""
+    """The residuals of the initial equations. `first` is the number of the first initial equation
+    among all equations."""
     found = []
     for i, equation in enumerate(dae.initial_equations):
         value = dae.table.sub(rewrite(equation.left), rewrite(equation.right))

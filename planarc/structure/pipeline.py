@@ -75,7 +75,8 @@ def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
 
 
 def structure(dae: Dae) -> SortedDae:
-    """Raises PlanarcError (codes S3xx) when the model has no solution by its structure."""
+    """The model reduced to index 1 and sorted. Raises PlanarcError (codes S3xx) when the model has
+    no solution by its structure."""
     table = dae.table
     signs = Signs(dae.parameters)
     reduced = reduce_aliases(dae, signs)

@@ -45,7 +45,7 @@ class StructurallySingular(PlanarcError):
 
 
 def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
-    """Raises StructurallySingular when equations and unknowns cannot be matched."""
+    """Raise StructurallySingular when equations and unknowns cannot be matched."""
     _check_empty(dae, elimination, rows)
     matching = match_equations(rows, len(elimination.kept))
     if matching.complete and -1 not in matching.equation:

@@ -68,8 +68,8 @@ def surplus_equations(dae: Dae, components: Collection[str] = ()) -> tuple[int, 
 
 
 def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
-    """`forces`: the variables whose squares are summed. The same Dae where nothing is open, or
-    more than these.
+    """The model with open forces of least squares. `forces` are the variables whose squares are
+    summed. The same Dae where nothing is open, or more than these.
 
     Raises PlanarcError S316 where open forces stand in an equation that is not linear in them.
     """

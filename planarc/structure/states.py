@@ -46,7 +46,7 @@ def sort_level(
     attributes: Mapping[Expr, Attributes],
     favoured: frozenset[Expr],
 ) -> tuple[Step, ...]:
-    """`favoured` are the derivatives of the candidates of the level below."""
+    """The steps of a level. `favoured` are the derivatives of the candidates of the level below."""
     rank = [_rank(symbol, attributes, favoured) for symbol in system.unknowns]
     rows = [s.row() for s in system.equations]
     torn = tear_system(rows, rank)

@@ -35,7 +35,8 @@ class Plan(Data):
 
 
 def plan_steps(rows: Sequence[Sequence[int]], torn: Torn) -> Plan:
-    """`rows` are the unknowns of each equation; blocks are (tears, inner, residuals)."""
+    """The order of solving. `rows` are the unknowns of each equation; blocks are (tears, inner,
+    residuals)."""
     mask = {v: 1 << i for i, v in enumerate(sorted(torn.tears))}  # tears that v depends on
     for v, e in torn.assignments:
         mask[v] = _union(mask[u] for u in rows[e] if u != v)

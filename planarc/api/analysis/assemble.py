@@ -40,8 +40,8 @@ SAME = 1e-5
 
 
 class Assembly(Data):
-    """`start` are start values for `simulate` by name, in SI units; `distance` is the length of the
-    way (rad, m) from the model's own guess."""
+    """A way to put the mechanism together. `start` are start values for `simulate` by name, in SI
+    units; `distance` is the length of the way (rad, m) from the model's own guess."""
 
     start: Mapping[str, float]
     distance: float

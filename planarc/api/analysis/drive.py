@@ -52,7 +52,8 @@ _ADDED = "planarcMotion"
 
 
 class Driven(Data):
-    """`efforts` tells for each driven coordinate the variable that is its torque or force."""
+    """A driven motion. `efforts` tells for each driven coordinate the variable that is its torque
+    or force."""
 
     result: Result
     efforts: Mapping[str, str]

@@ -47,7 +47,8 @@ FLAT = 1e-7
 
 
 class Equilibrium(Data):
-    """`start` are start values for `simulate`; `values` all variables there, by name, in SI units.
+    """A state of rest. `start` are start values for `simulate`; `values` all variables there, by
+    name, in SI units.
 
     `stable`: the mechanism comes back after any small push; `neutral`: after some push it stays
     where it was pushed to, as a ball on a table does. It is unstable where it is neither.

@@ -46,8 +46,9 @@ def source(program: Program) -> str:
 
 
 def kernel_source(program: Program) -> str:
-    """The same with the tuple `equations` behind it: lines and the equations that they compute,
-    ascending; -1 where a function begins. A line without an equation serves the next one."""
+    """The text for a kernel: that of `source` with the tuple `equations` behind it: lines and the
+    equations that they compute, ascending; -1 where a function begins. A line without an equation
+    serves the next one."""
     lines = _lines(program)
     equations = [(n, line.equation) for n, line in enumerate(lines, 1) if isinstance(line, Line)]
     return _text([*lines, "", "", f"equations = {tuple(equations)}"])

@@ -48,7 +48,7 @@ def _circle(names: Sequence[str], instance: Instance) -> Exception:
 
 
 def _written_with(instance: Instance, name: str, names: Sequence[str]) -> Iterator[str]:
-    """Those of the names that stand in the sizes and the value of a variable of the function."""
+    """The names among these that stand in the sizes and the value of a variable of the function."""
     element = lookup.declared(instance, name)
     definition, scope, mod = redeclare.effective_component(element)
     sizes = names_in((definition.dimensions, definition.type_dimensions))

@@ -51,7 +51,7 @@ class Entry(Struct, eq=False):
 
     @property
     def file(self) -> Path | None:
-        """Its own file; None where it stands in that of another class, or was added."""
+        """The class's own file; None where it stands in that of another class, or was added."""
         return self._file
 
     @property

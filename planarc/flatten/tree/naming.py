@@ -80,7 +80,7 @@ def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:
 
 
 def _elsewhere(scope: Scope, name: str) -> str | None:
-    """Where a library holds a class of this name, if not too deep."""
+    """The place of a class of this name in a library, if not too deep."""
     library = scope.session.library
     packages, found = ["PlanarMultiBody", "Modelica"], []
     for _ in range(_DEEPEST):

@@ -97,7 +97,7 @@ def _same_number(arguments: Arguments) -> flat.Type:
 
 
 def _extreme(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    """`min` and `max`: of two scalars or of an array."""
+    """The `min` or `max` of two scalars or of an array."""
     type_ = arguments[0].type
     if len(arguments) == 1:
         if not type_.dims or type_.base is flat.Base.RECORD:

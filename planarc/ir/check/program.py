@@ -19,7 +19,7 @@ class BrokenProgramError(AssertionError):
 
 
 def check(program: Program) -> None:
-    """Raises `BrokenProgramError` with the first complaint."""
+    """Raise `BrokenProgramError` with the first complaint."""
     for complaint in _complaints(program):
         raise BrokenProgramError(complaint)
 

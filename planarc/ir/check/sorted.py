@@ -20,7 +20,7 @@ class BrokenPromise(AssertionError):
 
 
 def check_sorted(model: SortedDae) -> None:
-    """Raises BrokenPromise with all that is wrong."""
+    """Raise BrokenPromise with all that is wrong."""
     wrong = [*_check_order(model), *_check_candidates(model), *_check_aliases(model)]
     if wrong:
         raise BrokenPromise("\n".join(wrong))

@@ -17,7 +17,7 @@ from planarc.ir.text.dae import noted
 
 
 def sorted_text(model: SortedDae, *, aliases: bool = False) -> str:
-    """`aliases`: list every eliminated variable too."""
+    """The model as text. `aliases`: list every eliminated variable too."""
     lines = [*_head(model), *_candidates(model)]
     for level in model.levels:
         lines += ["", *_level(model, level)]

@@ -62,7 +62,7 @@ _INSERTED_LAST += tuple(("END", block, "SEMICOLON") for block in BLOCKS)
 
 
 class Place(NamedTuple):
-    """Where a statement, equation or declaration begins."""
+    """The begin of a statement, equation or declaration."""
 
     stack: Stack
     at: int

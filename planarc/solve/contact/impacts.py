@@ -77,7 +77,8 @@ class Impacts:
     def resolve(
         self, t: float, y: list[float], states: Mapping[int, int]
     ) -> tuple[list[str], Diagnostic | None]:
-        """Change the states in place and set the modes: what happened, and why it cannot."""
+        """Change the states in place and set the modes. Gives what happened, and why the run cannot
+        go on, if so."""
         if not self._touches.evaluate(t, y):
             return [], messages.unsolved(self._touches, t)
         before = {name: self._touches.get(name) for name in ("gap", "v", "slip", "e", "mu", *KEPT)}
@@ -190,7 +191,7 @@ class _Instant:
         return int(self.some[found[0]]) if len(found) else None
 
     def strike(self, first: Vector) -> Vector | None:
-        """The impulses; `first` remembers the greatest speeds."""
+        """The impulses of an impact; `first` keeps the greatest speeds of approach."""
         first[self.some] = np.maximum(first[self.some], -self.u[: self._k])
         largest, x = max(self.still / STILL, 1e-300), np.zeros(2 * self._k)
         own = np.setdiff1d(np.arange(self._k), self._bound)  # joints do not rub in an impact
@@ -214,7 +215,7 @@ class _Instant:
     def modes(
         self, free: Vector, low: Vector, first: Vector, before: Vector, short: float
     ) -> dict[int, float] | None:
-        """Find the cases; for how long each touch that begins to rest still bounces.
+        """Find the cases. Gives for how long each touch that begins to rest still bounces.
 
         `before` remembers how the touches fell after their last impact.
         """
@@ -240,7 +241,7 @@ class _Instant:
         return None if found is None else time
 
     def height(self, first: Vector) -> float:
-        """That of the lowest bounce that begins here, as a part of its first one."""
+        """The height of the lowest bounce that begins here, as a part of its first one."""
         v, first = self.u[: self._k], first[self.some]
         bounces = (v > self.still) & (first > 0) & (self._e < 1)
         return float(np.min((v[bounces] / first[bounces]) ** 2, initial=1.0))

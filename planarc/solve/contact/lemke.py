@@ -26,7 +26,9 @@ MOST_PIVOTS = 100
 
 
 def lemke(m: Vector, q: Vector, cover: Vector | None = None) -> frozenset[int] | None:
-    """`cover`: positive, by default ones; another one leads to the end by another way."""
+    """The unknowns z that are not zero where w = m z + q, w and z are at least zero and w z = 0;
+    None where the method finds none. `cover` is positive, by default ones: another one leads there
+    by another way."""
     n = len(q)
     if (q >= 0).all():
         return frozenset()

@@ -51,8 +51,9 @@ STICKS, IDLE = 0, 2
 
 
 class Spot(Data):
-    """`way`: None where the slip is zero, so that it may stick or slide; else where it slides to,
-    or IDLE. `floor` is the least normal force. A `loose` one is at the end of its sticking."""
+    """A touch that may be held. `way`: None where the slip is zero, so that it may stick or slide;
+    else where it slides to, or IDLE. `floor` is the least normal force. A `loose` one is at the end
+    of its sticking."""
 
     mu: float
     way: int | None
@@ -73,7 +74,8 @@ class Solution(Data):
 def solve_contacts(
     a: Vector, b: Vector, spots: Sequence[Spot], noise: float = 0.0
 ) -> Solution | None:
-    """`noise`: the size of a motion that is nothing but rounding."""
+    """The forces and cases that keep all inequalities; None where none do. `noise` is the size of a
+    motion that is nothing but rounding."""
     if len(spots) <= MOST_TRIED:
         tried: Iterator[Sequence[Case]] = product(*map(_cases, spots))
     else:

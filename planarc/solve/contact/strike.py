@@ -42,7 +42,8 @@ class Blow(Data):
 
 
 def strike(a: Vector, u: Vector, e: Vector, mu: Vector, largest: float) -> Blow | None:
-    """`largest`: speed of the touches, to tell what is at rest."""
+    """The impulses of an impact, and the velocities after it; None where it does not end. `largest`
+    is the speed of the touches, to tell what is at rest."""
     k, x = len(e), np.zeros(len(u))
     for blows in range(2 * MOST_BLOWS):
         v, still = u[:k], STILL * max(largest, float(np.abs(u).max()))

@@ -76,7 +76,8 @@ class _Broken(Struct):
 
 
 class AssertWatch:
-    """`slots` are those that the recorder must store for the conditions' sake."""
+    """The assertions of a run. `slots` are those that the recorder must store for the conditions'
+    sake."""
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
@@ -123,8 +124,8 @@ class AssertWatch:
         return found, end[0] if end else last
 
     def _broken_constants(self) -> list[int]:
-        """Those of parameters alone that do not hold, or have no value. The last judgement is
-        good as long as these have their values."""
+        """The assertions of parameters alone that do not hold, or have no value. The last judgement
+        is good as long as these have their values."""
         take, known = self._judged
         if take is None:
             return self._judge_constants()

@@ -44,7 +44,8 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
 
 
 def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Diagnostic:
-    """`values`: truths of relations and discrete values of the last iterations at `t`."""
+    """The refusal of an event that does not come to rest. `values` are truths of relations and
+    discrete values of the last iterations at `t`."""
     names = [_named(r) for r in program.relations]
     names += [f"`{d.name}`" for d in program.discretes]
     actions = (a for w in program.whens for branch in w.branches for a in branch[-1])
@@ -66,7 +67,8 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
 
 
 def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str]) -> Diagnostic:
-    """`often`: the causes that come again and again, those of relations with their texts."""
+    """The refusal of events that come again and again. `often` are the causes that come again and
+    again, those of relations with their texts."""
     relations = {r.text: r for r in program.relations}
     told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
     first = relations.get(often[0]) if often else None

@@ -148,7 +148,7 @@ def _jumps(program: Program) -> Iterator[Jump]:
 
 
 def _told(e: Expr, info: EquationInfo) -> str:
-    """As it is written; where other names stand in its place, its kind."""
+    """The expression as it is written; where other names stand in its place, its kind."""
     if (found := text(e)) in info.text:
         return f"`{found}`"
     return f"`{e.data}`" if e.op is Op.CALL else "a relation without event"

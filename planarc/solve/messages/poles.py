@@ -34,7 +34,8 @@ class Division(Data):
 def stepped_over(
     program: Program, time: Vector, column: Callable[[Expr], Vector | float]
 ) -> Iterator[Diagnostic]:
-    """`column` gives the values of a symbol, or of time, in all rows."""
+    """Warnings of poles between rows. `column` gives the values of a symbol, or of time, in all
+    rows."""
     import numpy as np
 
     from planarc.evaluate.rows import RowValues

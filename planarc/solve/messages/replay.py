@@ -54,7 +54,7 @@ class Replay:
         return [self._value(e) for e in wanted]
 
     def residuals_at(self, block: int, tears: Sequence[float]) -> list[float]:
-        """The same for other tears, after `residuals`, which has evaluated all before it."""
+        """The residuals for other tears, after `residuals`, which has evaluated all before it."""
         code = self._program.blocks[block]
         self._values.update(zip(code.tears, tears, strict=True))
         for _ in self._lets(code.body):
@@ -84,7 +84,7 @@ class Replay:
             row[j] = self._value(entry)
 
     def _linear(self, code: BlockCode, at_zero: Sequence[float]) -> list[float]:
-        """Its residuals are known where all tears are zero, and how they change with these."""
+        """The residuals of a linear block, known where all tears are zero, with their slopes."""
         if not code.jacobian and code.tears:
             return [math.nan] * len(at_zero)
         for _ in self._lets(code.jacobian_body):

@@ -176,7 +176,7 @@ class Rescue:
 
 
 class Account(Data):
-    """From where a solution was looked for, how far equations are off there, and the ways."""
+    """The search for a solution: where it began, how far equations are off there, and its ways."""
 
     origin: tuple[tuple[str, float], ...]
     worst: tuple[tuple[float, EquationInfo], ...]

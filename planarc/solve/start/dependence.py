@@ -155,7 +155,7 @@ class _Group(Data):
 
 
 def _slopes(system: System, point: Vector, rows: Sequence[int], columns: Sequence[int]) -> Vector:
-    """By central differences; not finite where the rows have no value."""
+    """The slopes by central differences; not finite where the rows have no value."""
     import numpy as np
 
     def moved(z: Vector) -> Vector:

@@ -90,8 +90,8 @@ def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]
 
 
 def _moved(program: Program, change: Sequence[float]) -> list[tuple[str, float]]:
-    """Of each joint (or of each component with frames, where all of them share) the most that
-    one of its cut forces and torques has changed."""
+    """The most that a cut force or torque of each joint (or of each component with frames, where
+    all of them share) has changed."""
     assert program.sharing is not None and program.mechanism is not None
     mechanism = program.mechanism
     frames: dict[str, list[str]] = {joint.name: list(joint.frames) for joint in mechanism.joints}

@@ -29,8 +29,8 @@ Stage: TypeAlias = tuple[list[int], list[int]]
 
 
 class System:
-    """`conditions`: the fixed variables that are no candidates, and `others` that are held.
-    `follow`: the guess is near an assembly that was good before."""
+    """The equations of the start. `conditions` are the fixed variables that are no candidates, and
+    `others` that are held. `follow`: the guess is near an assembly that was good before."""
 
     def __init__(
         self,

@@ -34,7 +34,8 @@ class GoOn(Data):
 
 
 class States:
-    """`selection` are the candidates that are states now; `choices` what they were, since when.
+    """The states of a run, chosen and exchanged. `selection` are the candidates that are states
+    now; `choices` what they were, since when.
 
     `delayed`: signals have a past, so that the run cannot go back; `measured`: the integrator
     itself measures the choice at every step.

@@ -47,7 +47,8 @@ Paces = list[tuple[int, float]]
 
 
 class Outlook:
-    """`sensitivities` gives |X| of all open blocks at the workspace's values."""
+    """The distance to the next look at the states. `sensitivities` gives |X| of all open blocks at
+    the workspace's values."""
 
     def __init__(
         self,

@@ -207,7 +207,7 @@ class _Dresser:
         return replace(item, width=width, length=length, height=height)
 
     def _pin_height(self, item: Item) -> float:
-        """Just above the links that a pin holds together."""
+        """The drawing height just above the links that a pin holds together."""
         if self._groups is None:
             return item.height
         return self._groups.deepest(item.component, item.x, item.y) + 0.5

@@ -141,7 +141,7 @@ def _along(item: Item, s: Track) -> tuple[Track, Track]:
 
 
 def _seen_from(item: Item, s: float, backwards: bool) -> tuple[Track, Track]:
-    """Where the block would be at s: seen from frame_a, or backwards from frame_b."""
+    """The place of the block at s: seen from frame_a, or backwards from frame_b."""
     return _along(item, item.length - s) if backwards else _along(item, s)
 
 

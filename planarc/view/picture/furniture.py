@@ -53,7 +53,7 @@ def furnish(motion: Motion, camera: Camera, scene: Scene, keys: Sequence[Key] = 
 
 
 def _low(camera: Camera, scene: Scene, keys: Sequence[Key]) -> Iterator[Item]:
-    """From the left: axes, scale, keys; as many keys as there is room for."""
+    """The lower edge from the left: axes, scale, keys; as many keys as there is room for."""
     x, right = 18.0, camera.width - 90.0
     if scene.corner is not None:
         yield _at(camera, x, scene.corner)

@@ -45,7 +45,8 @@ _NARROWEST, _WIDEST = 64, 4096
 
 
 class PictureOptions(Data):
-    """`at`: one instant (s) instead of a motion. `width` in pixels; the height follows.
+    """The choices for a picture. `at`: one instant (s) instead of a motion. `width` in pixels; the
+    height follows.
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
     points whose paths are drawn: see `overlays`. `layers` are ids of those of the report
@@ -72,8 +73,8 @@ class Made(Data):
 def write_picture(
     path: Path, result: Result, options: PictureOptions, layers: Sequence[Layer] = ()
 ) -> Made:
-    """`layers` are those of the run's insight. Raises UsageError V701 (ending), V702 (size,
-    pace), V703 (times), V705 (nothing to draw)."""
+    """Write a picture to `path`. `layers` are those of the run's insight. Raises UsageError V701
+    (ending), V702 (size, pace), V703 (times), V705 (nothing to draw)."""
     suffix = check_suffix(path)
     _check_pace(options.when)
     if not _NARROWEST <= options.width <= _WIDEST:

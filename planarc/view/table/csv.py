@@ -144,7 +144,7 @@ def _fast(rows: Sequence[bytes], width: int) -> Vector | None:
 
 
 def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
-    """The same one by one, to allow quotes and to say where something is wrong."""
+    """The numbers read one by one, to allow quotes and to say where something is wrong."""
     rows = []
     for line, row in _fields(lines, first):
         if len(row) != width:
