@@ -97,3 +97,12 @@ def test_extras_are_for_pictures_tables_and_editors_only() -> None:
         "tables",
         "lsp",
     }
+
+
+def test_the_changelog_tells_nothing_twice() -> None:
+    """Merges of entries that moved have told them twice."""
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    entries = [" ".join(entry.split()) for entry in re.split(r"\n(?=- )", text)[1:]]
+    begun = [entry[:50] for entry in entries]
+    assert [b for b in begun if begun.count(b) > 1] == []
+    assert text.count("## [Unreleased]") == text.count("### Added") == 1
