@@ -75,7 +75,12 @@ class Model(Loaded):
             if hasattr(Result, name) and name[0] != "_":
                 message = f"`Model` has no attribute `{name}`, a result has: write "
                 raise AttributeError(f"{message}`model.simulate().{name}`")
-            raise unknown_attribute(self, name)
+            inside = () if name[0] == "_" else self.parameters
+            found = next((p for p in inside if p == name or p.startswith(f"{name}.")), None)
+            if found is None:
+                raise unknown_attribute(self, name)
+            message = f'`Model` has no attribute `{name}`: read `model.parameters["{found}"]`'
+            raise AttributeError(f'{message}, set `simulate(parameters={{"{found}": ...}})`')
 
     @property
     def variables(self) -> Names[Variable]:

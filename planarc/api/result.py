@@ -109,6 +109,12 @@ class Result:
         """The scalars of an array, the last subscript fastest, and its sizes."""
         found = elements_of(name, self.rows.columns) if isinstance(name, str) else {}
         shape = tuple(max(at) for at in zip(*found, strict=True))
+        if not isinstance(name, str):
+            raise usage_error(
+                "C202",
+                f"the name of a variable is a text, not {type(name).__name__}",
+                hint='write `result["x"][0]` for a value of `x`, `result.at("x", 0.5)` for a time',
+            )
         if not found or prod(shape) != len(found):
             raise unknown_name("variable", name, self.rows.columns)
         return [found[at] for at in sorted(found)], shape

@@ -127,9 +127,8 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     if not undetermined:
         effect = f"so that `{givers[-1].name}` moves nothing"
     joined = f"what `{first}` belongs to"
-    if ends[0] in find_frames(v.name for v in dae.variables) and not all(
-        n.startswith(f"{first}.") for n in undetermined
-    ):
+    own = undetermined and all(n.startswith(f"{first}.") for n in undetermined)
+    if not own and ends[0] in find_frames(v.name for v in dae.variables):
         joined = "a body with mass"
     return Diagnostic(
         "S303",

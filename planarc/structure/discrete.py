@@ -103,6 +103,9 @@ def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diag
     else:
         said = "has no variable to be solved for"
         hint = "write it as `variable = expression`, once for each discrete variable"
+        again = equation.left
+        if again.is_symbol and again in symbols(equation.right):
+            hint = f"write it in a `when`, with `pre({again.name})` for the value before"
     message = f"the discrete equation {equation.shown} {said}"
     code = "S314" if ours or options else "S310"
     return Diagnostic(code, message, equation.span, hint=hint, related=related)

@@ -102,6 +102,10 @@ def test_names_of_the_interface_that_are_not_there_name_those_that_are() -> None
         _ = model.execute
     with pytest.raises(AttributeError, match=r"write `model.simulate\(\).plot`"):
         _ = model.plot
+    with pytest.raises(AttributeError, match=r"read `model.parameters\[.m.k.\]`"):
+        planarc.load("model A model M parameter Real k = 1; end M; M m; end A;").m.k = 2
+    with pytest.raises(UsageError, match="a text, not int"):
+        _ = model.simulate()[0]
     with pytest.raises(AttributeError, match="did you mean `to_pandas`"):
         _ = model.simulate().to_dataframe
     with model.stepper() as stepper, pytest.raises(UsageError, match="the model has no inputs"):

@@ -25,6 +25,7 @@ def test_lists() -> None:
         (1, "alias", "1 alias"),
         (2, "alias", "2 aliases"),
         (2, "entry", "2 entries"),
+        (2, "way", "2 ways"),
     ],
 )
 def test_counts(number: int, noun: str, text: str) -> None:

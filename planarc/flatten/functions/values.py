@@ -27,6 +27,10 @@ _INTEGRAL = "write `der(y) = x` for the integral y of x"
 _OTHERWISE = {
     **dict.fromkeys(("integral", "integrate", "int"), _INTEGRAL),
     **dict.fromkeys(("length", "len", "numel"), "write `size(x, 1)`"),
+    **{
+        f"{f}d": f"write `{f}(Modelica.Units.Conversions.from_deg(x))`"
+        for f in ("sin", "cos", "tan")
+    },
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }
 

@@ -34,8 +34,9 @@ from planarc.flatten.functions.calls import (
 from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
 from planarc.flatten.terms.conform import scalar_count, type_text, unify
-from planarc.flatten.tree.nodes import Env
+from planarc.flatten.tree.nodes import Env, Instance
 from planarc.flatten.typing.comprehension import turns
+from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
@@ -60,7 +61,11 @@ def type_equations(equations: tuple[syntax.Equation, ...], env: Env) -> list[fla
 def _equality(node: syntax.Equality, env: Env) -> Equations:
     if isinstance(node.left, syntax.Tuple) and isinstance(node.right, syntax.Call):
         return _several_results(node, node.left, node.right, env)
-    left, right = for_each((node.left, node.right), env.typed)
+    try:
+        left, right = for_each((node.left, node.right), env.typed)
+    except PlanarcError:
+        _refuse_connectors(node, env)
+        raise
     if unify(left.type, right.type) is None:
         types = f"{type_text(left.type)} and {type_text(right.type)}"
         hint = None
@@ -69,6 +74,17 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
         message = f"the sides of the equation have different types: {types}"
         raise error("F300", message, node.span, hint=hint)
     return (flat.Equality(node.span, env.component, left, right),)
+
+
+def _refuse_connectors(node: syntax.Equality, env: Env) -> None:
+    """Explain `pin.frame_b = bar.frame_a`."""
+    left, right = node.left, node.right
+    if not (isinstance(left, syntax.Ref) and isinstance(right, syntax.Ref)):
+        return
+    views = [resolve(ref, env) for ref in (left, right)]
+    if all(isinstance(v, Instance) and v.is_connector for v in views):
+        message = f"`{left}` and `{right}` are connectors, which no equation joins"
+        raise error("F216", message, node.span, hint=f"write `connect({left}, {right});`")
 
 
 def _several_results(

@@ -96,6 +96,10 @@ def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> P
     hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
     if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):
         hint = f"declare it Real, or write `integer({span.text})`, which rounds down"
+    if expected.base is flat.Base.BOOLEAN and actual.base in NUMERIC:
+        hint = "write `true` or `false`"
+    if expected.base in NUMERIC and re.search(r'"\s*[-+]?[\d.]+(e[-+]?\d+)?\s*"', span.text):
+        hint = "write numbers without quotes"
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     return error("F270", message, span, hint=hint)
 

@@ -17,6 +17,8 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 
 from __future__ import annotations
 
+import re
+
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
@@ -191,7 +193,8 @@ def _yielding(binding: Binding | None) -> Binding | None:
 
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     message = f"`{name}` is final and cannot be modified"
-    hint = "remove the modifier"
+    follows = re.search(r"=\s*([A-Za-z_]\w*)$", inner.text) if inner else None
+    hint = f"set `{follows[1]}`, which it follows from" if follows else "remove the modifier"
     return error("F221", message, outer, hint=hint, related=[Related("declared final here", inner)])
 
 

@@ -76,6 +76,18 @@ def _assigning_operator(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 _ASSIGNING = ("+=", "-=", "*=", "/=", "++", "--")
 
 
+def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `import PlanarMultiBody as P;`."""
+    words = trouble.tokens[trouble.begin : trouble.at + 2]
+    begins = [k for k, word in enumerate(words) if word.type == "IMPORT"]
+    if trouble.token.text != "as" or not begins or words[-1].type != "IDENT":
+        return None
+    path = words[begins[-1] + 1].span.to(words[-3].span).text
+    message = "an import gives another name with `=`, not with `as`"
+    hint = f"write `import {words[-1].text} = {path};`"
+    return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
 def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `a.y -> b.u`."""
     for at in (trouble.at, trouble.at + 1):
@@ -216,6 +228,7 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _assigning_operator,
     _arrow,
     _colon_for_then,
+    _import_as,
     _assigned_expression,
     _other_branch,
 )
