@@ -171,3 +171,9 @@ equation
     again = first + up / rises + np.sqrt(up**2 / rises / falls)
     assert r.events[2].time == pytest.approx(again, abs=1e-8)
     assert r["slide.s"][-1] == pytest.approx(0, abs=1e-8)
+
+
+def test_friction_alone_is_no_missing_drive() -> None:
+    """The joint connects its own flange, which needs no drive then."""
+    model = planarc.load("PlanarMultiBody.Examples.Loops.RubbingCrankSlider")
+    assert not [w for w in model.warnings if w.code == "F319"]

@@ -19,10 +19,11 @@ from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.nearest import meant, nearest
+from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.lookup import import_target
-from planarc.flatten.tree.nodes import Instance, Session
+from planarc.flatten.tree.nodes import Element, Instance, Session
 from planarc.ir import flat, syntax
 
 #: Settings of an experiment, in the order of the specification.
@@ -56,7 +57,10 @@ def _check_unconnected(
     """Connectors whose declaration says what is wrong if nothing is connected from outside."""
     if any(isinstance(w, flat.LeftOut) for w in session.warnings):
         return  # what is left out is told already, and may be what is missing here
-    connected = {(s.name, c.component) for c in connections for s in (c.left, c.right)}
+    connected: dict[str, list[Connection]] = {}
+    for connection in connections:
+        for side in (connection.left, connection.right):
+            connected.setdefault(side.name, []).append(connection)
     for instance in instances:
         owner, element = instance.parent, instance.element
         if not instance.is_connector or element is None or owner is None or owner.prefix is None:
@@ -64,11 +68,24 @@ def _check_unconnected(
         reason = _why(element.definition.annotation, session) or _why_all(owner, session)
         if reason is None:
             continue
-        within = {c for name, c in connected if name == instance.name}
-        if within <= {owner.name}:
+        if all(_declares(owner, element, c) for c in connected.get(instance.name, ())):
             why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
             message = f"nothing is connected to `{instance.name}`{why}"
             session.warn("F319", message, owner.span)
+
+
+def _declares(owner: Instance, element: Element, connection: Connection) -> bool:
+    """Whether the class that declares a connector connects it itself, and none that extends it."""
+    if connection.component != owner.name:
+        return False
+    spans = (part.definition.span for part in owner.layout.parts)
+    home = next((s for s in spans if _covers(s, element.definition.span)), None)
+    return home is None or _covers(home, connection.span)
+
+
+def _covers(whole: Span, span: Span) -> bool:
+    inside = whole.start <= span.start and span.end <= whole.end
+    return whole.source is span.source and inside
 
 
 def _why_all(owner: Instance, session: Session) -> syntax.Expression | None:
