@@ -171,9 +171,9 @@ def _held_too_often(
         return tuple(found)
     from planarc.insight.facts import count_text
     from planarc.insight.misfit import overheld
-    from planarc.structure.report import TWICE
+    from planarc.structure.report import HeldTwice
 
-    known = f"{found[0].hint};" if TWICE in found[0].message else ""
+    known = f"{found[0].hint};" if isinstance(found[0], HeldTwice) else ""
     loop = None if known else overheld(dae, mechanism)
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop),)

@@ -16,6 +16,7 @@ from msgspec import Struct
 from planarc.core.data import Data
 from planarc.editor.texts import Text
 from planarc.parse.grammar.lexer import Token, scan
+from planarc.parse.grammar.unreadable import Unclosed
 from planarc.parse.language import load_language
 
 
@@ -92,7 +93,7 @@ def context_at(text: Text, offset: int) -> Context:
     tokens, errors = scan(text.source, terminals, start, offset)
     tokens.pop()
     where = tokens[-1] if tokens else None
-    opened = next((e for e in errors if e.code == "P103"), None)
+    opened = next((e for e in errors if isinstance(e, Unclosed)), None)
     if opened is not None:
         if opened.span is None or opened.span.text != "annotation" or opened.related:
             return Context(Where.NOWHERE)

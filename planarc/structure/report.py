@@ -33,8 +33,10 @@ from planarc.structure.places import owner_span
 _SHOWN = 8  # names listed in one message
 _LONG = 150  # letters of a note, beyond which equations tell nobody anything
 _LISTED = 3  # equations that no user wrote: they come last, and few say enough
-#: Words for joints, by their names, of which one is too many.
-TWICE = "hold the same motion twice"
+
+
+class HeldTwice(Diagnostic):
+    """Joints, by their names, of which one is too many."""
 
 
 class StructurallySingular(PlanarcError):
@@ -211,10 +213,10 @@ def _twice(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> Dia
     last = redundant[-1]
     note = Related(f"{last.shown} says nothing new: it follows from other equations", _span(last))
     if len(joints) > 1:
-        message = f"{listed(f'`{j}`' for j in joints)} {TWICE}"
+        message = f"{listed(f'`{j}`' for j in joints)} hold the same motion twice"
         place = owner_span(dae, f"{joints[-1]}.x")
         hint = "replace one of them by a freer joint, or leave it out"
-        return Diagnostic("S303", message, place, hint=hint, related=(note,))
+        return HeldTwice("S303", message, place, hint=hint, related=(note,))
     return Diagnostic(
         "S303",
         f"nothing determines {_names(names)}",

@@ -27,7 +27,7 @@ from typing import NamedTuple
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import Source, Span
-from planarc.parse.grammar.unreadable import never_closed, skip_illegal
+from planarc.parse.grammar.unreadable import Unclosed, never_closed, skip_illegal
 
 #: Characters of a name.
 MAX_NAME = 1000
@@ -184,7 +184,7 @@ def _annotation_body(source: Source, word: Span, stop: int, errors: list[Diagnos
     if at < stop:
         what = {'"': "string", "'": "quoted name"}.get(text[at], "comment")
         related.append(Related(f"this {what} is never closed", Span(source, at, at + 1)))
-    errors.append(Diagnostic("P103", message, word, related=tuple(related)))
+    errors.append(Unclosed("P103", message, word, related=tuple(related)))
     return Span(source, word.start, stop)
 
 

@@ -39,11 +39,15 @@ _QUOTES = frozenset("\u201c\u201d\u201e\u201f\u2018\u2019\u201a\u00ab\u00bb\u203
 _CLOSED_BY = {"comment": (2, "*/"), "string": (1, '"'), "quoted name": (1, "'")}
 
 
+class Unclosed(Diagnostic):
+    """A comment, a string or an annotation without its end."""
+
+
 def never_closed(what: str, span: Span) -> Diagnostic:
     length, mark = _CLOSED_BY[what]
     opening = span._replace(end=min(span.end, span.start + length))
     hint = f"write `{mark}` where it ends"
-    return Diagnostic("P103", f"this {what} is never closed", opening, hint=hint)
+    return Unclosed("P103", f"this {what} is never closed", opening, hint=hint)
 
 
 def skip_illegal(source: Source, at: int, stop: int, errors: list[Diagnostic]) -> int:

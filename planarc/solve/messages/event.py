@@ -33,7 +33,7 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
     if reset:
         message += f" with what `reinit` gives to {trouble.names(reset)}"
         hint = "reinit to a value that the closed loops allow, near to the one before"
-    found = Diagnostic(
+    found = trouble.Unsolved(
         "R422",
         message,
         infos[0].span if infos else None,

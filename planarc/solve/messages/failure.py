@@ -255,7 +255,7 @@ def _block(
     advice = "these equations may have no solution from here on: look for what comes to its end"
     if program.mechanism is not None:
         advice = "the mechanism may be stretched or jammed here: look at its position at this time"
-    found = Diagnostic(
+    found = trouble.Unsolved(
         "R422",
         f"{place} {trouble.subject(names, [i for _, i in worst])} could not be solved",
         worst[0][1].span if worst else None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from planarc.core.diagnostic import Related
+from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_names
@@ -18,6 +18,10 @@ from planarc.ir.program import (
 )
 
 _MOST_NAMES = 6
+
+
+class Unsolved(Diagnostic):
+    """A block that has no solution."""
 
 
 def names(items: Sequence[str]) -> str:

@@ -168,8 +168,10 @@ class Rescue:
 
     def told(self, found: Diagnostic, t: float, block: int) -> Diagnostic:
         """The message about a block without solution, with what was tried for it."""
+        from planarc.solve.messages.trouble import Unsolved
+
         account = self.account(t, block)
-        if account is None or found.code != "R422" or self.program.mechanism is not None:
+        if account is None or not isinstance(found, Unsolved) or self.program.mechanism is not None:
             return found
         hint = f"{found.hint}; {account}" if found.hint else str(account)
         return replace(found, hint=hint)
