@@ -50,17 +50,18 @@ function roundTo125(value) {
   return [5, 2, 1].map((f) => f * power).find((v) => v <= value * 1.0001);
 }
 
-function pathOf(member) {
+function pathOf(member, px) {
+  // In pixels: a canvas draws no line of micrometres.
   const { x, y } = member;
   const path = new Path2D();
   const count = Math.max(x.length || 1, y.length || 1);
   let open = false;
   for (let i = 0; i < count; i++) {
-    const [px, py] = [x.length ? x[i] : x, y.length ? y[i] : y];
-    if (!Number.isFinite(px + py)) open = false;
-    else if (open) path.lineTo(px, py);
+    const [left, up] = [(x.length ? x[i] : x) / px, (y.length ? y[i] : y) / px];
+    if (!Number.isFinite(left + up)) open = false;
+    else if (open) path.lineTo(left, up);
     else {
-      path.moveTo(px, py);
+      path.moveTo(left, up);
       open = true;
     }
   }
@@ -72,12 +73,14 @@ function paintPaths(layer, context, reader, px) {
   context.lineJoin = "round";
   for (const member of layer.members) {
     if (!member.on) continue;
-    member.path = member.path || pathOf(member);
+    if (member.px !== px) Object.assign(member, { px, path: pathOf(member, px) });
+    context.save();
+    context.scale(px, px);
     context.strokeStyle = color;
     context.globalAlpha = 0.55;
-    context.lineWidth = 1.5 * px;
+    context.lineWidth = 1.5;
     context.stroke(member.path);
-    context.globalAlpha = 1;
+    context.restore();
     const [x, y] = [reader.at(member.x), reader.at(member.y)];
     if (!Number.isFinite(x + y)) continue;
     context.fillStyle = color;
@@ -95,13 +98,14 @@ function paintVectors(layer, context, reader, px, colors) {
     if (!member.on) continue;
     const [x, y] = [reader.at(member.x), reader.at(member.y)];
     const [u, v] = [reader.at(member.u), reader.at(member.v)];
-    const length = Math.hypot(u, v) * layer.reach.scale;
-    if (!Number.isFinite(x + y + length) || length < 3 * px) continue;
+    const length = (Math.hypot(u, v) * layer.reach.scale) / px;
+    if (!Number.isFinite(x + y + length) || length < 3) continue;
     context.save();
     context.translate(x, y);
     context.rotate(Math.atan2(v, u));
-    const head = Math.min(length, 11 * px);
-    context.lineWidth = 2.2 * px;
+    context.scale(px, px);
+    const head = Math.min(length, 11);
+    context.lineWidth = 2.2;
     context.lineCap = "butt";
     context.beginPath();
     context.moveTo(0, 0);
@@ -114,9 +118,9 @@ function paintVectors(layer, context, reader, px, colors) {
     context.closePath();
     context.fill();
     context.strokeStyle = colors.stage;
-    context.lineWidth = 1 * px;
+    context.lineWidth = 1;
     context.beginPath();
-    context.arc(0, 0, 3 * px, 0, 2 * Math.PI);
+    context.arc(0, 0, 3, 0, 2 * Math.PI);
     context.stroke();
     context.fill();
     context.strokeStyle = color;
@@ -179,16 +183,20 @@ function paintCentres(layer, context, reader, px, colors) {
     if (!member.on) continue;
     const [x, y] = [reader.at(member.x), reader.at(member.y)];
     if (!Number.isFinite(x + y)) continue;
+    context.save();
+    context.translate(x, y);
+    context.scale(px, px);
     context.strokeStyle = color;
-    context.lineWidth = 1.8 * px;
-    const r = 6 * px;
+    context.lineWidth = 1.8;
+    const r = 6;
     context.beginPath();
-    context.arc(x, y, r, 0, 2 * Math.PI);
-    context.moveTo(x - 1.7 * r, y);
-    context.lineTo(x + 1.7 * r, y);
-    context.moveTo(x, y - 1.7 * r);
-    context.lineTo(x, y + 1.7 * r);
+    context.arc(0, 0, r, 0, 2 * Math.PI);
+    context.moveTo(-1.7 * r, 0);
+    context.lineTo(1.7 * r, 0);
+    context.moveTo(0, -1.7 * r);
+    context.lineTo(0, 1.7 * r);
     context.stroke();
+    context.restore();
     points.push({ text: member.name, x, y });
   }
   layer.placer = layer.placer || planarc.createPlacer();

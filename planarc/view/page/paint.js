@@ -17,16 +17,20 @@ planarc.paint = function (ctx, item, px, dark) {
   const { shape } = item;
   if ((shape.needs[0] === "l" && !item.length) || (shape.needs[1] === "w" && !item.width)) return;
   const sizes = measure(item, px);
+  ctx.scale(px, px); // thin lines of micrometres are none to a canvas
   const color = rgb(item.color, dark);
   ctx.lineJoin = "round";
   for (const form of shape.forms) paintForm(ctx, form, sizes, color, dark);
 };
 
 function measure(item, px) {
-  // The sizes of `marks/measure.py`, in metres.
+  // The sizes of `marks/measure.py`, in pixels.
   const shaft = Math.max(item.width, 1.6 * px);
   const head = Math.sign(item.length) * Math.min(Math.abs(item.length), 4.5 * shaft);
-  return { l: item.length, w: item.width, p: px, s: shaft, h: head, x: item.width * item.extra, i: 1 };
+  return {
+    l: item.length / px, w: item.width / px, p: 1, s: shaft / px, h: head / px, x: (item.width * item.extra) / px,
+    i: 1 / px,
+  };
 }
 
 function total(parts, from, basis, sizes) {

@@ -209,8 +209,8 @@ planarc.shows = function (item, component) {
 
 planarc.length = function (metres) {
   // A length as people say it: 5 cm, 200 mm, 2 km.
-  const [unit, size] = metres >= 1e3 ? ["km", 1e3] : metres >= 1 ? ["m", 1]
-    : metres >= 1e-2 ? ["cm", 1e-2] : metres >= 1e-3 ? ["mm", 1e-3] : ["m", 1];
+  const units = [["km", 1e3], ["m", 1], ["cm", 1e-2], ["mm", 1e-3], ["µm", 1e-6]];
+  const [unit, size] = units.find((u) => metres >= u[1] * (1 - 1e-9)) ?? ["nm", 1e-9];
   return `${Number((metres / size).toPrecision(3))} ${unit}`;
 };
 
