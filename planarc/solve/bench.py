@@ -130,12 +130,12 @@ class Bench:
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
         """Warn of what the equations leave open in this mode, once for each block."""
         block = self.kernel.open_block
-        found = judge_open(self.program, self.kernel, t, y)
+        found = judge_open(self.program, self.kernel, t, y, self.open_blocks)
         if found is None:
             return
         if found.severity is Severity.ERROR:
             self.ended = self.ended or found
-        elif block not in self.open_blocks:
+        else:
             self.open_blocks.add(block)
             self.warnings.append(found)
 

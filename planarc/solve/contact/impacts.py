@@ -173,9 +173,10 @@ class _Instant:
         n, k = len(touches.all), len(some)
         self.some, self.rows = some, np.concatenate([some, n + some])
         self._k, self._a, self._states = k, response.own[self.rows], response.states
-        self._bound = np.flatnonzero(touches.bound[some])
+        self._joints = touches.bound[some]
         self._most = most
-        self._a[self._bound, self._bound] = most  # as if a force of its own met a limit
+        bound = np.flatnonzero(self._joints)
+        self._a[bound, bound] = most  # as if a force of its own met a limit
         self.press: Callable[[Array, Vector], Vector | None] = lambda _, x: x
         v = np.where(before["held"][some] != 0, 0.0, before["v"][some])
         self.u = np.concatenate([v, before["slip"][some]])
@@ -194,7 +195,7 @@ class _Instant:
         """The impulses of an impact; `first` keeps the greatest speeds of approach."""
         first[self.some] = np.maximum(first[self.some], -self.u[: self._k])
         largest, x = max(self.still / STILL, 1e-300), np.zeros(2 * self._k)
-        own = np.setdiff1d(np.arange(self._k), self._bound)  # joints do not rub in an impact
+        own = np.flatnonzero(~self._joints)  # joints do not rub in an impact
         rows = np.concatenate([own, self._k + own])
         if not len(own):
             return x
@@ -251,7 +252,7 @@ class _Instant:
         k, may = self._k, np.flatnonzero(resting)
         rows = np.concatenate([may, k + may])
         spots = [self._spot(int(j)) for j in may]
-        rubs = np.flatnonzero(np.isin(may, self._bound))
+        rubs = np.flatnonzero(self._joints[may])
         found = solve_pressed(
             self._a[np.ix_(rows, rows)], free[rows], spots, self.noise, rubs, self._most,
             partial(self.press, self.some[may]),
@@ -260,7 +261,7 @@ class _Instant:
             return None
         cases = [(False, IDLE)] * k
         for j, case in zip(may, found.cases, strict=True):
-            cases[j] = (j in self._bound or case[0], case[1])
+            cases[j] = (bool(self._joints[j]) or case[0], case[1])
         self.cases = tuple(cases)
         u: Vector = self._a[:, rows] @ found.x + free
         return u[:k]

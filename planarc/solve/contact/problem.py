@@ -76,6 +76,8 @@ def solve_contacts(
 ) -> Solution | None:
     """The forces and cases that keep all inequalities; None where none do. `noise` is the size of a
     motion that is nothing but rounding."""
+    if len(spots) == 1 and spots[0].way == IDLE and a[0, 0] > 0:
+        return _alone(a, b, spots[0].floor, noise)
     if len(spots) <= MOST_TRIED:
         tried: Iterator[Sequence[Case]] = product(*map(_cases, spots))
     else:
@@ -87,6 +89,13 @@ def solve_contacts(
         if found is not None and _agrees(a, found, b, spots, noise):
             return found
     return None
+
+
+def _alone(a: Vector, b: Vector, floor: float, noise: float) -> Solution:
+    """The forces of one touch without friction."""
+    closed = bool(a[0, 0] * floor + b[0] < -max(ROUNDING * float(np.abs(b).max()), noise))
+    x = np.array([-b[0] / a[0, 0] if closed else floor, 0.0])
+    return Solution(x, a @ x + b, ((closed, IDLE),))
 
 
 def _cases(spot: Spot) -> list[Case]:

@@ -13,7 +13,7 @@ depends on them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.ir.expr import text
@@ -27,9 +27,11 @@ DEPENDS = 1e-6
 _MOST = 3
 
 
-def judge_open(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic | None:
-    """None where the last evaluation left nothing open. The workspace holds the point
-    (t, y) and does so afterwards."""
+def judge_open(
+    program: Program, kernel: Kernel, t: float, y: Sequence[float], known: Container[int] = ()
+) -> Diagnostic | None:
+    """None where the last evaluation left nothing open, or only what a block shares that is
+    `known`. The workspace holds the point (t, y) and does so afterwards."""
     block = kernel.open_block
     if block < 0:
         return None
@@ -42,10 +44,12 @@ def judge_open(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -
     moved = [abs(kernel.w[s] - v) > DEPENDS for s, v in zip(slots, values, strict=True)]
     kernel.sway(block, -1.0)
     kernel.outputs(t, y)
-    names = trouble.names([c for c, m in zip(_tears(program, block), moved, strict=True) if m])
     depends = any(
         abs(a - b) > DEPENDS * max(1.0, abs(a)) for a, b in zip(rates, moved_rates, strict=True)
     )
+    if not depends and block in known:
+        return None
+    names = trouble.names([c for c, m in zip(_tears(program, block), moved, strict=True) if m])
     infos = [program.equations[e] for e in program.blocks[block].equations]
     found = (_undetermined if depends else _shared)(program, t, names, infos)
     return point_home(program, found, infos[0].component if infos else "")
