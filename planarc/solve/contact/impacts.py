@@ -38,8 +38,9 @@ if TYPE_CHECKING:
 NEAR, DEEP = 1e-10, 1e-7
 #: What opens meets again only this much deeper, in m: by then it has a speed.
 CLEAR = 1e-12
-#: A slip below this part of the fastest seen may be none; where it sticks or turns, below that.
-SLOW, DRIFT = 1e-8, 1e-6
+#: A slip below this part of the fastest seen may be none; where it sticks or turns, below that; and
+#: one below this in m/s is rounding.
+SLOW, DRIFT, CREEP = 1e-8, 1e-6, 1e-12
 #: A bounce begins a rest below the cube root of the tolerance, as a part of the greatest speed of
 #: impact: the errors of lower arcs, and those of a geometric series of higher ones, are larger. It
 #: also does where all later ones take less than this part of the run.
@@ -56,6 +57,8 @@ MOVED, MOVES = 1e-3, 1e-7
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
 LIMIT = 1e-9
+#: What is looked at before anything changes.
+READ = ("gap", "v", "a", "slip", "a_slip", "e", "mu", *KEPT)
 #: What a touch is that is open and has not just been.
 OPEN = {"held": 0.0, "way": float(IDLE), "impulse": 0.0, "low": 0.0}
 
@@ -81,7 +84,7 @@ class Impacts:
         go on, if so."""
         if not self._touches.evaluate(t, y):
             return [], messages.unsolved(self._touches, t)
-        before = {name: self._touches.get(name) for name in ("gap", "v", "slip", "e", "mu", *KEPT)}
+        before = {name: self._touches.get(name) for name in READ}
         speed = np.abs(before["v"])
         before["held"][speed > MOVES + MOVED * max(self._fastest, float(speed.max()))] = 0.0
         gap, held = before["gap"] - before["low"], before["held"] != 0
@@ -117,6 +120,9 @@ class Impacts:
             if not self._touches.evaluate(t, y):
                 return [], messages.unsolved(self._touches, t)
             free = self._touches.motion()
+        else:  # what is held does not rest, but makes good its errors
+            sticks = held & (before["way"] == STICKS)
+            free = free - np.concatenate([held * before["a"], sticks * before["a_slip"]])
         self._strongest = max(self._strongest, float(np.abs(response[1]).max()))
         instant.noise = NOISE * self._strongest
         instant.press = partial(self._touches.pressed, t, y)
@@ -272,7 +278,7 @@ class _Instant:
         if self._mu[j] == 0:
             return Spot(0.0, IDLE)
         slow = DRIFT if turns or way == STICKS else SLOW
-        if abs(slip) <= slow * self._fastest:
+        if abs(slip) <= max(slow * self._fastest, CREEP):
             return Spot(float(self._mu[j]), None, loose=bool(self._loose[j]))
         return Spot(float(self._mu[j]), 1 if slip > 0 else -1)
 
