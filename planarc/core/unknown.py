@@ -8,7 +8,7 @@ from typing import ParamSpec, TypeVar
 
 from planarc.core.diagnostic import Diagnostic, UsageError
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import ticked
+from planarc.core.prose import shortened, ticked
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -60,9 +60,22 @@ def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
         for name in given:
             if name not in known:
                 raise _unknown_keyword(function.__name__, name, known)
+        if len(args) > code.co_argcount and not code.co_flags & _VARARGS:
+            raise _too_many(function.__name__, known, code.co_argcount)
         return function(*args, **given)
 
     return call
+
+
+def _too_many(function: str, known: tuple[str, ...], most: int) -> UnknownKeyword:
+    unnamed = [n for n in known[:most] if n != "self"]
+    message = f"`{function}` takes {ticked(unnamed) or 'nothing'} without a name"
+    hint = f"write the others by name: {shortened([f'`{n}=...`' for n in known[most:]], _SHOWN)}"
+    return UnknownKeyword(Diagnostic("C201", message, hint=hint))
+
+
+_VARARGS = 0x04  # in `co_flags`: `*args` takes the rest
+_SHOWN = 6  # keywords in a hint
 
 
 def _unknown_keyword(function: str, name: str, known: Iterable[str]) -> UnknownKeyword:

@@ -56,6 +56,14 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     if flat.Base.STRING in (left.type.base, right.type.base) and op == "+":
         number = right if left.type.base is flat.Base.STRING else left
         hint = f"write `String({number.span.text})` to make it a text"
+    sizes = left.type.dims[-1:], right.type.dims[:1]
+    if op == "*" and all(sizes) and not dims_conform(*sizes) and len(right.type.dims) < 3:
+        columns, rows = sizes[0][0], sizes[1][0]
+        hint = (
+            f"a product sums over columns of the first ({columns}) and rows of the second ({rows})"
+        )
+        if dims_conform(left.type.dims[:1], right.type.dims[:1]) and len(left.type.dims) == 2:
+            hint += f"; `transpose({left.span.text})` would fit"
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"

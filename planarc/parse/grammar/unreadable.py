@@ -88,6 +88,8 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
             errors.append(quotes)
             return end
     found = Diagnostic("P104", message, Span(source, begin, end), hint=hint)
+    if character.isalpha():
+        found = Once("P104", message, found.span, hint=hint, kind=text[begin:end])
     bars = Once("P104", message, found.span, hint=hint, kind="bars")  # two of them are one size
     errors.append(bars if character == "|" else found)
     line_end = text.find("\n", at, stop)
