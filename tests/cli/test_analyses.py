@@ -101,7 +101,7 @@ def test_sensitivity(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None
     (only,) = found["sensitivities"]
     assert (only["variable"], only["parameter"]) == ("revA.phi", "crankBody.m")
     text = said(capsys, "sensitivity", FOUR_BAR, *options, "--output", str(table))
-    assert f"{only['values'][-1]:.4g}" in text
+    assert f"{only['values'][-1]:.6g}" in text
     assert found["derivatives"] == "formulas"
     assert "from formulas" in text
     assert table.read_text("utf-8").startswith("time,d(revA.phi)/d(crankBody.m)")
