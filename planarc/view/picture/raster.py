@@ -132,8 +132,12 @@ def _label(pen: Any, mark: Label, place: _Place) -> None:
     (at,) = place([(mark.x, mark.y)])
     size = place.scale * mark.height
     if mark.style.fill and mark.text and size >= 1:
-        pen.text(at, mark.text, _color(mark.style.fill), _font(round(size)), anchor="mm")
+        text = mark.text.translate(_PLAIN)
+        pen.text(at, text, _color(mark.style.fill), _font(round(size)), anchor="mm")
 
+
+#: Signs that the font of Pillow draws as empty boxes.
+_PLAIN = str.maketrans("µ−×→⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "u-x>0123456789-")
 
 _DRAW: dict[type[Mark], Any] = {Outline: _outline, Bar: _bar, Disc: _disc, Label: _label}
 

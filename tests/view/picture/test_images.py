@@ -106,3 +106,16 @@ def test_a_missing_package_is_named(
         assert found.hint == "install it with `pip install 'planarc[pictures]'`"
     monkeypatch.setitem(sys.modules, "PIL", None)
     assert write_picture(tmp_path / "a.svg", swing, PictureOptions()).frames == 201
+
+
+def test_the_font_has_every_sign_of_a_label() -> None:
+    from planarc.view.page.typeset import number, unit
+    from planarc.view.picture.furniture import length_text
+    from planarc.view.picture.raster import _PLAIN, _font
+
+    texts = (length_text(5e-5), unit("N.m/s2"), number(-1.5e-12), "3×2 → 6", "45°")
+    font = _font(20)
+    box = bytes(font.getmask("\uffff"))
+    assert bytes(font.getmask("²")) == box
+    for sign in "".join(texts).translate(_PLAIN).replace(" ", ""):
+        assert bytes(font.getmask(sign)) != box, sign
