@@ -69,3 +69,22 @@ def test_the_four_bar_is_closed_and_does_not_change_its_branch(backend: str) -> 
     b, c = 0.4 * np.exp(1j * crank), 1 + 0.8 * np.exp(1j * rocker)
     left_of_bd = ((1 - b).conj() * (c - b)).imag
     assert np.min(left_of_bd) > 0
+
+
+@both_backends
+def test_the_cam_loses_its_follower_where_nothing_presses_it(backend: str) -> None:
+    """At the first angle at which s'*w' + s''*w^2 = -g, s = sqrt(a^2*sin^2 + b^2*cos^2)."""
+    result = example("cam_lift_off", backend)
+    times = np.linspace(2, 4, 2_000_001)
+    phi, a2, b2 = 2 * times**2, 0.15**2, 0.1**2
+    s = np.sqrt(a2 * np.sin(phi) ** 2 + b2 * np.cos(phi) ** 2)
+    rate = (a2 - b2) / 2 * np.sin(2 * phi) / s
+    bend = ((a2 - b2) * np.cos(2 * phi) - rate**2) / s
+    first = times[np.argmax(rate * 4 + bend * (4 * times) ** 2 < -9.81)]
+    off, on = result.events[:2]
+    assert off.causes == ("`contact`: lets go",)
+    assert off.time == pytest.approx(first, abs=2e-6)
+    assert "impact" in on.causes[0]
+    assert result["contact.gap"].min() > -1e-6
+    flights = [e for e in result.events if "lets go" in e.causes[0]]
+    assert len(flights) > 3

@@ -47,6 +47,7 @@ TAKEN = {
     "Joints.CurveCurveJoint": NONE,
     "Joints.Assemblies.JointRRP": NONE,
     "Contacts.Contact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
+    "Contacts.CurveCurveContact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
     "Contacts.ClearanceRevolute": "-{0}.touch.f_n*der({0}.gap) - {0}.touch.f_t*{0}.slip",
     "Contacts.RevoluteStops": "-{0}.tau*der({0}.phi)",
     "Forces.Spring": LINE,

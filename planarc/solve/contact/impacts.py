@@ -34,9 +34,11 @@ from planarc.solve.contact.touches import Response, Touches
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
 
-#: Gaps below this, in m, are none; overlaps beyond that are mistakes of a start.
-NEAR, DEEP = 1e-10, 1e-7
-#: What opens meets again only this much deeper, in m: by then it has a speed.
+#: Gaps below this, in m, are none; overlaps beyond that are mistakes of a start, or that many times
+#: deeper than errors of a run were before.
+NEAR, DEEP, MORE = 1e-10, 1e-7, 10.0
+#: What opens meets again only this much deeper, in m: by then it has a speed. At an instant without
+#: impacts that is the tolerance, in m: what opens is so slow that errors are larger.
 CLEAR = 1e-12
 #: A slip below this part of the fastest seen may be none; where it sticks or turns, below that; and
 #: one below this in m/s is rounding.
@@ -67,7 +69,7 @@ class Impacts:
     """What is remembered of a run's touches."""
 
     def __init__(self, program: Program, kernel: Kernel, span: float, tolerance: float) -> None:
-        self._least = min(SHARPEST / tolerance, 1.0)
+        self._least, self._tolerance = min(SHARPEST / tolerance, 1.0), tolerance
         self.sharpness = 1.0  # part of the tolerance that suits the bounces under way
         self._short, self._low = SHORT * span, math.cbrt(tolerance)
         self._touches = Touches(program, kernel)
@@ -85,12 +87,14 @@ class Impacts:
         if not self._touches.evaluate(t, y):
             return [], messages.unsolved(self._touches, t)
         before = {name: self._touches.get(name) for name in READ}
-        speed = np.abs(before["v"])
-        before["held"][speed > MOVES + MOVED * max(self._fastest, float(speed.max()))] = 0.0
-        gap, held = before["gap"] - before["low"], before["held"] != 0
-        deep = np.flatnonzero(~held & (gap < -DEEP))
+        gap, speed = before["gap"] - before["low"], np.abs(before["v"])
+        deepest = MORE * np.minimum(before["low"], 0.0) - DEEP
+        deep = np.flatnonzero((before["held"] == 0) & (gap < deepest))
         if len(deep):
             return [], messages.overlap(self._touches, int(deep[0]), -float(gap[deep[0]]), t)
+        moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
+        before["held"][speed > MOVES + MOVED * moves] = 0.0
+        held = before["held"] != 0
         some = np.flatnonzero(held | (gap <= NEAR))
         self.sharpness = 1.0
         if not len(some):
@@ -149,7 +153,8 @@ class Impacts:
         after["way"][:] = IDLE
         after["impulse"][some] = x[: len(some)]
         rests = instant.u[: len(some)] <= instant.still
-        after["low"][some] = np.minimum(before["gap"][some], 0.0) - CLEAR * rests
+        clear = CLEAR * rests if x.any() else max(CLEAR, self._tolerance)
+        after["low"][some] = np.minimum(before["gap"][some], 0.0) - clear
         for j, i in enumerate(some):
             closed, way = instant.cases[j]
             after["held"][i], after["way"][i] = closed, way if closed else IDLE
