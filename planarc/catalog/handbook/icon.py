@@ -67,7 +67,8 @@ def _graphic(graphic: Graphic) -> str:
             return f'<polygon points="{_points(graphic.points)}" {_paint(graphic)}/>'
         case "rectangle" if len(graphic.points) == 2:
             x, y, w, h = _box(graphic.points)
-            place = f'x="{x}" y="{y}" width="{w}" height="{h}" rx="{_number(graphic.radius)}"'
+            round_ = f' rx="{_number(graphic.radius)}"' if graphic.radius else ""
+            place = f'x="{x}" y="{y}" width="{w}" height="{h}"{round_}'
             return f"<rect {place} {_paint(graphic)}/>"
         case "ellipse" if len(graphic.points) == 2:
             (x1, y1), (x2, y2) = graphic.points
@@ -146,7 +147,8 @@ def _paint(graphic: Graphic) -> str:
 def _stroke(graphic: Graphic) -> str:
     dashes = ' stroke-dasharray="8 6"' if graphic.dashed else ""
     width = _number(graphic.width * _PIXELS)
-    return f'stroke="{_color(graphic.line)}" stroke-width="{width}"{dashes}'
+    thick = "" if width == "1" else f' stroke-width="{width}"'  # as without
+    return f'stroke="{_color(graphic.line)}"{thick}{dashes}'
 
 
 def _box(points: tuple[Point, ...]) -> tuple[str, str, str, str]:
