@@ -64,6 +64,10 @@ LOST = 25.0
 #: where it does not grow without bound: a preferred state is kept past a place where the
 #: others move fast, but leaves before a dead centre, where its errors are multiplied.
 PREFERENCE = 1.45
+#: Size of a column, beside that of the one in its place, below which it may be made of the errors
+#: of a run alone, as for a component of a quaternion that a plane motion leaves at zero; and the
+#: factor that is accepted before a state with such a column gives way.
+FAINT, FAINTER = 1e-4, 4.0
 #: The class of candidates that must be states.
 MUST_STAY = 4 * StateSelect.ALWAYS
 
@@ -298,7 +302,7 @@ class Selector:
             if size <= worst:
                 break
             movable = [k for k, j in enumerate(free) if not self._must_stay(block, j)]
-            weighed, r, c = largest(self._weighed(block, x, out, free), movable)
+            weighed, r, c = largest(self._weighed(i, x, out, free), movable)
             if weighed <= worst and not (
                 largest(x, movable)[0] > worst and self.outlook.heads_for_dead_centre()
             ):
@@ -321,13 +325,20 @@ class Selector:
         return changed, None, size
 
     def _weighed(
-        self, block: BlockCode, x: list[list[float]], out: list[int], free: list[int]
+        self, i: int, x: list[list[float]], out: list[int], free: list[int]
     ) -> list[list[float]]:
-        """Sensitivities, made smaller where the exchange would prefer a lower StateSelect."""
+        """Sensitivities, made smaller where the exchange would prefer a lower StateSelect, or
+        what has hardly ever moved the constraints."""
+        block, scale = self._program.blocks[i], self._scale[i].tolist()
         select = [c // 4 for c in self._class[block.first : block.first + len(block.tears)]]
+
+        def weight(given: int, taken: int) -> float:
+            preferred = PREFERENCE if select[given] < select[taken] else 1.0
+            return preferred * (FAINTER if scale[taken] < FAINT * scale[given] else 1.0)
+
         return [
-            [e / PREFERENCE if select[i] < select[j] else e for e, j in zip(row, free, strict=True)]
-            for i, row in zip(out, x, strict=True)
+            [e / weight(k, j) for e, j in zip(row, free, strict=True)]
+            for k, row in zip(out, x, strict=True)
         ]
 
 
