@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.clock import Clock
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.core.diagnostic import Diagnostic, Miscounted, PlanarcError, Severity
 from planarc.core.options import ACCEPTING, Backend
 
 if TYPE_CHECKING:
@@ -63,7 +63,8 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     inputs, head = problem.imbalance.inputs, f"; {problem.imbalance.sizes}"
     over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs, head)
     told = (*over, *under) or explain_discretes(dae, head) or _lacking(dae, problem.imbalance.lack)
-    found = [replace(d, code=problem.diagnostics[0].code) for d in told]
+    code = problem.diagnostics[0].code
+    found = [Miscounted(code, d.message, d.span, hint=d.hint, related=d.related) for d in told]
     return PlanarcError(found) if found else problem
 
 
@@ -167,14 +168,21 @@ def _held_too_often(
 ) -> tuple[Diagnostic, ...]:
     """Messages of equations that do not fit, with the count of joints where these are too many;
     where it is those of one loop, this alone is said."""
-    if mechanism is None or mechanism.mobility >= 0:
+    if mechanism is None:
+        return tuple(found)
+    from planarc.insight.misfit import held_twice, overheld
+    from planarc.structure.report import Repeated
+
+    first = found[0]
+    twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
+    if twice is not None:
+        found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])
+    if mechanism.mobility >= 0:
         return tuple(found)
     from planarc.insight.facts import count_text
-    from planarc.insight.misfit import overheld
-    from planarc.structure.report import HeldTwice
 
-    known = f"{found[0].hint};" if isinstance(found[0], HeldTwice) else ""
-    loop = None if known else overheld(dae, mechanism)
+    known = f"{found[0].hint};" if twice else ""
+    loop = None if twice else overheld(dae, mechanism)
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop),)
     hint = f"{known or 'there are too many joints or bars, leave some out:'} "

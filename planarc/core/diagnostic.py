@@ -59,6 +59,18 @@ class Once(Diagnostic):
     kind: str = ""
 
 
+class Ungiven(Diagnostic):
+    """Whoever uses a component gives what is missing: a value, a size, or what is `inner`."""
+
+
+class UngivenOnce(Ungiven, Once):
+    pass
+
+
+class Miscounted(Diagnostic):
+    """Equations are too many or too few, as they may be where a part of the text is broken."""
+
+
 class PlanarcError(Exception):
     """The model, its files or the request are wrong; carries the diagnostics.
 

@@ -19,7 +19,15 @@ from msgspec.structs import replace
 from planarc import stages
 from planarc.core.clock import Clock
 from planarc.core.data import Data, without_collection
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity, mistake
+from planarc.core.diagnostic import (
+    Diagnostic,
+    Miscounted,
+    PlanarcError,
+    Related,
+    Severity,
+    Ungiven,
+    mistake,
+)
 from planarc.core.source import Span
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
@@ -30,10 +38,6 @@ from planarc.request.request import Target
 from planarc.request.uses import check_versions
 
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
-#: Codes of messages that say no more than that something is missing from a broken class.
-_COUNTS = ("F320", "F321", "S")
-#: What whoever uses a component gives it: values of parameters, sizes, and what is `inner`.
-_GIVEN = ("F262", "F281", "F286")
 
 Wanted = Callable[[], bool]
 #: Called with the name of a model, and what it was made to.
@@ -115,12 +119,12 @@ def _check(target: Target, broken: bool, wanted: Wanted, watch: Watch) -> Findin
 
 def _for_users(told: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
     """Messages of a component, which gets the rest where it is used."""
-    return tuple(d for d in told if d.code not in _GIVEN)
+    return tuple(d for d in told if not isinstance(d, Ungiven))
 
 
 def _is_sure(diagnostic: Diagnostic, good: syntax.ClassDef | None) -> bool:
     """True for what is wrong whatever the broken part of a class was to say."""
-    if diagnostic.severity is not Severity.ERROR or diagnostic.code.startswith(_COUNTS):
+    if diagnostic.severity is not Severity.ERROR or isinstance(diagnostic, Miscounted):
         return False
     composition = None if good is None else good.composition
     elements = () if composition is None else composition.elements

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Ungiven, error
 from planarc.core.source import Span
 
 
@@ -29,7 +29,7 @@ class NotThere(PlanarcError):
 
 
 def unknown_value(message: str, span: Span) -> UnknownValue:
-    return UnknownValue(Diagnostic("F281", message, span))
+    return UnknownValue(Ungiven("F281", message, span))
 
 
 def too_large(message: str, span: Span | None) -> TooLarge:

@@ -17,7 +17,7 @@ nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import be, both, listed, shortened
@@ -67,6 +67,23 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
                 place(dae, last.partition(".")[0]),
             )
     return None
+
+
+def held_twice(
+    dae: Dae, mechanism: Mechanism, holders: Collection[str]
+) -> tuple[str, Span | None, str] | None:
+    """A sentence about the joints among components with open forces, the place of the last, and
+    what to do; None where it is not several that hold the same."""
+    joints = [joint.name for joint in mechanism.joints]
+    names = [name for name in holders if name in joints]
+    if len(names) < 2:
+        return None
+    part = own_part(dae, names[-1])
+    return (
+        f"{listed(f'`{name}`' for name in names)} hold the same motion twice",
+        place(dae, names[-1].partition(".")[0]) if part is None else part.span,
+        "replace one of them by a freer joint, or leave it out",
+    )
 
 
 def _loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:

@@ -35,8 +35,10 @@ _LONG = 150  # letters of a note, beyond which equations tell nobody anything
 _LISTED = 3  # equations that no user wrote: they come last, and few say enough
 
 
-class HeldTwice(Diagnostic):
-    """Joints, by their names, of which one is too many."""
+class Repeated(Diagnostic):
+    """A constraint repeats others, which leaves the forces of some components open."""
+
+    holders: tuple[str, ...] = ()
 
 
 class StructurallySingular(PlanarcError):
@@ -199,30 +201,23 @@ def _under(
         return ungrounded
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
     if redundant and forces:
-        return _twice(dae, names, redundant)
+        return _repeated(names, redundant)
     return Diagnostic(
         "S303", head, owner_span(dae, names[0]), hint=_hint(dae, names), related=related
     )
 
 
-def _twice(dae: Dae, names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic:
-    """Joints whose forces are open, since what they hold is held already."""
-    classes = {p.name: p.class_name for p in dae.parts}
-    holders = dict.fromkeys(n.rsplit(".", 2)[0] for n in names)
-    joints = [h for h in holders if ".Joints." in classes.get(h, "")]
+def _repeated(names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic:
+    """Components whose forces are open, since what they hold is held already."""
     last = redundant[-1]
     note = Related(f"{last.shown} says nothing new: it follows from other equations", _span(last))
-    if len(joints) > 1:
-        message = f"{listed(f'`{j}`' for j in joints)} hold the same motion twice"
-        place = owner_span(dae, f"{joints[-1]}.x")
-        hint = "replace one of them by a freer joint, or leave it out"
-        return HeldTwice("S303", message, place, hint=hint, related=(note,))
-    return Diagnostic(
+    return Repeated(
         "S303",
         f"nothing determines {_names(names)}",
         _span(last),
         hint="a constraint repeats others: replace one of the joints in the loop by a freer one",
         related=(note,),
+        holders=tuple(dict.fromkeys(n.rsplit(".", 2)[0] for n in names)),
     )
 
 

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic, Miscounted, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted, shortened
 from planarc.core.source import Span
@@ -116,7 +116,7 @@ def check_balance(
     wanted = counted(unknowns, "unknown")
     name = root.cls.name
     message = f"`{name}` has too {kind} equations: {known} for {wanted}"
-    problem = Diagnostic("F320", message, root.cls.span, related=tuple(related))
+    problem = Miscounted("F320", message, root.cls.span, related=tuple(related))
     sentence = f"`{name}` has {counted(known, 'equation')} for {wanted}"
     off = [i for i in found.instances if _off(i, excess) is not None]
     lack = None
@@ -152,7 +152,7 @@ def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
             hint += f"`{' + '.join(names)} = 0`"
     note = Related(f"`{lack.component}` is one of it", lack.span)
     related = (note,) if lack.component else ()
-    return Diagnostic("F320", message, lack.class_span, hint=hint, related=related)
+    return Miscounted("F320", message, lack.class_span, hint=hint, related=related)
 
 
 def _off(instance: Instance, excess: Excess) -> Related | None:

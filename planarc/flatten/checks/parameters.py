@@ -6,7 +6,14 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, Severity
+from planarc.core.diagnostic import (
+    Diagnostic,
+    PlanarcError,
+    Related,
+    Severity,
+    Ungiven,
+    UngivenOnce,
+)
 from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
 from planarc.core.source import Span
@@ -30,7 +37,7 @@ def check_parameters(pairs: Pairs, session: Session) -> None:
             continue
         if variable.variability is flat.Variability.CONSTANT:
             message = f"the constant `{leaf.name}` has no value"
-            session.errors.append(Diagnostic("F286", message, leaf.span))
+            session.errors.append(Ungiven("F286", message, leaf.span))
         elif variable.variability is flat.Variability.PARAMETER and not _is_free(variable):
             _warn(leaf, session)
     try:
@@ -46,7 +53,7 @@ def _warn(leaf: Leaf, session: Session) -> None:
     used = default if start is None else "its start value is used"
     span, value = _place(leaf, session)
     session.warnings.append(
-        Once(
+        UngivenOnce(
             "F286",
             f"the parameter `{leaf.name}` has no value: {used}",
             span,

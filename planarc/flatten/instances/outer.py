@@ -14,7 +14,7 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import PlanarcError, Related, Severity, Ungiven, error
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -87,7 +87,7 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
             continue
         if other.type.names[-1] == definition.type.names[-1]:
             span, hint = other.span, f"rename `{name}` to `{element.name}`: parts ask for that name"
-    session.warn("F262", message, span, hint)
+    session.warnings.append(Ungiven("F262", message, span, Severity.WARNING, hint))
     return made
 
 

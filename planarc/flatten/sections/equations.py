@@ -19,7 +19,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Miscounted, PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.calls import (
@@ -206,8 +206,10 @@ def _expect_once(equations: Equations) -> None:
             if name in seen:
                 message = f"`{equation.left.span.text}` is given twice in one branch of a when"
                 hint = "keep one of them, or make an `elsewhen` of the other"
-                related = [Related("first here", seen[name])]
-                raise error("F321", message, equation.span, related=related, hint=hint)
+                related = (Related("first here", seen[name]),)
+                raise PlanarcError(
+                    Miscounted("F321", message, equation.span, hint=hint, related=related)
+                )
             seen[name] = equation.span
 
 

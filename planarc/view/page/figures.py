@@ -34,7 +34,9 @@ def choose_figures(
     """The figures of a page; `names` are shown instead of any other."""
     formulas = {s.name for s in insight.series} if insight is not None else set()
     own = _documented(result, formulas)
-    joints = [name for name, kind in _parts(result) if ".Joints." in kind]
+    mechanism = result.program.mechanism
+    held = set() if mechanism is None else {joint.name for joint in mechanism.joints}
+    joints = [name for name, _ in _parts(result) if name in held]
     known = () if insight is None else insight.figures
     there = {name for figure in own if figure.on for name in figure.curves}
     driving = [n for title, curves, _ in known if title == DRIVES for n in curves]
