@@ -46,7 +46,7 @@ def offered(folder: Path, words: str) -> list[str]:
     ("words", "wanted"),
     [
         ("planarc simulate ar", ["arm.pmo"]),
-        ("planarc list PlanarMultiBody.Joints.Pri", ["PlanarMultiBody.Joints.Prismatic"]),
+        ("planarc list PlanarMultiBody.Joints.Cur", ["PlanarMultiBody.Joints.CurveCurveJoint"]),
         ("planarc simulate arm.pmo Arms.", ["Arms.Arm"]),
         ("planarc simulate arm.pmo --set x", ["x.start="]),
         ("planarc simulate arm.pmo --set L", ["L="]),

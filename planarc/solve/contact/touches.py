@@ -58,8 +58,11 @@ class Touches:
         self._slots = {
             n: [program.slots.get(repr(t.read[n])) for t in self.all] for n in NAMES
         }  # None where a value follows from others
-        #: What a joint holds together, which therefore neither parts nor meets.
-        self.bound = np.array([t.read["v"].is_const for t in self.all], dtype=bool)
+        #: What a joint holds together, which therefore neither parts nor meets. The distance of
+        #: contours that stand still has parameters in it.
+        self.bound = np.array(
+            [all(t.read[n].is_const for n in ("gap", "v", "e")) for t in self.all], dtype=bool
+        )
         self.components = frozenset(t.name for t in self.all)
 
     def get(self, name: str) -> Vector:

@@ -65,7 +65,7 @@ def test_what_has_no_size_yet_is_not_drawn() -> None:
 
 def test_the_page_knows_every_kind_of_form_and_every_size() -> None:
     script = (Path(assets.__file__).parent / "paint.js").read_text(encoding="utf-8")
-    sizes = re.search(r"return \{ (l: .*) \};", script)
+    sizes = re.search(r"return \{\s*(l: [^}]*?),?\s*\};", script)
     assert sizes is not None
     assert {part.split(":")[0].strip() for part in sizes[1].split(",")} == set(BASIS)
     for shape in {*_SIDES, *_ENDS, "ground"}:
