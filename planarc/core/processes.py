@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from time import monotonic
 from typing import Generic, TypeVar
 
@@ -30,7 +31,7 @@ from msgspec import Struct
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-#: Bytes that one process may take.
+#: Bytes that one process may take beyond those with which it begins.
 MEMORY = 4 * 1024**3
 #: True where processes are forked; elsewhere that cannot be done, or not safely.
 _FORKS = sys.platform.startswith("linux")
@@ -199,6 +200,11 @@ def _bound_memory(memory: int) -> None:
     except ImportError:  # Windows
         return
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    try:  # a forked process begins with all that its parent has
+        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    except OSError:
+        pages = 0
+    memory += pages * resource.getpagesize()
     limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
     try:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))

@@ -81,3 +81,20 @@ def test_the_others_end_when_the_first_process_is_killed(kind: signal.Signals) -
     ready, _, _ = select.select([ours], [], [], 300)
     assert ready and os.read(ours, 1) == b""
     os.close(ours)
+
+
+@FORKED
+def test_what_a_process_begins_with_does_not_count() -> None:
+    import mmap
+
+    def work(size: int) -> bool:
+        try:
+            with mmap.mmap(-1, size):
+                return True
+        except (OSError, MemoryError):
+            return False
+
+    with mmap.mmap(-1, 2**30):  # what a long session has taken before
+        working: Crew[int, bool] = Crew(work, 1, limit=60.0, memory=2**28)
+        working.add([2**27, 2**29])
+        assert dict(working) == {2**27: True, 2**29: False}
