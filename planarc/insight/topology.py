@@ -24,9 +24,12 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.disjoint import DisjointSets
 from planarc.insight.connectors import FRAME, find_frames
+from planarc.insight.driving import find_passive
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
 from planarc.ir.mechanism import Joint, Link, Mechanism
@@ -58,7 +61,8 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
         for frame in {f for r in relations for f in r.frames}:
             if _conditions(relations, (frame,)) >= 3:
                 links.join((_GROUND, frame))
-    return _mechanism(frames, groups, links, _massive(dae, links.alone()))
+    found = _mechanism(frames, groups, links, _massive(dae, links.alone()))
+    return replace(found, passive=find_passive(dae, [joint.name for joint in found.joints]))
 
 
 def find_moving(dae: Dae) -> frozenset[str]:

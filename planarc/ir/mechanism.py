@@ -42,13 +42,15 @@ class Mechanism(Data):
     """`links[0]` is the ground, present or not. Links that nothing holds are listed, too.
 
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
-    `bridged` are joints whose frames other parts hold together.
+    `bridged` are joints whose frames other parts hold together; `passive` are those with flanges
+    that nothing drives.
     """
 
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     locked: Diagnostic | None = None
     bridged: tuple[str, ...] = ()
+    passive: tuple[str, ...] = ()
 
     @property
     def bodies(self) -> int:

@@ -9,6 +9,7 @@ Out:  items whose sizes, colours and order are chosen by the mechanism
     palette     joints                   colours that neighbours do not share
     plates      Group, items             one flat shape through all points of a group
     slides      item, Groups             a block on its guide, or barrel and rod
+    hatches     a curve of the ground    strokes on its solid side
     dress       Result, items            the items as they are drawn
 
 A component names the part that its shape plays (`link`, `mass`, `pin`, `motor`, `slide`,

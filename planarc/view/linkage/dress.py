@@ -26,6 +26,7 @@ from planarc.ir.mechanism import GROUND
 from planarc.view.box import bounds
 from planarc.view.item import Item, Kind
 from planarc.view.linkage.groups import Groups, Place, local, reach
+from planarc.view.linkage.hatches import hatches
 from planarc.view.linkage.palette import BED, BODIES, JOINT, is_open
 from planarc.view.linkage.palette import GROUND as STONE
 from planarc.view.linkage.plates import plate
@@ -80,7 +81,7 @@ class _Dresser:
         if item.kind in (Kind.ARROW, Kind.DOUBLE_ARROW):
             yield replace(item, width=item.width or 0.35 * self._unit, height=_ARROWS + item.height)
         elif item.kind is Kind.CURVE:
-            yield self._curve(item)
+            yield from self._curve(item)
         elif item.kind is not Kind.SHAPE:
             yield replace(item, height=_ARROWS + item.height)
         elif item.shape == "link":
@@ -90,7 +91,7 @@ class _Dresser:
         elif item.shape == "slide":
             yield from self._slide(item)
         elif item.shape in _PINS:
-            yield self._sized(item, self._pin_height(item))
+            yield self._pin(item)
         elif item.shape == "ground":
             if not self._only_slides(item):
                 yield self._sized(item, _FLOOR)
@@ -177,7 +178,7 @@ class _Dresser:
             self._bodies.add(number)
         return self._colored(self._sized(item, height), number)
 
-    def _curve(self, item: Item) -> Item:
+    def _curve(self, item: Item) -> Iterator[Item]:
         number = self._number(item)
         depth = self._depth(number)
         height = _FLOOR if depth is None or number == GROUND else depth - 0.2
@@ -185,15 +186,19 @@ class _Dresser:
         thin = _CURVE * self._unit
         width = thin if isinstance(item.width, (int, float)) and not item.width else item.width
         drawn = replace(item, height=height, width=width, shape="cam" if closed else "")
-        if number == GROUND and is_open(item.color):
-            return replace(drawn, color=BED if closed else STONE)
-        if closed and number is not None:
+        if number == GROUND and not closed and is_open(item.color):
+            drawn = replace(drawn, color=STONE)
+        elif closed and number is not None:
             self._bodies.add(number)
-        return self._colored(drawn, number)
+        if number == GROUND and not closed and self._groups is not None:
+            yield hatches(drawn, tuple(self._groups.corners()), self._unit)
+        yield self._colored(drawn, number)
 
     def _colored(self, item: Item, number: int | None) -> Item:
         if not is_open(item.color):
             return item
+        if number == GROUND:
+            return replace(item, color=BED)
         group = self._groups.all.get(number) if self._groups and number is not None else None
         return replace(item, color=group.color if group else BODIES[0])
 
@@ -206,11 +211,13 @@ class _Dresser:
             length = width
         return replace(item, width=width, length=length, height=height)
 
-    def _pin_height(self, item: Item) -> float:
-        """The drawing height just above the links that a pin holds together."""
+    def _pin(self, item: Item) -> Item:
+        """A pin just above the links that it holds together; no motor where nothing drives."""
         if self._groups is None:
-            return item.height
-        return self._groups.deepest(item.component, item.x, item.y) + 0.5
+            return self._sized(item, item.height)
+        if item.component.rpartition(".")[0] in self._groups.passive:
+            item = replace(item, shape="pin")
+        return self._sized(item, self._groups.deepest(item.component, item.x, item.y) + 0.5)
 
     def _number(self, item: Item) -> int | None:
         if self._groups is None:

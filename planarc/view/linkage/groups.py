@@ -57,9 +57,11 @@ class Groups:
         poses: Mapping[str, Pose],
         links: Mapping[str, int],
         size: float,
+        passive: frozenset[str] = frozenset(),
     ) -> None:
         self.all = groups
         self.size = size
+        self.passive = passive  # joints that nothing drives, though they have flanges
         self._poses, self._links = poses, links
         self._frames: dict[str, list[str]] = {}
         for frame in poses:
@@ -110,6 +112,14 @@ class Groups:
                 x, y, _ = self._poses[frame]
                 yield owner, _first(x), _first(y)
 
+    def corners(self) -> Iterator[Place]:
+        """The points of all groups in the world, as they start."""
+        for group in self.all.values():
+            x, y, angle = map(_first, (group.x, group.y, group.angle))
+            c, s = math.cos(angle), math.sin(angle)
+            for u, v in group.points:
+                yield x + c * u - s * v, y + s * u + c * v
+
     def _here(self, component: str, x: Track, y: Track) -> Iterator[str]:
         for frame in self._near(component):
             fx, fy, _ = self._poses[frame]
@@ -157,7 +167,7 @@ def find_groups(result: Result) -> Groups | None:
             _distinct((p for f, p in points.items() if f in holding), size),
             depths.get(i, 1), colors[i],
         )  # fmt: skip
-    return Groups(groups, poses, links, size)
+    return Groups(groups, poses, links, size, frozenset(mechanism.passive))
 
 
 def local(group: Group, x: Track, y: Track) -> Place | None:

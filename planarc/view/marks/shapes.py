@@ -85,6 +85,9 @@ def _shape(
             return Shape(tuple(frame(labels)), "l")
         case Kind.CURVE:
             path = tuple((x * METRE, y * METRE) for x, y in points)
+            if shape == "hatch":
+                pairs = zip(path[::2], path[1::2], strict=True)
+                return Shape(tuple(line(pair, ZERO, 1.0, HATCH) for pair in pairs))
             return Shape((solid("line", *path) if shape else line(path, W, THIN, PLAIN),))
         case Kind.TEXT:
             return Shape((Form("label", ((ZERO, ZERO),), PLAIN, radius=W, text=labels[0]),))

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 import planarc
-from planarc.view.item import Item
+from planarc.view.item import Item, Kind
 from planarc.view.linkage.groups import find_groups
-from planarc.view.linkage.palette import BODIES, FORCE, JOINT
+from planarc.view.linkage.hatches import hatches
+from planarc.view.linkage.palette import BED, BODIES, FORCE, JOINT
+from planarc.view.marks.forms import EDGE
 from planarc.view.scene import Scene, make_scene
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -64,6 +66,55 @@ def test_colours_are_told_apart_in_grey_and_are_not_those_of_forces() -> None:
     assert all(abs(a - b) > 15 for a, b in itertools.pairwise(grey))
     for color in (*BODIES, JOINT):
         assert np.linalg.norm(np.subtract(color, FORCE)) > 90
+
+
+#: What is left of linear red, green and blue without the cones for red, or for green (after
+#: G. Machado, M. Oliveira, L. Fernandes, 2009).
+EYES = {
+    "all cones": np.eye(3),
+    "no red": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+         [-0.003882, -0.048116, 1.051998]]
+    ),
+    "no green": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+         [-0.01182, 0.04294, 0.968881]]
+    ),
+}  # fmt: skip
+TO_XYZ = np.array(
+    [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8729]]
+)  # over the white of daylight
+
+
+def light(color: Any) -> Any:
+    """Linear red, green and blue."""
+    c = np.array(color) / 255
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def seen(color: Any, eye: Any) -> Any:
+    """A colour as it is perceived: CIE L*a*b*, where a step of 2 is just seen."""
+    xyz = TO_XYZ @ np.clip(eye @ light(color), 0, 1)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def test_eyes_without_red_or_green_tell_all_colours_apart() -> None:
+    for eye in EYES.values():
+        for a, b in itertools.combinations((*BODIES, FORCE, JOINT), 2):
+            assert np.linalg.norm(seen(a, eye) - seen(b, eye)) > 14
+
+
+def test_bodies_stand_out_from_light_and_dark_ground() -> None:
+    """Of a body either its outline or what it is filled with has a contrast of 3 : 1."""
+
+    def luminance(color: Any) -> float:
+        return float(TO_XYZ[1] @ light(color)) + 0.05
+
+    for color in BODIES:
+        edge = np.array(color) * (1 + EDGE[0])
+        assert luminance((255, 255, 255)) / luminance(edge) > 4
+        assert luminance(color) / luminance((0x13, 0x17, 0x1D)) > 3
 
 
 def test_links_lie_in_the_order_of_the_chain_and_pins_above_them() -> None:
@@ -162,3 +213,50 @@ def test_the_unit_is_small_against_links_and_seen_in_the_picture() -> None:
     unit = groups.unit(groups.size)
     assert groups.size / 260 <= unit <= groups.size / 30
     assert unit < 0.4 / 5
+
+
+def test_what_stands_in_the_ground_is_hatched_on_the_side_where_no_bodies_are() -> None:
+    for name in ("RockingBlock", "OffTheLedge"):  # a floor, and a ledge with a width
+        scene = scene_of(f"PlanarMultiBody.Examples.Contacts.{name}")
+        (hatch,) = shapes(scene, "hatch")
+        (curve,) = (
+            i for i in scene.items if i.kind is Kind.CURVE and i.component == hatch.component
+            and not i.shape
+        )  # fmt: skip
+        depth = ends(curve)[0][1] - np.array(ends(hatch))[:, 1]
+        assert np.all(depth[1::2] > depth[::2]) and np.all(depth >= 0.5 * curve.width - 1e-12)
+        for side in (-1.0, 1.0):
+            upside = np.array(hatches(curve, ((0.0, side),), 0.1).points)
+            assert np.all(side * np.diff(upside.reshape(-1, 2, 2)[:, :, 1]) < 0)
+
+
+DOOR = """
+model Door
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute hinge(drivenFlange=true);
+  PlanarMultiBody.Parts.BodyShape door(r={1, 0}, m=1, I=1);
+  Modelica.Mechanics.Rotational.Components.SpringDamper closer(c=2, d=1);
+  Modelica.Mechanics.Rotational.Components.Inertia rotor(J=1);
+  // drive
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, door.frame_a);
+  connect(hinge.support, closer.flange_a);
+  connect(closer.flange_b, hinge.axis);
+  connect(hinge.axis, rotor.flange_a);
+  // connect
+end Door;
+"""
+DRIVE = "Modelica.Mechanics.Rotational.Sources.ConstantTorque drive(tau_constant=1);"
+
+
+def test_a_motor_is_drawn_where_something_drives_and_a_pin_where_nothing_does() -> None:
+    connected = "connect(drive.flange, rotor.flange_b);"
+    driven = DOOR.replace("// drive", DRIVE).replace("// connect", connected)
+    for text, shape in ((DOOR, "pin"), (driven, "motor")):
+        assert [i.shape for i in shapes(make_scene(run(text)), "pin", "motor")] == [shape]
+
+
+def test_stops_in_the_ground_have_no_colour_of_a_body() -> None:
+    scene = scene_of("PlanarMultiBody.Examples.Contacts.SwingDoor")
+    assert {i.color for i in scene.items if i.component.startswith("stops")} == {BED}
