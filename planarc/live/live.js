@@ -129,7 +129,9 @@
     const notes = [...answer.notes, ...(answer.warnings || [])];
     if (answer.model) {
       known = answer.key;
-      get("name").textContent = answer.model.name;
+      const whole = answer.model.name.split(".");
+      get("name").textContent = whole.pop();
+      get("package").textContent = whole.join(".");
       get("description").textContent = answer.model.description;
       document.title = answer.model.name;
       const waiting = fields.show(answer.model).filter((n) => !n.startsWith("="));
@@ -265,7 +267,7 @@
         tell([["error", await response.text()]]);
         return;
       }
-      planarc.download(`${get("name").textContent.split(".").pop()}.${button.dataset.ending}`, await response.blob());
+      planarc.download(`${get("name").textContent}.${button.dataset.ending}`, await response.blob());
     });
   }
 

@@ -23,8 +23,10 @@ _EDITORS = (
 def live_page(name: str, description: str, framed: bool = False) -> tuple[str, str]:
     """The page, and the content security policy that it is to be sent with."""
     chart, script = assets.chart_script(), _script()
+    package, _, title = name.rpartition(".")
     text = Template(_text("page.html")).substitute(
-        name=html.escape(name),
+        package=html.escape(package),
+        title=html.escape(title),
         description=html.escape(description),
         kind="live framed" if framed else "live",
         styles=assets.styles(*assets.STYLES, "page.css") + _text("live.css"),

@@ -1,5 +1,6 @@
 // The tree: it opens at the class that is shown, and a search finds classes by name and by what
-// they say of themselves. The class that is shown moves where a model of it is known.
+// they say of themselves. The class that is shown moves where a model of it is known, and its
+// source text is unpacked.
 (() => {
   const tree = document.querySelector("nav .tree");
   const search = document.querySelector("nav input");
@@ -30,24 +31,39 @@
   }
 
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  let pictures;
+  const unpacked = {};
 
-  async function unpack() {
-    const packed = atob(document.querySelector("template").content.textContent);
+  function texts(kind) {
+    return (unpacked[kind] ??= unpack(kind));
+  }
+
+  async function unpack(kind) {
+    const packed = atob(document.querySelector(`template.${kind}`).content.textContent);
     const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
     const whole = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     return new Response(whole).json();
   }
 
+  function shown(what) {
+    const here = document.querySelector("section:target") ?? document.querySelector("section.start");
+    return here?.querySelector(what);
+  }
+
+  async function write() {
+    // The source text of the class that is shown; its colours are elements that planarc wrote.
+    const place = shown("[data-source]");
+    if (!place || place.firstChild) return;
+    place.innerHTML = (await texts("sources"))[place.dataset.source];
+    reach();
+  }
+
   async function move() {
     // The class that is shown moves; a click holds it.
-    const here = document.querySelector("section:target") ?? document.querySelector("section.start");
-    const button = here?.querySelector("[data-motion]");
+    const button = shown("[data-motion]");
     const place = button?.firstElementChild;
     if (!place || place.shadowRoot) return;
     const root = place.attachShadow({ mode: "open" });
-    pictures ??= unpack();
-    const text = (await pictures)[button.dataset.motion];
+    const text = (await texts("pictures"))[button.dataset.motion];
     const svg = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
     root.append(svg);
     if (still) svg.pauseAnimations();
@@ -108,10 +124,12 @@
   addEventListener("hashchange", () => {
     open();
     reach();
+    write();
     move();
   });
   addEventListener("resize", reach);
   open();
   reach();
+  write();
   move();
 })();

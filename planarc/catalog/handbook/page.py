@@ -5,8 +5,9 @@ Out:  str         HTML: a tree of all classes, and a section for each, of which 
 
 Which section is shown is decided by the style sheet alone (`:target`), so a link to
 `handbook.html#A.B` opens the class `A.B`; one script, known by its hash, searches the tree, opens
-it at the class and shows it in motion. Everything that a library says is escaped by the template,
-`page.html`; a content security policy keeps other scripts from running all the same.
+it at the class, shows it in motion and writes its source text, which is packed. Everything that a
+library says is escaped, by the template, `page.html`, or for its colours by `code`; a content
+security policy keeps other scripts from running all the same.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ def render_handbook(title: str, pages: Sequence[ClassPage], motions: Motions | N
     known = {page.name: page for page in pages}
     inner = {child for page in pages for child in page.children}
     roots = [page for page in pages if page.name not in inner]
+    sources = {page.name: colored(page.source) for page in pages if page.source}
     templates = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
@@ -77,14 +79,16 @@ def render_handbook(title: str, pages: Sequence[ClassPage], motions: Motions | N
         known=known,
         examples=_examples(pages),
         shown=motions.shown,
-        pictures=_packed(motions.pictures),
+        pictures=_packed([picture.decode() for picture in motions.pictures]),
+        sources=_packed([*sources.values()]),
+        numbers={name: number for number, name in enumerate(sources)},
     )
 
 
-def _packed(pictures: Sequence[bytes]) -> str:
-    """All pictures as the page's script unpacks them: a sixth of their size, for they are many."""
-    texts = json.dumps([picture.decode() for picture in pictures], ensure_ascii=False)
-    return base64.b64encode(zlib.compress(texts.encode(), 9)).decode() if pictures else ""
+def _packed(texts: Sequence[str]) -> str:
+    """Texts as the page's script unpacks them: a fifth of their size, for there are many."""
+    listed = json.dumps(texts, ensure_ascii=False)
+    return base64.b64encode(zlib.compress(listed.encode(), 9)).decode() if texts else ""
 
 
 class _Kept(BytecodeCache):

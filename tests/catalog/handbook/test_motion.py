@@ -6,11 +6,13 @@ import base64
 import json
 import re
 import zlib
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from planarc.catalog.handbook import motion
+from planarc.catalog.handbook.code import colored
 from planarc.catalog.handbook.gather import gather
 from planarc.catalog.handbook.motion import motions_of
 from planarc.catalog.handbook.page import render_handbook
@@ -45,8 +47,8 @@ end Mine;
 """
 
 
-def pictures_in(page: str) -> list[str]:
-    found = re.search(r'class="pictures">(.*?)</template>', page)
+def packed_in(page: str, kind: str = "pictures") -> list[str]:
+    found = re.search(rf'class="{kind}">(.*?)</template>', page)
     assert found
     texts: list[str] = json.loads(zlib.decompress(base64.b64decode(found[1]))) if found[1] else []
     return texts
@@ -73,8 +75,8 @@ def test_a_users_components_are_shown_by_the_users_examples(tmp_path: Path) -> N
         "Mine.Examples.Swing": "Mine.Examples.Swing",
     }
     page = render_handbook("Mine", pages, motions)
-    assert pictures_in(page) == [picture.decode() for picture in motions.pictures]
-    assert "animateTransform" in pictures_in(page)[0]
+    assert packed_in(page) == [picture.decode() for picture in motions.pictures]
+    assert "animateTransform" in packed_in(page)[0]
     assert page.count('data-motion="0"') == 2
     assert "A bar that swings &lt;b&gt;</figcaption>" in page
 
@@ -97,9 +99,31 @@ def test_a_picture_is_drawn_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     assert motions_of(library, pages, Request()) == first
 
 
+def test_source_texts_are_packed_under_the_numbers_of_their_classes(tmp_path: Path) -> None:
+    file = tmp_path / "Mine.mo"
+    file.write_text(LIBRARY)
+    library, _, names = open_library(Request(file))
+    pages = gather(library, names)
+    page = render_handbook("Mine", pages)
+    texts = packed_in(page, "sources")
+    found = re.findall(r'<section id="([^"]*)"|data-source="(\d+)"', page)
+    assert {a: texts[int(n)] for (a, _), (_, n) in pairwise(found) if a and n} == {
+        p.name: colored(p.source) for p in pages if p.source
+    }
+    assert "A bar that swings &lt;b&gt;" in "".join(texts)
+
+
 def test_without_motion_nothing_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(motion, "motions_of", lambda *asked: pytest.fail("it runs examples"))
     path = tmp_path / "page.html"
     command = ["-q", "doc", "PlanarMultiBody.Joints.Revolute", "-o", str(path), "--no-motion"]
     assert run(command) == 0
-    assert pictures_in(path.read_text("utf-8")) == []
+    assert packed_in(path.read_text("utf-8")) == []
+
+
+def test_the_handbook_of_the_library_is_light() -> None:
+    library, _, _ = open_library(Request())
+    pages = gather(library, ["PlanarMultiBody"])
+    page = render_handbook("PlanarMultiBody", pages, motions_of(library, pages, Request()))
+    assert len(packed_in(page)) > 30
+    assert len(page.encode()) <= 1_300_000

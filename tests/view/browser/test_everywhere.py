@@ -153,3 +153,14 @@ def test_the_handbook_moves_the_class_that_is_shown(show: Callable[..., Any]) ->
     page.evaluate("location.hash = 'PlanarMultiBody.Joints.Prismatic'")
     page.locator("section:target figure svg").wait_for()
     assert page.locator("figure svg:visible").count() == 1
+
+
+def test_the_handbook_writes_the_source_text_of_the_class_that_is_shown(
+    show: Callable[..., Any],
+) -> None:
+    page = show("handbook")
+    for name in ("Revolute", "Prismatic"):
+        page.evaluate(f"location.hash = 'PlanarMultiBody.Joints.{name}'")
+        text = page.locator("section:target .source pre")
+        text.locator("b").first.wait_for(state="attached")
+        assert text.text_content().startswith(f"model {name} ")

@@ -149,6 +149,17 @@ def test_errors_stand_beside_the_field(
     assert page.locator("#state").inner_text().startswith("simulated in ")
 
 
+def test_an_error_fits_a_phone(
+    open_page: Callable[..., Any], serve: Callable[..., Any], four_bar: Request
+) -> None:
+    page = open_page(serve(four_bar).address, PHONE)
+    settle(page)
+    field(page, "coupler.r[1]").locator("input[id]").fill("9")
+    settle(page)
+    assert "cannot be assembled" in page.locator("#state").inner_text()
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+
+
 def test_replaceable_curves_are_menus(
     open_page: Callable[..., Any], serve: Callable[..., Any], screenshot: Callable[..., Path]
 ) -> None:
