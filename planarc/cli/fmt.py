@@ -76,7 +76,9 @@ def _paths(files: Sequence[str]) -> Iterator[Path]:
         path = Path(name)
         if path.is_dir():
             found = (p for p in model_files(path, below=True) if p.is_file())
-            yield from (p for p in found if not _hidden(p.relative_to(path)))
+            for file in found:
+                if not any(part.startswith(".") for part in file.relative_to(path).parts):
+                    yield file
         elif not path.exists():
             raise usage_error("C101", f"there is no file `{name}`", hint="check the path")
         elif path.suffix in SUFFIXES:
@@ -85,10 +87,6 @@ def _paths(files: Sequence[str]) -> Iterator[Path]:
             raise usage_error(
                 "C141", f"`{name}` is no model", hint="give files with the ending `.pmo` or `.mo`"
             )
-
-
-def _hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
 
 
 def _format_file(path: Path, check: bool) -> bool:

@@ -143,7 +143,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
     for v in ordered([v for v in source.variables if is_parameter(v)]):
         given = v.binding if v.binding is not None else v.attributes.start
         if given is None:
-            value = _default(model, v)
+            value = zero_of(v.type.element(len(v.type.dims)), model.table)
         else:
             value = lower_expression(scope, given)
             if v.attributes.fixed is not None:  # maybe found at the start
@@ -162,10 +162,6 @@ def _at_start(model: Model, value: Value) -> Value:
         return value
     put_in = Substitution(table, {table.time: table.symbol(dae.START_TIME)})
     return each(lambda e: put_in(e) if isinstance(e, Expr) else e, value)
-
-
-def _default(model: Model, v: flat.Variable) -> Value:
-    return zero_of(v.type.element(len(v.type.dims)), model.table)
 
 
 def _spread(model: Model, value: Value, v: flat.Variable) -> tuple[Expr, ...]:

@@ -138,12 +138,9 @@ def _is_whole(e: flat.Reference, free: set[str]) -> bool:
 
 def _is_known(e: flat.Expression, known: set[str]) -> bool:
     """True for an expression of known parameters, and perhaps of the start time."""
-    iterators = {name for n in nodes_of((e,)) for name in _iterators(n)}
+    loops = (n for n in nodes_of((e,)) if isinstance(n, flat.Comprehension))
+    iterators = {name for loop in loops for name, _ in loop.iterators}
     return names_in((e,)) - iterators <= known
-
-
-def _iterators(e: flat.Expression) -> tuple[str, ...]:
-    return tuple(n for n, _ in e.iterators) if isinstance(e, flat.Comprehension) else ()
 
 
 def _is_free(v: flat.Variable) -> bool:

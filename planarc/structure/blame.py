@@ -49,7 +49,8 @@ def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
     """Equations and unknowns that are left without a partner. `inputs` are connected to nothing."""
     number = {v.name: i for i, v in enumerate(dae.variables)}
     rows = [_unknowns(equation, number) for equation in dae.equations]
-    matching = _grown(rows, len(number), _ranks_of_equations(dae))
+    ranks = [2 if is_own(dae, e) else 1 if e.generated else 0 for e in dae.equations]
+    matching = _grown(rows, len(number), ranks)
     parts = find_singular_parts(rows, len(number), matching)
     ranks = _ranks_of_unknowns(dae, inputs)
     free = _grown(columns_of(rows, len(number)), len(rows), ranks).exposed
@@ -234,10 +235,6 @@ def _grown(rows: Rows, columns: int, ranks: Sequence[int]) -> Matching:
         known = [row if ranks[i] <= rank else [] for i, row in enumerate(rows)]
         found = match_equations(known, columns, found)
     return found
-
-
-def _ranks_of_equations(dae: Dae) -> list[int]:
-    return [2 if is_own(dae, e) else 1 if e.generated else 0 for e in dae.equations]
 
 
 def _ranks_of_unknowns(dae: Dae, inputs: Collection[str]) -> list[int]:

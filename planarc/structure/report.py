@@ -134,7 +134,7 @@ def _driven_by(dae: Dae, part: Part) -> list[Part]:
         if found.name in physical:
             return [*(p for p in queue if p is not found), found]
         both_ways = (*signals, *(s[::-1] for s in signals))
-        ends = dict.fromkeys(b for a, b in both_ways if _in(a, found))
+        ends = dict.fromkeys(b for a, b in both_ways if a.startswith(f"{found.name}."))
         queue += [p for e in ends if (p := own_part(dae, owner(e))) and p not in queue]
     return queue[::-1]
 
@@ -142,10 +142,6 @@ def _driven_by(dae: Dae, part: Part) -> list[Part]:
 def _is_signal(equation: Equation) -> bool:
     """Whether a connection makes two variables equal."""
     return equation.generated and equation.left.is_symbol and equation.right.is_symbol
-
-
-def _in(variable: str, part: Part) -> bool:
-    return variable.startswith(f"{part.name}.")
 
 
 def _determines_nothing(equation: Equation, message: str) -> Diagnostic:

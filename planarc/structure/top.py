@@ -40,14 +40,10 @@ def sort_top(
     steps: list[Step] = []
     for block in sort_blocks(needs):
         part = _part(system, block, matching)
-        rank = [_rank(symbol, favoured) for symbol in part.unknowns]
+        rank = [0 if s in favoured else 1 if s.order else 2 for s in part.unknowns]
         torn = tear_system([s.row() for s in part.equations], rank)
         steps.extend(make_steps(systems, part, torn))
     return tuple(steps)
-
-
-def _rank(symbol: Expr, favoured: frozenset[Expr]) -> int:
-    return 0 if symbol in favoured else 1 if symbol.order else 2
 
 
 def _part(system: System, block: list[int], matching: Matching) -> System:

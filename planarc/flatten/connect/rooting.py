@@ -30,7 +30,7 @@ from planarc.core.diagnostic import error
 from planarc.core.disjoint import DisjointSets
 from planarc.flatten.connect.connect import Connection, member_nodes
 from planarc.flatten.connect.inputs import connectors_around
-from planarc.flatten.connect.joining import Branch, Joined, Root
+from planarc.flatten.connect.joining import Joined, Root
 from planarc.flatten.terms.conform import scalar_count
 from planarc.flatten.tree.demand import class_of, function_of, static_instance
 from planarc.flatten.tree.lookup import declared
@@ -78,8 +78,9 @@ def find_roots(joined: Joined) -> Rooting:
     for name in _nodes(joined, pairs):
         sets.add(name)
     for branch in joined.branches:
-        _check_branch(branch, sets)
-        sets.join(branch.left, branch.right)
+        if not sets.join(branch.left, branch.right):
+            message = "this `Connections.branch` closes a loop of branches"
+            raise error("F318", message, branch.span)
         rooting.partner[branch.left] = branch.right
         rooting.partner[branch.right] = branch.left
     _join_roots(joined.roots, sets, rooting)
@@ -102,11 +103,6 @@ def _nodes(joined: Joined, pairs: list[Pair]) -> Iterator[str]:
         yield from (branch.left, branch.right)
     for pair in pairs:
         yield from (pair.left.name, pair.right.name)
-
-
-def _check_branch(branch: Branch, sets: DisjointSets[str]) -> None:
-    if sets.find(branch.left) == sets.find(branch.right):
-        raise error("F318", "this `Connections.branch` closes a loop of branches", branch.span)
 
 
 _ORIGIN = "<root>"  # all definite roots hang on it

@@ -83,7 +83,8 @@ def connect_all(
     for joined in grouped:
         if joined[0].leaf.name in result.unused:
             continue
-        span = min((spans[m.key] for m in joined if m.key in spans), key=_order, default=NOWHERE)
+        places = (spans[m.key] for m in joined if m.key in spans)
+        span = min(places, key=lambda s: (s.source.name, s.start), default=NOWHERE)
         try:
             _check_sources(joined, connections)
             result.equations += set_equations(joined, span)
@@ -112,10 +113,6 @@ def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     type_ = result_type(info.signature, 0, arguments, span, session)
     residual = flat.Call(type_, span, info.signature.name, tuple(arguments))
     return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
-
-
-def _order(span: Span) -> tuple[str, int]:
-    return span.source.name, span.start
 
 
 def _lone_members(leaf: Leaf) -> list[Member]:

@@ -242,13 +242,10 @@ def with_functions(model: flat.FlatModel, session: Session) -> flat.FlatModel:
 
 def _interfaces(functions: list[flat.Function], session: Session) -> list[flat.Function]:
     """The partial functions that are the types of inputs."""
-    names = {v.type.name: None for f in functions for v in f.inputs if _is_function(v)}
+    types = (v.type for f in functions for v in f.inputs)
+    names = dict.fromkeys(t.name for t in types if t.base is flat.Base.FUNCTION)
     return [
         flat.Function(name, formal.inputs, formal.outputs, partial=True)
         for name, formal in session.formals.items()
         if name in names
     ]
-
-
-def _is_function(variable: flat.Variable) -> bool:
-    return variable.type.base is flat.Base.FUNCTION

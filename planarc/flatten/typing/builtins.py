@@ -122,7 +122,9 @@ def _total(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expres
 def _der(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (value,) = arguments
     if value.type.base is not flat.Base.REAL:
-        _expect_steady(value, env)
+        if variability_of(value, env.session, env.hidden) > flat.Variability.PARAMETER:
+            message = "`der` cannot be applied to what changes at events only"
+            raise error("F291", message, value.span)
     elif isinstance(value, flat.Reference):
         _warn_of_nothing(value, span, env)
         _refuse_steps(value, env)
@@ -143,11 +145,6 @@ def _refuse_steps(value: flat.Reference, env: Env) -> None:
         hint = f"leave out `discrete` where `{value.name}` is declared, or the derivative"
         message = f"`{value.name}` has no derivative: it is `discrete`, it changes at events only"
         raise error("F291", message, value.span, hint=hint)
-
-
-def _expect_steady(value: flat.Expression, env: Env) -> None:
-    if variability_of(value, env.session, env.hidden) > flat.Variability.PARAMETER:
-        raise error("F291", "`der` cannot be applied to what changes at events only", value.span)
 
 
 def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:

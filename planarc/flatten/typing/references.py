@@ -137,7 +137,7 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, Absent):
         raise absent_error(view, ref.span)
     if isinstance(view, Instance):
-        return _enter(view, part, ref, env)
+        return _entered(lookup.public_member(view, part.name, ref.span), part, ref, env)
     if isinstance(view, Leaf):
         message = f"`{view.name}` is a variable and has no element `{part.name}`"
         raise error("F213", message, ref.span)
@@ -165,10 +165,6 @@ def _step_class(cls: Class, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> 
     if builtin is not None and part.name in builtin.literals:
         return flat.Literal(builtin, ref.span, builtin.literals.index(part.name) + 1)
     return _entered(lookup.class_member(cls, part.name, ref.span), part, ref, env)
-
-
-def _enter(instance: Instance, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
-    return _entered(lookup.public_member(instance, part.name, ref.span), part, ref, env)
 
 
 def _entered(element: Element, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:

@@ -27,7 +27,8 @@ def sorted_text(model: SortedDae, *, aliases: bool = False) -> str:
         lines += [_assignment(model, a, "  ") for a in model.discrete]
     if aliases:
         lines += ["", "aliases"]
-        lines += [f"  {_alias(a)}" for a in model.aliases]
+        for a in model.aliases:
+            lines.append(f"  {a.name} = {'-' if a.sign < 0 else ''}{text(a.target)}")
     return "\n".join(lines) + "\n"
 
 
@@ -108,7 +109,3 @@ def _start(model: SortedDae) -> list[str]:
 def _is_variable(model: SortedDae, alias: Alias) -> bool:
     parameters = {p.name for p in model.dae.parameters}
     return alias.target.is_symbol and alias.target.name not in parameters
-
-
-def _alias(a: Alias) -> str:
-    return f"{a.name} = {'-' if a.sign < 0 else ''}{text(a.target)}"

@@ -49,14 +49,11 @@ def judge_open(
     )
     if not depends and block in known:
         return None
-    names = trouble.names([c for c, m in zip(_tears(program, block), moved, strict=True) if m])
+    tears = zip(program.blocks[block].tears, moved, strict=True)
+    names = trouble.names([text(tear) for tear, m in tears if m])
     infos = [program.equations[e] for e in program.blocks[block].equations]
     found = (_undetermined if depends else _shared)(program, t, names, infos)
     return point_home(program, found, infos[0].component if infos else "")
-
-
-def _tears(program: Program, block: int) -> list[str]:
-    return [text(tear) for tear in program.blocks[block].tears]
 
 
 def _undetermined(

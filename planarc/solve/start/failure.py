@@ -167,10 +167,6 @@ def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, 
     return [(v, i) for v, i in found if i is not None and abs(v) > 1e-3 * largest]
 
 
-def _related(worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
-    return tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
-
-
 def _off(residual: float) -> str:
     """A residual to two digits: the next ones depend on the machine."""
     return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{residual:.2g}"
@@ -179,10 +175,6 @@ def _off(residual: float) -> str:
 def _start(value: float) -> str:
     """A start value to try; what Newton's method leaves of a zero is zero."""
     return "0" if abs(value) < _SMALL else f"{value:.3g}"
-
-
-def _components(infos: Sequence[EquationInfo]) -> list[str]:
-    return list(dict.fromkeys(i.component for i in infos if i.component))
 
 
 def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> str:
@@ -194,7 +186,7 @@ def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector
         if block.first in columns and worst & set(system.block_rows[i]):
             for c in program.candidates[block.first : block.first + len(block.tears)]:
                 names[owner(c.display)] = None
-            names |= dict.fromkeys(_components([program.equations[e] for e in block.equations]))
+            names |= dict.fromkeys(program.equations[e].component for e in block.equations)
     names.pop("", None)
     return loop_names(program, list(names))
 
@@ -251,7 +243,8 @@ def _at_home(
 ) -> NotAssembled:
     """The message at the part whose equation is farthest from being met."""
     span = worst[0][1].span if worst else None
-    told = replace(found, span=span, related=_related(worst))
+    related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
+    told = replace(found, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
 
 
