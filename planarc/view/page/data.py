@@ -3,9 +3,9 @@
 In:   Result, Scene, figures
 Out:  values for `json`
 
-    scene    {time, tracks, shapes, items, box, layers, events}; a moving quantity of an item is
-             `[number of its track]`, one that never changes a number; items name their shape by
-             its number, the parts of a form's lengths stand in the order of its `basis`
+    scene    {time, tracks, shapes, items, box, layers, scales, events}; a moving quantity of an
+             item is `[number of its track]`, one that never changes a number; items name their
+             shape by its number, the parts of a form's lengths stand in the order of its `basis`
     curves   {time, columns, variables, figures}; a variable is
              [name, number of its column, factor, unit, description]
 
@@ -26,6 +26,7 @@ from planarc.core.arrays import Vector
 from planarc.ir.insight import Layer, Series, Track
 from planarc.ir.program import Column
 from planarc.ir.result import Result
+from planarc.view.arrows import Scale
 from planarc.view.item import Item
 from planarc.view.marks.shapes import Shape, bounded_extra, shape_of
 from planarc.view.page.columns import Columns, encode, number
@@ -61,6 +62,7 @@ def scene_data(
         "items": items,
         "shapes": [shape_data(shape) for shape in shapes],
         "layers": [*(_layer(layer, put) for layer in layers), *corner],
+        "scales": [_scale(scale) for scale in scene.scales],
         "tracks": tracks.all,
         "box": scene.box,
         "classes": scene.classes,
@@ -175,6 +177,12 @@ def _corner(item: Item, put: Any, shapes: dict[Shape, int]) -> dict[str, Any]:
     """The axes of the world, as a layer that can be put out."""
     told = {"id": "axes", "title": "Axes", "kind": "corner", "unit": "", "on": True, "members": []}
     return {**told, "item": _item(item, put, shapes)}
+
+
+def _scale(scale: Scale) -> dict[str, Any]:
+    """What tells how long arrows are that components draw."""
+    color = [number(float(np.ravel(c)[0])) for c in scale.color]
+    return {"unit": scale.unit, "metres": scale.metres, "color": color}
 
 
 def _layer(layer: Layer, put: Any) -> dict[str, Any]:

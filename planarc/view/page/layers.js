@@ -50,6 +50,21 @@ function roundTo125(value) {
   return [5, 2, 1].map((f) => f * power).find((v) => v <= value * 1.0001);
 }
 
+planarc.createKey = function (source) {
+  // How long arrows are that components draw: at any zoom a round value about 60 pixels long.
+  const { element: make } = planarc;
+  const bar = make("b");
+  const text = document.createTextNode("");
+  const key = make("span", { class: "key", title: "Arrows that components draw" }, bar, text);
+  const dress = (scale) => {
+    const value = roundTo125(60 / (source.metres * scale));
+    bar.style.width = `${value * source.metres * scale}px`;
+    bar.style.background = planarc.color(source.color, planarc.theme.isDark());
+    text.data = `${Number(value.toPrecision(1))} ${planarc.unit(source.unit)}`;
+  };
+  return { element: make("span", { class: "layer" }, key), dress };
+};
+
 function pathOf(member, px) {
   // In pixels: a canvas draws no line of micrometres.
   const { x, y } = member;

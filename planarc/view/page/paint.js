@@ -12,6 +12,8 @@ function css(c) {
   return `rgb(${c[0]},${c[1]},${c[2]})`;
 }
 
+planarc.color = (color, dark) => css(rgb(color, dark));
+
 planarc.paint = function (ctx, item, px, dark) {
   // The forms of the item's shape, which are data; see `marks/shapes.py`.
   const { shape } = item;

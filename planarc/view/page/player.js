@@ -7,7 +7,7 @@
 //
 // With { bare: true } there is the picture alone, without controls, keys and grabbing.
 //
-// A scene is {time, tracks, shapes, items, box, layers, events}; see `data.py`.
+// A scene is {time, tracks, shapes, items, box, layers, scales, events}; see `data.py`.
 
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -50,6 +50,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   let reader = null;
   let items = [];
   let layers = [];
+  let scales = []; // keys of arrows that components draw
   let box = null;
   let ghosts = []; // of other runs: {items, reader, box}
   let digits = 2;
@@ -64,6 +65,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     items = readItems(next, tracks);
     box = next.box;
     layers = (next.layers || []).map((source) => planarc.createLayer(source, tracks, box, next.shapes));
+    scales = (next.scales || []).map(planarc.createKey);
     if (!options.bare) layers.push(planarc.createNames(items, next.classes || {}));
     for (const layer of layers) {
       if (options.bare) layer.on = false; // a card is small
@@ -129,8 +131,13 @@ planarc.createPlayer = function (element, scene, options = {}) {
   }
 
   function listLayers() {
-    chips.replaceChildren(...layers.map(chip));
+    chips.replaceChildren(...layers.map(chip), ...scales.map((key) => key.element));
     chips.hidden = layers.length === 0;
+  }
+
+  function dressLayers() {
+    for (const layer of layers) layer.dress();
+    for (const key of scales) key.dress(stage.view.scale);
   }
 
   function chip(layer) {
@@ -193,7 +200,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
     for (const ghost of ghosts) ghost.reader.seek(state.time);
     const dragged = items.some((item) => item.dragged); // then only what needs no run is laid over
     stage.draw(items, layers.filter((l) => l.on && (!dragged || !l.members.length)), reader, lit, ghosts);
-    for (const layer of layers) layer.dress();
+    dressLayers();
     slider.value = state.time;
     slider.style.setProperty("--done", `${(100 * (state.time - reader.start)) / (reader.stop - reader.start || 1)}%`);
     clock.textContent = `${state.time.toFixed(digits)} s`;
@@ -375,7 +382,7 @@ planarc.createPlayer = function (element, scene, options = {}) {
   addEventListener("beforeprint", () => show());
   planarc.theme.onChange(() => {
     stage.dress();
-    for (const layer of layers) layer.dress();
+    dressLayers();
     ask();
   });
 

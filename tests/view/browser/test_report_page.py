@@ -11,6 +11,7 @@ import pytest
 
 import planarc
 from planarc.cli.job import write_page
+from planarc.view.scene import make_scene
 
 FOUR_BAR = "PlanarMultiBody.Examples.Loops.FourBar"
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
@@ -172,6 +173,25 @@ def test_layers_are_drawn_where_the_numbers_say(report: Callable[..., Any]) -> N
     assert mark == pytest.approx([result[n][row] for n in names], rel=1e-5)
     page.get_by_role("button", name="Paths").click()
     assert page.get_by_role("button", name="Paths").get_attribute("aria-pressed") == "true"
+
+
+def test_a_key_tells_how_long_the_forces_are_that_components_draw(
+    report: Callable[..., Any],
+) -> None:
+    page, result = report("PlanarMultiBody.Examples.Loops.PistonEngine")
+    next_frame(page)
+    key = page.locator(".chips .key[title]")
+    value, _, unit = key.inner_text().partition(" ")
+    wide = page.evaluate(
+        """() => document.querySelector(".chips .key[title] b").getBoundingClientRect().width"""
+    )
+    scale = page.evaluate("planarcPlayer.view.scale")
+    metres = make_scene(result).scales[0].metres
+    assert unit == "N"
+    assert 20 < wide == pytest.approx(float(value) * metres * scale, rel=1e-3)
+    page.evaluate("document.querySelector('button[title^=\"Zoom in\"]').click()")
+    next_frame(page)
+    assert 20 < key.locator("b").bounding_box()["width"] <= 61
 
 
 def test_an_impact_is_listed_and_leads_to_its_instant(report: Callable[..., Any]) -> None:
