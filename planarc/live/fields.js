@@ -7,10 +7,6 @@
 // come and go: what a model does not have waits until one has it again.
 
 const key = (field) => (field.start ? `${field.name}.start` : field.name);
-planarc.spoken = function (message) {
-  // What stands in backticks is code.
-  return message.split(/`([^`]*)`/).map((part, i) => (i % 2 ? planarc.element("code", {}, part) : part));
-};
 
 const text = (value) => String(Number(value.toPrecision(6)));
 

@@ -45,8 +45,9 @@
   }
 
   function shown(what) {
-    const here = document.querySelector("section:target") ?? document.querySelector("section.start");
-    return here?.querySelector(what);
+    // By name: while the page is loaded, nothing is the target yet.
+    const named = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    return (named ?? document.querySelector("section.start"))?.querySelector(what);
   }
 
   async function write() {

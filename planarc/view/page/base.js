@@ -65,6 +65,11 @@ planarc.typeset = function (text) {
     .replace(/-/g, "−");
 };
 
+planarc.spoken = function (message) {
+  // What stands in backticks is code.
+  return message.split(/`([^`]*)`/).map((part, i) => (i % 2 ? planarc.element("code", {}, part) : part));
+};
+
 planarc.unit = (unit) => (unit && unit !== "1"
   ? unit.replace(/\./g, "·").replace(/-?\d+/g, raised)
   : "");

@@ -50,7 +50,7 @@
     events.append(...data.events.map(([t, text]) => make(
       "li", {},
       make("button", { type: "button", class: "link", onclick: () => player.setTime(t) }, `${Number(t.toPrecision(6))} s`),
-      make("span", {}, text),
+      make("span", {}, ...planarc.spoken(text)),
     )));
   }
 })();

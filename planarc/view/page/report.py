@@ -73,7 +73,7 @@ def render_page(
     figures = choose_figures(result, curves, insight)
     share = 1 + len(others)
     rows = choose_rows(result, figures, 4 * len(scene.items), share)
-    events = [(e.time, ", ".join(e.causes)) for e in result.events[:EVENTS]]
+    events = [(e.time, typeset(", ".join(e.causes))) for e in result.events[:EVENTS]]
     series, layers = ((), ()) if insight is None else (insight.series, insight.layers)
     motion = scene_data(scene, rows, sorted({t for t, _ in events}), layers)
     data = {

@@ -1,4 +1,4 @@
-"""Numbers and signs as a printed text has them: 1e-05 is 10⁻⁵, 3*2 is 3×2, -> is →.
+"""Numbers and signs as a printed text has them: 1e-05 is 10⁻⁵, 3*2 is 3×2, 2 N.s is 2 N·s, -> is →.
 
 What stands between backticks is a name or a text of the language, and stays.
 """
@@ -11,6 +11,7 @@ import re
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]?\d+)\b")
 _TIMES = re.compile(r"(?<=\d)\*(?=\d)")
+_PRODUCT = re.compile(r"(?<=\d N)\.(?=[ms]\b)")  # of units
 _MINUS = re.compile(r"(?<![\w.\])])-(?=\d)|(?<=\d )-(?= \d)")
 
 
@@ -40,7 +41,7 @@ def unit(name: str) -> str:
 
 
 def _plain(text: str) -> str:
-    text = _POWER.sub(_power, text.replace("->", "→"))
+    text = _POWER.sub(_power, _PRODUCT.sub("·", text.replace("->", "→")))
     return _MINUS.sub("−", _TIMES.sub("×", text))
 
 

@@ -164,3 +164,11 @@ def test_the_handbook_writes_the_source_text_of_the_class_that_is_shown(
         text = page.locator("section:target .source pre")
         text.locator("b").first.wait_for(state="attached")
         assert text.text_content().startswith(f"model {name} ")
+
+
+def test_a_link_into_the_handbook_opens_a_class_whole(
+    places: dict[str, Path | str], open_page: Callable[..., Any]
+) -> None:
+    page = open_page(f"{Path(places['handbook']).as_uri()}#PlanarMultiBody.Joints.Revolute")
+    page.locator("section:target .source pre b").first.wait_for(state="attached")
+    page.locator("section:target figure svg").wait_for()

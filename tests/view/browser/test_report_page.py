@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -199,7 +200,14 @@ def test_an_impact_is_listed_and_leads_to_its_instant(report: Callable[..., Any]
     first = page.locator("#events button").first
     first.click()
     assert page.evaluate("planarcPlayer.time") == pytest.approx(result.events[0].time, abs=1e-4)
-    assert page.locator(".marks i").count() > 0
+
+
+def test_events_are_told_as_print_has_them(report: Callable[..., Any]) -> None:
+    page, _ = report("PlanarMultiBody.Examples.Contacts.NewtonsCradle")
+    told = page.locator("#events span").first
+    assert re.search(r"impact of [\d.]+ N·s", told.inner_text())
+    assert "`" not in page.locator("#events").inner_text()
+    assert told.locator("code").first.inner_text() == "contact[1]"
 
 
 def test_dark_and_light_follow_the_screen_and_the_switch(

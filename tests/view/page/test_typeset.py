@@ -16,6 +16,7 @@ from planarc.view.page.typeset import number, typeset, unit
         ("3.5e+12 and -2.5e-3", "3.5×10¹² and −2.5×10⁻³"),
         ("from -1 to 2", "from −1 to 2"),
         ("`a-1*2 -> 1e-5` and a-1, x1e5", "`a-1*2 -> 1e-5` and a-1, x1e5"),
+        ("impact of 5e-10 N.s at `a N.s`", "impact of 5×10⁻¹⁰ N·s at `a N.s`"),
         ("cvode-bdf (native)", "cvode-bdf (native)"),
     ],
 )
