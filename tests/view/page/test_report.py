@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from planarc.core.diagnostic import UsageError
 from planarc.ir.expr import Exprs
 from planarc.ir.flat import Part
+from planarc.ir.mechanism import Joint, Link, Mechanism
 from planarc.view.page.data import ROWS, curve_data, thin_rows
 from planarc.view.page.figures import choose_figures
 from planarc.view.page.report import render_page, write_report
@@ -35,7 +37,10 @@ def pendulum(
         columns = {"hinge.phi": np.sin(time), "hinge.w": np.cos(time), "energy": time**2, "g": 9.81}
         parts = (Part("hinge", "PlanarMultiBody.Joints.Revolute"),)
         units = {"hinge.phi": ("rad", "deg"), "hinge.w": ("rad/s", "")}
-        return result_of(table, time, columns, (rod,), name, parts, units, description)
+        made = result_of(table, time, columns, (rod,), name, parts, units, description)
+        joints = (Joint("hinge", 2, 1, (0, 1), ()),)
+        mechanism = Mechanism((Link("ground", (), 0), Link("rod", ())), joints)
+        return replace(made, program=replace(made.program, mechanism=mechanism))
 
     return make
 
