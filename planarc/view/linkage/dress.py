@@ -173,9 +173,11 @@ class _Dresser:
             over = 0.5 if item.shape == "barrel" else 0.0
             return self._sized(item, _FORCES + math.tanh(item.height) + over)
         depth = self._depth(number)
-        height = item.height if depth is None else depth + 0.2 + 0.1 * math.tanh(item.height)
+        above = 0.2
         if item.shape in ("wheel", "gearwheel") and number is not None:
             self._bodies.add(number)
+            above = -0.2  # the arm that turns with it stays seen
+        height = item.height if depth is None else depth + above + 0.1 * math.tanh(item.height)
         return self._colored(self._sized(item, height), number)
 
     def _curve(self, item: Item) -> Iterator[Item]:

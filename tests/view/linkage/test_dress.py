@@ -260,3 +260,14 @@ def test_a_motor_is_drawn_where_something_drives_and_a_pin_where_nothing_does() 
 def test_stops_in_the_ground_have_no_colour_of_a_body() -> None:
     scene = scene_of("PlanarMultiBody.Examples.Contacts.SwingDoor")
     assert {i.color for i in scene.items if i.component.startswith("stops")} == {BED}
+
+
+def test_gears_have_the_colours_of_their_arms_lie_below_them_and_teeth_by_the_ratio() -> None:
+    gear = Path(planarc.__file__).parent / "catalog" / "handbook" / "models" / "gear.pmo"
+    scene = make_scene(run(str(gear)))
+    wheels, arms = shapes(scene, "gearwheel"), shapes(scene, "plate")
+    assert [float(w.extra) for w in wheels] == [20.0, 40.0]
+    assert {w.color for w in wheels} == {a.color for a in arms} and len(arms) == 2
+    for wheel in wheels:
+        (arm,) = (a for a in arms if a.color == wheel.color)
+        assert wheel.height < arm.height
