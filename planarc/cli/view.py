@@ -90,7 +90,7 @@ def view(
         shown[1:],
     )
     if not console.is_quiet():
-        told = [("model", main.where or "unknown: curves only"), ("written", str(path))]
+        told = [("model", main.where or _unknown(main.table)), ("written", str(path))]
         console.say_rows([*told, *kept, *(("note", n) for n in notes)])
     if not no_open:
         _open(path)
@@ -141,6 +141,14 @@ def _shown(files: Sequence[Path], found: Sequence[_Found]) -> list[Shown]:
         Shown(label, one.result, make_scene(one.result), one.insight)
         for label, one in zip(labels, found, strict=True)
     ]
+
+
+def _unknown(table: Table) -> str:
+    """Why there are curves only."""
+    origin = table.origin
+    if origin is None or origin.file is None or origin.file.is_file():
+        return "unknown: curves only"
+    return f"{origin.model}, but there is no file {origin.file}: curves only"
 
 
 _WITHOUT = (

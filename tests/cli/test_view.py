@@ -92,6 +92,20 @@ def test_of_another_table_with_that_name_nothing_is_told(here: Path) -> None:
     assert data_of(here / "Swing.html")["scene"]["items"] == []
 
 
+def test_a_result_that_was_moved_alone_says_which_file_it_misses(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulate()
+    away = here / "away"
+    away.mkdir()
+    for file in here.glob("Swing.csv*"):
+        file.rename(away / file.name)
+    (here / "swing_model.pmo").unlink()
+    assert run(["view", "away/Swing.csv", "--no-open"]) == 0
+    told = capsys.readouterr().out
+    assert f"Swing, but there is no file {Path('away') / 'swing_model.pmo'}: curves only" in told
+
+
 def test_units_of_a_csv_are_known_without_the_model(here: Path) -> None:
     simulate()
     (here / "swing_model.pmo").unlink()
