@@ -34,6 +34,8 @@ def combined(inner: st.SearchStrategy[Recipe]) -> st.SearchStrategy[Recipe]:
 
 recipes = st.recursive(leaves, combined, max_leaves=8)
 points = st.fixed_dictionaries({n: st.floats(-2, 2) for n in "xyz"})
+#: Points at which quotients keep their digits: 1/x - x/x^2 at x = 1e-87 is rounding alone.
+sound = points.map(lambda at: {n: round(v, 2) for n, v in at.items()})
 
 
 def build(t: Exprs, recipe: Recipe) -> Expr:
@@ -113,7 +115,7 @@ def test_simplification_keeps_the_value(recipe: Recipe, at: dict[str, float]) ->
 
 
 @settings(max_examples=25)
-@given(recipes, points)
+@given(recipes, sound)
 def test_derivatives_agree_with_sympy(recipe: Recipe, at: dict[str, float]) -> None:
     t = Exprs()
     e = build(t, recipe)
