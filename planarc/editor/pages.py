@@ -91,9 +91,10 @@ class Pages:
 
     def _show(self, key: Key, wanted: Wanted) -> None:
         page, edition = self._open.get(key), self._next[key]
-        if page is None:
-            return
         shelf, text = edition.shelf, edition.text
+        newest = shelf.texts.get(text.path)
+        if page is None or newest is not text:  # closed, or another one comes
+            return
         try:
             request = request_of(shelf, text, key[1])
             library = shelf.target(text).library
