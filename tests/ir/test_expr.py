@@ -35,7 +35,7 @@ def combined(inner: st.SearchStrategy[Recipe]) -> st.SearchStrategy[Recipe]:
 recipes = st.recursive(leaves, combined, max_leaves=8)
 points = st.fixed_dictionaries({n: st.floats(-2, 2) for n in "xyz"})
 #: Points at which quotients keep their digits: 1/x - x/x^2 at x = 1e-87 is rounding alone.
-sound = points.map(lambda at: {n: round(v, 2) for n, v in at.items()})
+sound = points.map(lambda at: {n: v if abs(v) >= 0.01 else 0.0 for n, v in at.items()})
 
 
 def build(t: Exprs, recipe: Recipe) -> Expr:
