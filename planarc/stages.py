@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from planarc.core.clock import Clock
 from planarc.core.diagnostic import Diagnostic, Miscounted, PlanarcError, Severity
+from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING, Backend
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ def _held_too_often(
     hint = f"{known or 'there are too many joints or bars, leave some out:'} "
     hint += count_text(mechanism)
     hint += f"; those that fit are accepted with {ACCEPTING}"
-    return (replace(found[0], hint=hint), *found[1:])
+    return (replace(found[0], hint=hint, mend=Accept()), *found[1:])
 
 
 def to_program(model: SortedDae, clock: Clock | None = None) -> Program:

@@ -24,7 +24,7 @@ from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.cli.streams import CannotPrint, silence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
-from planarc.core.nearest import meant, nearest, synonyms
+from planarc.core.nearest import nearest, synonyms
 
 #: The commands with the examples of their help, in its order. Each is a function in a file of its
 #: name, and imported when it is asked for: all of them together would take half of a check's time.
@@ -204,4 +204,5 @@ def _usage(error: Exception) -> Diagnostic:
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
-    return Diagnostic("C100", message, hint=meant(near[:1]) or f"see `{command} --help`")
+    hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
+    return Diagnostic("C100", message, hint=hint)

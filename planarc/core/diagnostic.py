@@ -16,6 +16,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.core.mend import Meant, Mend
 from planarc.core.render import render_all
 from planarc.core.source import Span
 
@@ -37,7 +38,7 @@ class Diagnostic(Data):
     """One message. `message` is lower case, names in backticks; `hint` an imperative.
 
     `code` is a key: `planarc explain CODE`. `span` is the place in a text, None where there is
-    none, and `related` are further places.
+    none, and `related` are further places. `mend` is what an editor offers to do.
     """
 
     code: str
@@ -46,6 +47,7 @@ class Diagnostic(Data):
     severity: Severity = Severity.ERROR
     hint: str | None = None
     related: tuple[Related, ...] = ()
+    mend: Mend | None = None
 
     def noting(self, others: Iterable[Diagnostic]) -> Diagnostic:
         """The same, with other messages as the first of its further places."""
@@ -138,16 +140,25 @@ def error(
     message: str,
     span: Span | None = None,
     *,
-    hint: str | None = None,
+    hint: str | Meant | None = None,
     related: Iterable[Related] = (),
+    mend: Mend | None = None,
 ) -> PlanarcError:
     """A `PlanarcError` with one diagnostic, ready to raise."""
-    return PlanarcError(Diagnostic(code, message, span, hint=hint, related=tuple(related)))
+    if isinstance(hint, Meant):
+        mend = hint
+    found = Diagnostic(code, message, span, hint=said(hint), related=tuple(related), mend=mend)
+    return PlanarcError(found)
 
 
-def usage_error(code: str, message: str, *, hint: str | None = None) -> UsageError:
+def usage_error(code: str, message: str, *, hint: str | Meant | None = None) -> UsageError:
     """A `UsageError` with one diagnostic, ready to raise."""
-    return UsageError(Diagnostic(code, message, hint=hint))
+    return UsageError(Diagnostic(code, message, hint=said(hint)))
+
+
+def said(hint: str | Meant | None) -> str | None:
+    """A hint as a text."""
+    return str(hint) if hint else None
 
 
 def refused(code: str, what: str, problem: Exception, hint: str | None = None) -> UsageError:

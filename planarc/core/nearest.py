@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-from planarc.core.prose import either
+from planarc.core.mend import Meant
 
 MOST = 3  # names in a hint
 CUTOFF = 0.6  # share of letters that two names have in common, in their order
@@ -36,13 +36,9 @@ def synonyms(name: str, known: Iterable[str]) -> list[str]:
     return [m for w in _words().get(last.lower(), ()) if (m := head + dot + w) in names]
 
 
-def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> str | None:
-    """The hint that names what a user may have meant; None where nothing is near."""
+def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> Meant | None:
+    """What a user may have meant; None where nothing is near."""
     names = list(known)
     ending = [n for n in names if n.endswith(f"_{name}")]  # `frame_b` for `b`
-    return meant((synonyms(name, names) or ending)[:most] or nearest(name, names, most))
-
-
-def meant(names: Iterable[str]) -> str | None:
-    found = either(names)
-    return f"did you mean {found}?" if found else None
+    found = (synonyms(name, names) or ending)[:most] or nearest(name, names, most)
+    return Meant(name, tuple(found)) if found else None

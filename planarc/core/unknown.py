@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.diagnostic import Diagnostic, UsageError, said
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import shortened, ticked
 
@@ -24,7 +24,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
         return UnknownName(
             Diagnostic("C202", f"the name of a {kind} is a text, not {type(name).__name__}")
         )
-    hint = did_you_mean(name, names)
+    hint = said(did_you_mean(name, names))
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
     none = "" if names else f": the model has no {kind}s"
@@ -80,5 +80,5 @@ _SHOWN = 6  # keywords in a hint
 
 def _unknown_keyword(function: str, name: str, known: Iterable[str]) -> UnknownKeyword:
     names = [n for n in known if n != "self"]
-    hint = did_you_mean(name, names) or f"choose among {ticked(names)}"
+    hint = said(did_you_mean(name, names)) or f"choose among {ticked(names)}"
     return UnknownKeyword(Diagnostic("C201", f"`{function}` has no keyword `{name}`", hint=hint))

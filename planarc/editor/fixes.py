@@ -1,7 +1,7 @@
-"""Quick fixes: what a diagnostic's hint says, as an edit.
+"""Quick fixes: what a diagnostic lets an editor do, as edits.
 
 In:   Text, Diagnostic
-Out:  Fix   the edit, or the redundancy that a run is to accept
+Out:  Fix   the edits, or the redundancy that a run is to accept
 
     `frame_z` ... did you mean `frame_b` or `frame_a`?     two fixes, each a name in its place
     expected `;` after the declaration                     `;` put in
@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from planarc.core import mend
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import Span
@@ -21,10 +22,6 @@ from planarc.editor.edits import Edit
 from planarc.editor.texts import Text
 from planarc.ir import syntax
 
-_TICKED = re.compile(r"`([^`]+)`")
-_NAME = r"(?<![\w.']){}(?![\w'])"
-_EXPECTED = re.compile(r"expected `([;,)\]}]|then|loop)` (?:after|before)")
-_INNER = re.compile(r"declare `(inner [^`;]+;)` in `")
 _MODIFIER = re.compile(r"(?:final\s+)?(?:[A-Za-z_]\w*|'[^'\n]*')\s*=\s*$")
 
 
@@ -41,51 +38,45 @@ def fixes_of(text: Text, diagnostic: Diagnostic) -> Iterator[Fix]:
     span = diagnostic.span
     if span is None or span.source is not text.source:
         return
-    hint, message = diagnostic.hint or "", diagnostic.message
-    if "did you mean" in hint:
-        yield from _names(span, message, _TICKED.findall(hint[hint.index("did you mean") :]))
-    expected = _EXPECTED.match(message)
-    if expected is not None:
-        put = expected[1] if len(expected[1]) == 1 else f" {expected[1]}"
-        yield Fix(f"Put in `{expected[1]}`", (_insert(span, span.start, put),))
-    if "`each`" in hint:
-        yield from _each(span)
-    inner = _INNER.match(hint)
-    if inner is not None:
-        yield from _declare(text, span, inner[1])
-    elif "declared without `inner`" in message:
-        yield from _make_inner(text, span)
-    if diagnostic.code.startswith("P") and hint.startswith("write `"):
-        yield from _instead(span, _TICKED.findall(hint)[0])
-    if "`--redundant accept`" in f"{message} {hint}":
-        yield Fix("Run with redundant joints accepted", accepts=text.class_at(span.start))
+    match diagnostic.mend:
+        case mend.Meant(wrong, names):
+            yield from _names(span, wrong, names)
+        case mend.Write(new):
+            yield Fix(f"Write `{new}`", (Edit(span, _apart(span, new)),))
+        case mend.Insert(new):
+            yield Fix(f"Put in `{new.strip()}`", (_insert(span, span.start, new),))
+        case mend.Each():
+            yield from _each(span)
+        case mend.Declare(declaration):
+            yield from _declare(text, span, declaration)
+        case mend.MakeInner():
+            yield from _make_inner(text, span)
+        case mend.Accept():
+            yield Fix("Run with redundant joints accepted", accepts=text.class_at(span.start))
+
+
+def _apart(span: Span, new: str) -> str:
+    """A text for a place, with spaces where it would grow together with a word beside it."""
+    before, after = span.source.text[span.start - 1 : span.start], span.source.text[span.end :]
+    left = " " if before.isalnum() and new[0].isalnum() else ""
+    return left + new + (" " if after[:1].isalnum() and new[-1].isalnum() else "")
 
 
 def _insert(span: Span, at: int, text: str) -> Edit:
     return Edit(Span(span.source, at, at), text)
 
 
-def _names(span: Span, message: str, meant: list[str]) -> Iterator[Fix]:
+def _names(span: Span, wrong: str, names: tuple[str, ...]) -> Iterator[Fix]:
     """Each name that may be meant in the place of the wrong one."""
-    wrong = [
-        n for n in _TICKED.findall(message) if re.search(_NAME.format(re.escape(n)), span.text)
-    ]
-    wrong += [
-        last
-        for n in _TICKED.findall(message)
-        if re.search(rf"\b{re.escape(last := n.rpartition('.')[2])}\b", span.text)
-    ]
-    if not wrong:
+    places = list(re.finditer(rf"(?<![\w']){re.escape(wrong)}(?![\w'])", span.text))
+    if not places:
         return
-    place = list(re.finditer(rf"(?<![\w']){re.escape(wrong[0])}(?![\w'])", span.text))[-1]
-    start, end = span.start + place.start(), span.start + place.end()
-    for name in meant:
-        new = name.rpartition(".")[2] if "." in name and "." not in wrong[0] else name
-        if name.count(".") and span.text[: place.start()].endswith("."):
-            new = name.rpartition(".")[2]
-        elif "." in name and "." not in span.text:
-            new = name
-        yield Fix(f"Write `{new}`", (Edit(Span(span.source, start, end), new),))
+    place = places[-1]
+    inside = "." in span.text and "." not in wrong  # what it is a member of stands before it
+    for name in names:
+        new = name.rpartition(".")[2] if inside else name
+        at = Span(span.source, span.start + place.start(), span.start + place.end())
+        yield Fix(f"Write `{new}`", (Edit(at, new),))
 
 
 def _each(span: Span) -> Iterator[Fix]:
@@ -134,11 +125,3 @@ def _make_inner(text: Text, span: Span) -> Iterator[Fix]:
             if isinstance(element, syntax.Component) and element.span.start == span.start:
                 edit = _insert(span, element.type.span.start, "inner ")
                 yield Fix("Declare it `inner`", (edit,))
-
-
-def _instead(span: Span, new: str) -> Iterator[Fix]:
-    """A token in the place of another; `end B` tells the name after `end`."""
-    if new.startswith("end ") and not span.text.startswith("end"):
-        new = new.removeprefix("end ")
-    if " " not in span.text.strip() and len(new.split()) == 1:
-        yield Fix(f"Write `{new}`", (Edit(span, new),))

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
-from planarc.core.nearest import did_you_mean, meant
+from planarc.core.mend import Meant
+from planarc.core.nearest import did_you_mean
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import be, shortened, ticked
 from planarc.core.resources import stdlib
@@ -194,8 +195,9 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     package, _, last = wanted.rpartition(".")
     inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
     known = list(dict.fromkeys((*names, *inside)))
-    alike = (n for n in known if n.rpartition(".")[2].lower() == last.lower())
-    hint = did_you_mean(wanted, known) or meant(alike) or "see `planarc list` for the names"
+    alike = tuple(n for n in known if n.rpartition(".")[2].lower() == last.lower())
+    near = did_you_mean(wanted, known) or (Meant(wanted, alike) if alike else None)
+    hint = str(near or "see `planarc list` for the names")
     return _usage("C103", f"there is no class `{wanted}`", hint)
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity, UsageError
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
@@ -255,7 +255,9 @@ def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[st
 
 
 def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:
-    return _usage(code, f"there is no {kind} `{name}` in the model", did_you_mean(name, known))
+    return _usage(
+        code, f"there is no {kind} `{name}` in the model", said(did_you_mean(name, known))
+    )
 
 
 @once

@@ -34,7 +34,7 @@ def test_counts(number: int, noun: str, text: str) -> None:
 
 def test_near_names_come_best_first_and_each_once() -> None:
     assert nearest("Jiont", ["Jont", "Joint", "Jont", "Body"]) == ["Jont", "Joint"]
-    assert did_you_mean("Jiont", ["Jont", "Joint"]) == "did you mean `Jont` or `Joint`?"
+    assert str(did_you_mean("Jiont", ["Jont", "Joint"])) == "did you mean `Jont` or `Joint`?"
 
 
 def test_capitals_alone_are_near() -> None:

@@ -13,13 +13,11 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
-from planarc.core.diagnostic import Diagnostic
-from planarc.core.source import Span
 from planarc.editor.convert import Units, action
 from planarc.editor.fixes import fixes_of
-from planarc.editor.texts import Texts
 from planarc_docs.blocks import blocks_of
 from tests.editor.conftest import EXAMPLES, Editor
+from tests.editor.test_fixes import checked
 
 pytestmark = pytest.mark.asyncio
 FOUR_BAR = EXAMPLES / "four_bar.pmo"
@@ -60,10 +58,8 @@ async def test_redundant_joints_are_accepted_by_a_fix(client: LanguageClient) ->
     text = next(b.text for b in blocks_of(guide) if b.argument == "parallel.pmo")
     uri = editor.open(Path("untitled:parallel"), COMPUTED + text)  # two models
     (found,) = await editor.checked(uri)
-    opened = Texts().put(Path("untitled:parallel"), COMPUTED + text)
-    place = opened.source.start_of(found.range.start.line + 1)
-    told = Diagnostic(str(found.code), found.message, Span(opened.source, place, place + 1))
-    (fix,) = fixes_of(opened, told)
+    opened, told = checked(COMPUTED + text)
+    (fix,) = [fix for d in told for fix in fixes_of(opened, d)]
     command = action(fix, found, uri, Units()).command
     assert command is not None
     said = await client.workspace_execute_command_async(

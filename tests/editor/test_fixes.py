@@ -45,6 +45,21 @@ def fixed(text: Text, fix: Fix) -> str:
         ("P102", "model M\n  Real x=1;\nend N;\n", "end M;"),
         ("F262", "model M\n  PlanarMultiBody.Parts.Fixed f;\nend M;\n",
          "  inner PlanarMultiBody.World world;\n  Planar"),
+        ("P101", "model M\n  Real x=3**2;\nend M;\n", "x=3^2;"),
+        ("P101", "model M\n  Real x=0,5*2;\nend M;\n", "x=0.5*2;"),
+        ("P101", "model M 'a text'\n  Real x=1;\nend M;\n", 'M "a text"\n'),
+        ("P101", "model M\n  Real x;\nequation\n  if time > 1:\n    x = 1;\n  else\n    x = 2;\n"
+         "  end if;\nend M;\n", "if time > 1 then\n"),
+        ("P102", "model M\n  Real x;\nequation\n  if time > 1 then\n    x = 1;\n  else\n"
+         "    x = 2;\n  end;\nend M;\n", "  end if;"),
+        ("P103", "model M\n  Real x[2]={1, 2;\nend M;\n", "{1, 2};"),
+        ("P104", "model M\n  Real x=2×3;\nend M;\n", "x=2*3;"),
+        ("P104", "model M\n  Boolean b=true && false;\nend M;\n", "true and false"),
+        ("F210", "model M\n  import PlanarMultiBody.Parts.Bodi;\n  Body b;\nend M;\n",
+         "import PlanarMultiBody.Parts.Body;"),
+        ("F226", "model M\n  Real x=1;\n  annotation(experiment(Stoptime=2));\nend M;\n",
+         "experiment(StopTime=2)"),
+        ("F290", "model M\n  Real x=atan(1, 2);\nend M;\n", "atan2(1, 2)"),
     ],
 )  # fmt: skip
 def test_the_first_fix_makes_the_message_go_away(code: str, wrong: str, right: str) -> None:

@@ -18,7 +18,8 @@ import re
 from collections.abc import Iterable, Sequence
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.core.nearest import meant, nearest
+from planarc.core.mend import Meant
+from planarc.core.nearest import nearest
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
@@ -114,13 +115,13 @@ def _check_experiment(root: Instance, session: Session) -> None:
             session.warn("F226", message, argument.span, hint)
         elif name != "experiment" and nearest(name, ("experiment",), 1, _NEAR):
             message = f"`{name}` is no annotation that planarc knows"
-            session.warn("F226", message, argument.span, meant(["experiment"]))
+            session.warn("F226", message, argument.span, Meant(name, ("experiment",)))
     for argument in _modifications(inside(find_argument(arguments, "experiment"))):
         name = argument.name[0]
         near = [] if name in SETTINGS else nearest(name, SETTINGS, 1, _NEAR)
         if near:
             message = f"an experiment has no `{name}`"
-            session.warn("F226", message, argument.span, meant(near))
+            session.warn("F226", message, argument.span, Meant(name, tuple(near)))
 
 
 def _modifications(arguments: tuple[syntax.Argument, ...]) -> Iterable[syntax.ElementModification]:
@@ -136,4 +137,4 @@ def _check_imports(root: Instance, session: Session) -> None:
                 import_target(scope, path, clause.span, clause.wildcard)
             except PlanarcError as problem:
                 first = problem.diagnostics[0]
-                session.warn("F227", first.message, first.span, first.hint)
+                session.warn("F227", first.message, first.span, first.hint, first.mend)

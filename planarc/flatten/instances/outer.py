@@ -15,6 +15,7 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, Related, Severity, Ungiven, error
+from planarc.core.mend import Declare, MakeInner, Mend
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
 from planarc.flatten.tree.demand import layout_of, node_of
@@ -80,14 +81,18 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     made = Instance(cls, layout, element.name, cls.mod, root, session, element=element)
     session.defaults[element.name] = made
     message = f"no `inner {definition.type} {element.name}` is declared: a default one is used"
-    hint = f"declare `inner {definition.type} {element.name};` in `{root.cls.name}`"
+    inner = f"inner {definition.type} {element.name};"
+    hint = f"declare `{inner}` in `{root.cls.name}`"
+    mend: Mend | None = Declare(inner)
     span = root.cls.definition.name_span
     for name, (_, other) in root.layout.members.items():
         if not isinstance(other, syntax.Component) or not other.prefixes.inner:
             continue
         if other.type.names[-1] == definition.type.names[-1]:
-            span, hint = other.span, f"rename `{name}` to `{element.name}`: parts ask for that name"
-    session.warnings.append(Ungiven("F262", message, span, Severity.WARNING, hint))
+            span, mend = other.span, None
+            hint = f"rename `{name}` to `{element.name}`: parts ask for that name"
+    told = Ungiven("F262", message, span, Severity.WARNING, hint, mend=mend)
+    session.warnings.append(told)
     return made
 
 
@@ -98,17 +103,18 @@ def _is_taken(root: Instance, name: str) -> bool:
 
 
 def _missing(element: Element, definition: syntax.Component, root: Instance) -> PlanarcError:
-    inner = f"`inner {definition.type} {element.name};`"
+    inner = f"inner {definition.type} {element.name};"
     asked = (Related("it is asked for here", definition.span),)
     if _is_taken(root, element.name):
         message = (
             f"`{element.name}` is declared without `inner`: the parts of the model do not find it"
         )
         place = root.layout.members[element.name][1].span
-        return error("F261", message, place, hint=f"write {inner}", related=asked)
-    message = f"no {inner[:-2]}` is declared, which a part of the model asks for"
-    hint = f"declare {inner} in `{root.cls.name}`"
-    return error("F261", message, root.cls.definition.name_span, hint=hint, related=asked)
+        hint = f"write `{inner}`"
+        return error("F261", message, place, hint=hint, related=asked, mend=MakeInner())
+    message = f"no `{inner[:-1]}` is declared, which a part of the model asks for"
+    hint, place = f"declare `{inner}` in `{root.cls.name}`", root.cls.definition.name_span
+    return error("F261", message, place, hint=hint, related=asked, mend=Declare(inner))
 
 
 def _check_compatible(

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from math import prod
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.mend import Each
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.ir import flat
@@ -101,7 +102,8 @@ def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> P
     if expected.base in NUMERIC and re.search(r'"\s*[-+]?[\d.]+(e[-+]?\d+)?\s*"', span.text):
         hint = "write numbers without quotes"
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
-    return error("F270", message, span, hint=hint)
+    mend = Each() if expected.dims and not actual.dims else None
+    return error("F270", message, span, hint=hint, mend=mend)
 
 
 def expect_scalar(

@@ -192,13 +192,12 @@ def import_target(
             raise error("F214", f"`{name}` is protected in `{owner.name}`", span)
     if element is None:
         package, _, name = done.rpartition(".")
-        hint = did_you_mean(name, scope.session.library.class_names(package))
+        near = did_you_mean(name, scope.session.library.class_names(package))
         message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
-        if not package and hint is None:
-            hint = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
+        folder = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
         if done == "Modelica.Mechanics.MultiBody":
             raise naming.spatial(message, span)
-        raise error("F210", message, span, hint=hint)
+        raise error("F210", message, span, hint=near or (None if package else folder))
     return element
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 
-from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, error, said
+from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.prose import either, shortened
 from planarc.core.source import Span
@@ -73,8 +74,8 @@ def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:
                 continue
             if library.entry(path) is None:
                 message = f"`{path}` cannot be imported: it does not exist"
-                hint = f"did you mean `{package}.{name}`?"
-                return Once("F210", message, clause.span, hint=hint, kind=path)
+                near = Meant(path, (f"{package}.{name}",))
+                return Once("F210", message, clause.span, hint=str(near), mend=near, kind=path)
         current = current.parent
     return None
 
@@ -104,8 +105,10 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
         return spatial(message, span)
     instance = static_instance(cls)
-    hint = did_you_mean(name, member_names(instance)) or _offered(instance.layout.members, False)
-    return PlanarcError(Once("F213", message, span, hint=hint, kind=f"{cls.name}.{name}"))
+    near = did_you_mean(name, member_names(instance))
+    hint = said(near or _offered(instance.layout.members, False))
+    kind = f"{cls.name}.{name}"
+    return PlanarcError(Once("F213", message, span, hint=hint, mend=near, kind=kind))
 
 
 def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:

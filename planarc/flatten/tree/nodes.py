@@ -27,7 +27,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
+from planarc.core.mend import Meant, Mend
 from planarc.core.source import Span
 from planarc.flatten.library.library import Entry, Library
 from planarc.flatten.terms.constant import Value
@@ -483,8 +484,16 @@ class Session:
         self.rooting: Forest | None = None
         self.cardinalities: Counter[str] | None = None
 
-    def warn(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
-        self.warnings.append(Diagnostic(code, message, span, Severity.WARNING, hint))
+    def warn(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        hint: str | Meant | None = None,
+        mend: Mend | None = None,
+    ) -> None:
+        (found,) = error(code, message, span, hint=hint, mend=mend).diagnostics
+        self.warnings.append(replace(found, severity=Severity.WARNING))
 
     def keep(self, problem: PlanarcError) -> None:
         """Remember an error and go on, so that all errors of a model are told at once."""

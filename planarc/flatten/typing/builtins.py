@@ -14,6 +14,7 @@ from typing import Any
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import error
+from planarc.core.mend import Meant
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.terms.conform import NUMERIC, expect, unify
@@ -44,7 +45,7 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
     rule = rule_of(name)
     if not rule.least <= len(arguments) <= rule.most:
         meant = f"{name}{len(arguments)}"  # `atan2` for `atan` of two
-        hint = f"did you mean `{meant}`?" if is_name(meant) else None
+        hint = Meant(name, (meant,)) if is_name(meant) else None
         message = f"`{name}` takes {_wanted(rule)}, not {len(arguments)}"
         raise error("F290", message, span, hint=hint)
     for argument in arguments:

@@ -6,6 +6,7 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Once, PlanarcError, error
+from planarc.core.mend import Each
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.nodes import Binding, Env
@@ -30,6 +31,7 @@ def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
                 f"{type_text(typed.type)}",
                 span,
                 hint="write `each` before it if all members get the same value, as in `(each m=1)`",
+                mend=Each(),
                 kind=f"{span.source.name}:{span.line}" if span else "",  # often they all lack it
             )
         )

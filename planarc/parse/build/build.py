@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.mend import Write
 from planarc.core.source import Span
 from planarc.ir import syntax
 from planarc.parse.build.equations import Equations
@@ -94,12 +95,12 @@ class Build(Expressions, Modifications, Equations):
 
     def _check_end(self, name: Token, end: Token) -> None:
         if name.text != end.text:
-            message, hint = (
-                f"`end {end.text}` does not match `{name.text}`",
-                f"write `end {name.text}`",
+            message = f"`end {end.text}` does not match `{name.text}`"
+            hint, mend = f"write `end {name.text}`", Write(name.text)
+            opened = (Related(f"`{name.text}` begins here", name.span),)
+            self.errors.append(
+                WrongEnd("P102", message, end.span, hint=hint, related=opened, mend=mend)
             )
-            opened = Related(f"`{name.text}` begins here", name.span)
-            self.errors.append(WrongEnd("P102", message, end.span, hint=hint, related=(opened,)))
 
     def short_class(self, c: list[Any]) -> Specifier:
         name, _, prefix, base, subscripts, arguments, description = c

@@ -5,31 +5,35 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once
+from planarc.core.mend import Write
 from planarc.core.source import Source, Span
 
 #: Characters that other languages or word processors have, and what is meant.
+_MEANT = {
+    "&": "and",
+    "~": "not",
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{MULTIPLICATION SIGN}": "*",
+    "\N{DOT OPERATOR}": "*",
+    "\N{MIDDLE DOT}": "*",
+    "\N{DIVISION SIGN}": "/",
+    "\N{SUPERSCRIPT TWO}": "^2",
+    "\N{SUPERSCRIPT THREE}": "^3",
+    "\N{LESS-THAN OR EQUAL TO}": "<=",
+    "\N{GREATER-THAN OR EQUAL TO}": ">=",
+    "\N{NOT EQUAL TO}": "<>",
+    "\N{GREEK SMALL LETTER PI}": "Modelica.Constants.pi",
+}
+#: What is to be said of others.
 _HINTS = {
+    "?": "write `if condition then a else b` for `condition ? a : b`",
     "!": "write `<>` for not equal, `not` for the opposite",
-    "&": "write `and`",
     "|": "write `or`, and `abs(x)` for a size",
     "%": "write `mod(a, b)` for a remainder, `//` for a comment",
     "#": "write `//` for a comment",
-    "~": "write `not`",
-    "?": "write `if condition then a else b` for `condition ? a : b`",
     "@": "write `*`, which multiplies matrices, too",
-    "\N{MINUS SIGN}": "write `-`",
-    "\N{EN DASH}": "write `-`",
-    "\N{MULTIPLICATION SIGN}": "write `*`",
-    "\N{DOT OPERATOR}": "write `*`",
-    "\N{MIDDLE DOT}": "write `*`",
-    "\N{DIVISION SIGN}": "write `/`",
-    "\N{SUPERSCRIPT TWO}": "write `^2`",
-    "\N{SUPERSCRIPT THREE}": "write `^3`",
-    "\N{LESS-THAN OR EQUAL TO}": "write `<=`",
-    "\N{GREATER-THAN OR EQUAL TO}": "write `>=`",
-    "\N{NOT EQUAL TO}": "write `<>`",
     "\N{DEGREE SIGN}": "angles are in radian: write `Modelica.Units.Conversions.from_deg(...)`",
-    "\N{GREEK SMALL LETTER PI}": "write `Modelica.Constants.pi`",
 }
 #: Characters that begin comments in other languages.
 _COMMENTS = frozenset("%#")
@@ -72,7 +76,8 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
     text = source.text
     character = text[at]
     begin, end = at, at + 1
-    hint = _HINTS.get(character)
+    meant = _MEANT.get(character)
+    hint = f"write `{meant}`" if meant else _HINTS.get(character)
     if character.isalpha():
         begin, end = _word_around(text, at, stop)
         hint = hint or "put names with other letters than a to z in single quotes"
@@ -87,9 +92,10 @@ def _report_character(source: Source, at: int, stop: int, errors: list[Diagnosti
             quotes = Once("P104", message, Span(source, begin, end), hint=hint, kind="quotes")
             errors.append(quotes)
             return end
-    found = Diagnostic("P104", message, Span(source, begin, end), hint=hint)
+    mend = Write(meant) if meant and {*text[begin:end]} == {character} else None
+    found = Diagnostic("P104", message, Span(source, begin, end), hint=hint, mend=mend)
     if character.isalpha():
-        found = Once("P104", message, found.span, hint=hint, kind=text[begin:end])
+        found = Once("P104", message, found.span, hint=hint, mend=mend, kind=text[begin:end])
     bars = Once("P104", message, found.span, hint=hint, kind="bars")  # two of them are one size
     errors.append(bars if character == "|" else found)
     line_end = text.find("\n", at, stop)

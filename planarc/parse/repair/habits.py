@@ -11,15 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.mend import Write
 from planarc.parse.grammar.lexer import Token
-from planarc.parse.repair.trouble import Repair, Trouble
+from planarc.parse.repair.trouble import Repair, Trouble, instead
 
 
 def _power_sign(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     token, previous = trouble.token, trouble.previous
     if token.text == "*" and previous and previous.text == "*":
+        span = previous.span.to(token.span)
         hint = "write `^` for a power"
-        return Diagnostic("P101", "`**` is no operator", previous.span.to(token.span), hint=hint)
+        return Diagnostic("P101", "`**` is no operator", span, hint=hint, mend=Write("^"))
     return None
 
 
@@ -36,7 +38,7 @@ def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
         number = f".{digits[0].text}"
         message = f"`{number}` is no number: a digit stands before the point"
         span = point.span.to(digits[0].span)
-        return Diagnostic("P101", message, span, hint=f"write `0{number}`")
+        return instead(message, span, f"0{number}")
     return None
 
 
@@ -52,9 +54,8 @@ def _decimal_comma(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
         if not {before.type, after.type} <= set(NUMBERS):
             continue
         if span.text == text:
-            hint = f"write `{text.replace(',', '.')}`"
             message = f"`{text}` is no number: decimals stand behind a point"
-            return Diagnostic("P101", message, span, hint=hint)
+            return instead(message, span, text.replace(",", "."))
     return None
 
 
@@ -123,7 +124,7 @@ def _colon_for_then(trouble: Trouble, repair: Repair | None) -> Diagnostic | Non
         return None
     at, word, opens = found
     message = f"`{word.text}` goes on with `{opens}`, not with `:`"
-    return Diagnostic("P101", message, trouble.tokens[at].span, hint=f"write `{opens}`")
+    return instead(message, trouble.tokens[at].span, opens)
 
 
 def assigned_expression(trouble: Trouble) -> tuple[int, int] | None:
@@ -178,14 +179,14 @@ def _other_branch(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     meant = other_branch(token, opened)
     if meant is None or opened is None:
         return None
-    hint = f"write `{meant.lower()}`"
-    message = f"`{opened.text}` goes on with `{meant.lower()}`, not with `{token.text}`"
-    if not meant:
-        message = "`when` has no `else`: it acts at the moment its condition becomes true"
-        hint = (
-            "write `elsewhen` and a condition of its own, or `if` instead of `when` for what "
-            "holds as long as the condition does"
-        )
+    if meant:
+        message = f"`{opened.text}` goes on with `{meant.lower()}`, not with `{token.text}`"
+        return instead(message, token.span, meant.lower(), related=trouble.opening)
+    message = "`when` has no `else`: it acts at the moment its condition becomes true"
+    hint = (
+        "write `elsewhen` and a condition of its own, or `if` instead of `when` for what "
+        "holds as long as the condition does"
+    )
     return Diagnostic("P101", message, token.span, hint=hint, related=trouble.opening)
 
 

@@ -14,11 +14,20 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once, Related
+from planarc.core.mend import Insert, Meant, Write
 from planarc.core.nearest import nearest
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
-from planarc.parse.repair.trouble import BLOCKS, Repair, StrayEnd, Trouble, WrongSection, shown
+from planarc.parse.repair.trouble import (
+    BLOCKS,
+    Repair,
+    StrayEnd,
+    Trouble,
+    WrongSection,
+    instead,
+    shown,
+)
 
 _OPERATORS = frozenset({"PLUS", "SIGN", "TIMES", "EACH_TIMES", "POWER", "RELATION"})
 _BRACKETS = {"RPAR": ("(", ")"), "RSQB": ("[", "]"), "RBRACE": ("{", "}")}
@@ -60,8 +69,7 @@ def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
             break
     else:
         diagnostic = expected(trouble)
-    hint = diagnostic.hint or _misspelt_hint(trouble)
-    return replace(diagnostic, hint=hint)
+    return diagnostic if diagnostic.hint else _with_keyword(diagnostic, trouble)
 
 
 # Cases that have a name ----------------------------------------------------------------
@@ -84,7 +92,7 @@ def _chained(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     first = next((t for t in trouble.tokens[trouble.begin : trouble.at] if t.text == "=="), None)
     if first is not None and trouble.open_bracket is None and not trouble.inside("IF"):
         message = "`==` compares, it makes no equation"
-        return Diagnostic("P111", message, first.span, hint="write `=`")
+        return instead(message, first.span, "=", "P111")
     message, hint = "comparisons cannot be chained", "compare two at a time: `a < b and b < c`"
     if token.type == "POWER":
         message = f"`{token.text}` cannot be chained"
@@ -99,8 +107,7 @@ def _text_in_single_quotes(trouble: Trouble, repair: Repair | None) -> Diagnosti
     for token in (trouble.token, *named):
         if token.type == "IDENT" and " " in token.text:
             message = f"{shown(token)} is a name: texts stand in double quotes"
-            hint = f'write `"{token.text[1:-1]}"`'
-            return Diagnostic("P101", message, token.span, hint=hint)
+            return instead(message, token.span, f'"{token.text[1:-1]}"')
     return None
 
 
@@ -128,7 +135,7 @@ def _open_brace(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     before = trouble.tokens[repair.at]
     related = (Related("`{` opens here", opened.span),)
     message = f"expected `}}` before `, {trouble.tokens[trouble.at - 1].text} = ...`"
-    return Diagnostic("P103", message, before.span, related=related)
+    return Diagnostic("P103", message, before.span, related=related, mend=Insert("}"))
 
 
 def _wrong_section(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -155,20 +162,20 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     pair = (trouble.token.type, *repair.inserted)
     if pair not in _SIGNS:
         return None
-    message, hint = _SIGNS[pair]
+    message, meant = _SIGNS[pair]
     if pair == ("ASSIGN", "EQUAL"):
         in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
         what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
         message = f"{what} {message}"
-    return Diagnostic("P111", message, trouble.token.span, hint=hint)
+    return instead(message, trouble.token.span, meant, "P111")
 
 
 #: One sign for another: the one written and the one meant.
 _SIGNS: dict[tuple[str, ...], tuple[str, str]] = {
-    ("ASSIGN", "EQUAL"): ("is written with `=`; `:=` assigns, in algorithms only", "write `=`"),
-    ("EQUAL", "ASSIGN"): ("a statement assigns with `:=`; `=` is for equations", "write `:=`"),
-    ("EQUAL", "IN"): ("an iterator takes its values with `in`", "write `in`"),
-    ("EQUAL", "RELATION"): ("`=` does not compare", "write `==`"),
+    ("ASSIGN", "EQUAL"): ("is written with `=`; `:=` assigns, in algorithms only", "="),
+    ("EQUAL", "ASSIGN"): ("a statement assigns with `:=`; `=` is for equations", ":="),
+    ("EQUAL", "IN"): ("an iterator takes its values with `in`", "in"),
+    ("EQUAL", "RELATION"): ("`=` does not compare", "=="),
 }
 
 
@@ -181,7 +188,7 @@ def _separator(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         hint = "write `[1, 2; 3, 4]` or `{{1, 2}, {3, 4}}` for a matrix, `,` in a vector"
         return Once("P101", message, trouble.token.span, hint=hint, kind=f"row {opened.span.start}")
     message = "`;` cannot stand in parentheses: arguments are separated by `,`"
-    return Diagnostic("P101", message, trouble.token.span, hint="write `,`")
+    return instead(message, trouble.token.span, ",")
 
 
 def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -242,8 +249,8 @@ def _stray_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 _ALMOST = 0.8  # names may look like keywords, so that only a very near one counts
 
 
-def _misspelt_hint(trouble: Trouble) -> str | None:
-    """A name near the error that is almost a keyword."""
+def _with_keyword(diagnostic: Diagnostic, trouble: Trouble) -> Diagnostic:
+    """The same, with a hint at a name near the error that is almost a keyword."""
     words = [t for t in sorted(trouble.terminals.keywords) if len(t) > 2]
     near = range(trouble.at, max(trouble.at - 4, -1), -1)
     for index in dict.fromkeys((*near, trouble.begin)):
@@ -252,8 +259,10 @@ def _misspelt_hint(trouble: Trouble) -> str | None:
             continue
         close = nearest(token.text.lower(), words, most=1, cutoff=_ALMOST)
         if close:
-            return f"write `{close[0]}`, if that is what `{token.text}` means"
-    return None
+            hint = f"write `{close[0]}`, if that is what `{token.text}` means"
+            mend = Meant(token.text, (close[0],)) if token.span == diagnostic.span else None
+            return replace(diagnostic, hint=hint, mend=mend or diagnostic.mend)
+    return diagnostic
 
 
 def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -288,12 +297,14 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         finished = trouble.automaton.finished(trouble.stack, "SEMICOLON")
         ended = next((_ENDED[name] for name in reversed(finished) if name in _ENDED), None)
         where = ended or (f"`{previous.text}`" if previous else "this")
-        return Diagnostic("P101", f"expected `;` after {where}", trouble.after)
+        message = f"expected `;` after {where}"
+        return Diagnostic("P101", message, trouble.after, mend=Insert(";"))
     if kind in _BRACKETS:
         opened = trouble.open_bracket
         related = (Related(f"`{opened.text}` opens here", opened.span),) if opened else ()
-        message = f"expected `{_BRACKETS[kind][1]}` before {shown(token)}"
-        return Diagnostic("P103", message, trouble.after, related=related)
+        closing = _BRACKETS[kind][1]
+        message = f"expected `{closing}` before {shown(token)}"
+        return Diagnostic("P103", message, trouble.after, related=related, mend=Insert(closing))
     if kind == "IDENT":
         return None
     if kind == "TIMES" and previous:
@@ -301,10 +312,15 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         number = previous.type in NUMBERS
         hint = unit_hint(previous.text, token.text) if number else "write `*` for a product"
         return Diagnostic("P101", message, token.span, hint=hint)
-    message = f"expected `{trouble.text_of(kind)}` before {shown(token)}"
+    word = trouble.text_of(kind)
+    message = f"expected `{word}` before {shown(token)}"
     if kind == "ELSE":
         message = "an `if` expression needs an `else` part"
-    return Diagnostic("P101", message, trouble.after)
+    mend = _PUT.get(kind)
+    return Diagnostic("P101", message, trouble.after, mend=mend)
+
+
+_PUT = {"COMMA": Insert(","), "THEN": Insert(" then"), "LOOP": Insert(" loop")}
 
 
 def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -312,7 +328,8 @@ def _instead(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not repair or repair.dropped != 1 or repair.inserted not in (("THEN",), ("LOOP",)):
         return None
     token, word = trouble.token, repair.inserted[0].lower()
-    return Diagnostic("P101", f"expected `{word}`, not {shown(token)}", token.span)
+    message = f"expected `{word}`, not {shown(token)}"
+    return Diagnostic("P101", message, token.span, mend=Write(word))
 
 
 def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -320,8 +337,8 @@ def _nameless_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if not opened or not previous or previous.type != "END" or trouble.token.type != "SEMICOLON":
         return None
     message = f"expected `{opened.text}` after `end`"
-    hint = f"write `end {opened.text};`"
-    return Diagnostic("P102", message, trouble.after, hint=hint, related=trouble.opening)
+    hint, mend = f"write `end {opened.text};`", Insert(f" {opened.text}")
+    return Diagnostic("P102", message, trouble.after, hint=hint, related=trouble.opening, mend=mend)
 
 
 def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:

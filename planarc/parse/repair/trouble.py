@@ -9,12 +9,20 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.mend import Write
 from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Terminals, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 
 #: The words that open a block, as terminals and as written.
 BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}
+
+
+def instead(
+    message: str, span: Span, new: str, code: str = "P101", related: tuple[Related, ...] = ()
+) -> Diagnostic:
+    """The message that names what to write in the place of something."""
+    return Diagnostic(code, message, span, hint=f"write `{new}`", related=related, mend=Write(new))
 
 
 class StrayEnd(Diagnostic):

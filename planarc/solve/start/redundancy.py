@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING
 from planarc.ir.flat import StateSelect
 from planarc.ir.places import owner, point_home
@@ -136,6 +137,7 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
         hint="leave a parallel bar out, replace one of these joints by a freer one, or accept "
         f"them with {ACCEPTING}",
         related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
+        mend=Accept(),
     )
     return Redundant(point_home(program, found, joints[-1] if joints else infos[0].component))
 
