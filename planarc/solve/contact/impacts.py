@@ -232,25 +232,23 @@ class _Instant:
         `before` remembers how the touches fell after their last impact.
         """
         v, resting = self.u[: self._k], self.u[: self._k] <= self.still
-        found = self._solved(free, resting)
-        if found is None:
-            return None
         time: dict[int, float] = {}
-        for j in np.flatnonzero(~resting & (self._e < 1)):
-            falls = -found[j]
-            if falls <= 0:
-                continue
-            i = self.some[j]
-            lasts = 2 * v[j] / (falls * (1 - self._e[j]))
-            least = EXACT * first[i] if abs(falls - before[i]) <= STEADY * falls else low[i]
-            lowest = max(self._e[j] * max(least, low[i]), math.sqrt(2 * falls * CLEAR))
-            before[i] = falls
-            if v[j] < lowest or lasts < short:
-                time[int(j)] = float(lasts)
-        if time:
-            resting[list(time)] = True
+        while True:  # what begins to rest may be what the next one falls onto
             found = self._solved(free, resting)
-        return None if found is None else time
+            if found is None:
+                return None
+            begun = len(time)
+            for j in np.flatnonzero(~resting & (self._e < 1) & (found < 0)):
+                falls, i = -float(found[j]), self.some[j]
+                lasts = 2 * v[j] / (falls * (1 - self._e[j]))
+                least = EXACT * first[i] if abs(falls - before[i]) <= STEADY * falls else low[i]
+                lowest = max(self._e[j] * max(least, low[i]), math.sqrt(2 * falls * CLEAR))
+                before[i] = falls
+                if v[j] < lowest or lasts < short:
+                    time[int(j)] = float(lasts)
+            if len(time) == begun:
+                return time
+            resting[list(time)] = True
 
     def height(self, first: Vector) -> float:
         """The height of the lowest bounce that begins here, as a part of its first one."""
