@@ -11,7 +11,7 @@ Example, a pendulum: m*L^2*der(w) = -m*g*L*sin(phi), der(phi) = w
     rest          what only results show
 
 Needs:     the promises of `structure` (ir.sorted).
-Promises:  `ir.check.program.check` finds nothing to complain of; the same input gives the
+Promises:  `tests/ir/check/program.py` finds nothing to complain of; the same input gives the
            same program, number for number.
 """
 

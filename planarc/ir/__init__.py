@@ -2,5 +2,5 @@
 
 syntax -> flat -> dae -> sorted -> program -> result      one module a stage's data
 expr, calculus, actions        the expression tree from `dae` to `program`
-check/, text/                  checkers and printers of these data
+text/                          printers of these data; their checkers are tests/ir/check/
 """

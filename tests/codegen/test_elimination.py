@@ -11,10 +11,10 @@ import pytest
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
-from planarc.ir.check.program import check
 from planarc.ir.program import Program
 from planarc.ir.sorted import Block, SortedDae
 from planarc.solve.kernels import load
+from tests.ir.check.program import check
 
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
     "numpy": source,

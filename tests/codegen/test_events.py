@@ -12,11 +12,11 @@ from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
 from planarc.core.source import NOWHERE
-from planarc.ir.check.program import check
 from planarc.ir.dae import Kind, Reinit, Relation, Sampler, Variable, When
 from planarc.ir.program import Program
 from planarc.ir.sorted import Alias, Assignment, Block, SortedDae
 from planarc.solve.kernels import load
+from tests.ir.check.program import check
 
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
     "numpy": source,

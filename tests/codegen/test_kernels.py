@@ -12,11 +12,11 @@ from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import kernel_source
 from planarc.codegen.pipeline import generate
 from planarc.evaluate.value import evaluate
-from planarc.ir.check.program import check
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.program import Program
 from planarc.ir.sorted import Assignment, SortedDae
 from planarc.solve.kernels import load
+from tests.ir.check.program import check
 
 MODELS = ("filter", "pendulum", "four_bar", "nonlinear", "switched")
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {

@@ -14,11 +14,11 @@ from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
 from planarc.evaluate.value import evaluate
-from planarc.ir.check.program import check
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.program import Program
 from planarc.ir.sorted import Block
 from planarc.solve.kernels import load
+from tests.ir.check.program import check
 
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
     "numpy": source,

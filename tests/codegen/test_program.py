@@ -9,11 +9,11 @@ import pytest
 
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
-from planarc.ir.check.program import check
 from planarc.ir.program import Let, Program
 from planarc.ir.sorted import Alias, Block, SortedDae
 from planarc.ir.store import dumps, loads
 from planarc.solve.kernels import load
+from tests.ir.check.program import check
 
 
 def run(program: Program, y: list[float], t: float = 0.0) -> dict[str, float]:

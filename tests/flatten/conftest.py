@@ -12,8 +12,8 @@ from planarc.core.source import Source
 from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
 from planarc.ir import flat
-from planarc.ir.check.flat import check_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
+from tests.ir.check.flat import check_model
 
 
 @pytest.fixture

@@ -91,8 +91,8 @@ def execute(command: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str,
 
 
 def syntax(path: Path) -> str:
-    from planarc.ir.text.syntax import definition_text
     from planarc.parse.parser import parse_file
+    from tests.ir.text.syntax import definition_text
 
     return definition_text(parse_file(path, path.name))
 

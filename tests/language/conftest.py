@@ -29,9 +29,9 @@ from planarc.core.resources import stdlib
 from planarc.core.source import Source
 from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
-from planarc.ir.check.flat import check_model
 from planarc.ir.text.flat import print_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
+from tests.ir.check.flat import check_model
 
 _CASE = re.compile(r"^\[case (.*)\]$", re.MULTILINE)
 _OUTCOME = re.compile(r"^\[(flat|errors)\]\n", re.MULTILINE)

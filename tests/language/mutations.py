@@ -21,9 +21,9 @@ from planarc.core.resources import stdlib
 from planarc.core.source import Source
 from planarc.flatten.library.library import Library
 from planarc.flatten.pipeline import flatten
-from planarc.ir.check.flat import check_model
 from planarc.ir.text.flat import print_model
 from planarc.parse.parser import parse_annotation, parse_file, parse_text
+from tests.ir.check.flat import check_model
 
 TOKEN = re.compile(r"[A-Za-z_]\w*|\d+(?:\.\d+)?|\"[^\"]*\"|:=|<=|>=|<>|==|\.\*|\s+|.", re.DOTALL)
 CASE = re.compile(r"^\[case .*\]$", re.MULTILINE)

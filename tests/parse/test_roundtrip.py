@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from planarc.core.source import NOWHERE, Source, Span
 from planarc.ir import syntax as s
 from planarc.ir.text.expression import expression_text
-from planarc.ir.text.syntax import class_text, definition_text
 from planarc.parse.parser import parse_expression, parse_text
+from tests.ir.text.syntax import class_text, definition_text
 
 ANNOTATION = Source("annotation", '(Icon(a = "(", b = {1, 2}))')
 QUICK = settings(

@@ -15,13 +15,13 @@ from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
 from planarc.evaluate.value import evaluate
-from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae, Equation, Kind, Parameter, Relation, Variable
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Assignment, Block, SortedDae
 from planarc.runtime.elementary import TABLE
 from planarc.structure.pipeline import structure
+from tests.ir.check.sorted import check_sorted
 
 
 def read_text(table: Exprs, source: str) -> Expr:

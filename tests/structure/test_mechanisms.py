@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae
 from planarc.ir.sorted import Block, SortedDae
 from planarc.structure.pipeline import structure
+from tests.ir.check.sorted import check_sorted
 
 Make = Callable[..., Dae]
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.evaluate.value import evaluate
-from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, symbols, text
 from planarc.ir.sorted import SortedDae
 from planarc.structure.pipeline import structure
+from tests.ir.check.sorted import check_sorted
 
 SIZE = 5
 VALUES = {"p": 1.7, "q": -0.6}

@@ -11,11 +11,11 @@ import pytest
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
 from planarc.core.diagnostic import PlanarcError
-from planarc.ir.check.sorted import check_sorted
 from planarc.ir.dae import Dae
 from planarc.solve.kernels.numpy.kernel import NumpyKernel
 from planarc.structure.pipeline import structure
 from planarc.structure.sharing import share_forces, surplus_equations
+from tests.ir.check.sorted import check_sorted
 
 Maker = Callable[..., Dae]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planarc.core.prose import counted
+from planarc.core.source import NOWHERE, Span
 from planarc.ir.expr import symbol_text, text
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Alias, Assignment, Block, Level, Residual, SortedDae
-from planarc.ir.text.dae import noted
 
 
 def sorted_text(model: SortedDae, *, aliases: bool = False) -> str:
@@ -109,3 +109,10 @@ def _start(model: SortedDae) -> list[str]:
 def _is_variable(model: SortedDae, alias: Alias) -> bool:
     parameters = {p.name for p in model.dae.parameters}
     return alias.target.is_symbol and alias.target.name not in parameters
+
+
+def noted(line: str, span: Span) -> str:
+    """A line with the place it came from, `model.pmo:12`, where a file holds it."""
+    if span is NOWHERE or span.source.name == NOWHERE.source.name:
+        return line
+    return f"{line}  // {span.source.name.rsplit('/', 1)[-1]}:{span.line}"

@@ -13,8 +13,8 @@ from planarc.catalog.format.formatter import format_text
 from planarc.catalog.format.pieces import cut
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Source
-from planarc.ir.text.syntax import definition_text
 from planarc.parse.parser import parse_text
+from tests.ir.text.syntax import definition_text
 
 ROOT = Path(__file__).parents[3]
 FOLDERS = [*(ROOT / "stdlib").iterdir(), ROOT / "examples", ROOT / "tests" / "cases"]

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from planarc.core.source import NOWHERE
 from planarc.ir import flat
-from planarc.ir.check.flat import BrokenPromise, check_model
+from tests.ir.check.flat import BrokenPromise, check_model
 
 X = flat.Variable("x", flat.REAL, flat.Variability.CONTINUOUS)
 ONE = flat.Literal(flat.REAL, NOWHERE, 1.0)

@@ -8,8 +8,8 @@ import pytest
 from msgspec.structs import replace
 
 import planarc
-from planarc.ir.check.program import BrokenProgramError, check
 from planarc.ir.program import Let
+from tests.ir.check.program import BrokenProgramError, check
 
 FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 

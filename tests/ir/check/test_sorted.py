@@ -6,7 +6,6 @@ import pytest
 from msgspec.structs import replace
 
 from planarc.core.source import Source, Span
-from planarc.ir.check.sorted import BrokenPromise, check_sorted
 from planarc.ir.dae import (
     Assertion,
     Dae,
@@ -34,8 +33,9 @@ from planarc.ir.sorted import (
     SortedDae,
     SourceEquation,
 )
-from planarc.ir.text.dae import dae_text
 from planarc.ir.text.sorted import sorted_text
+from tests.ir.check.sorted import BrokenPromise, check_sorted
+from tests.ir.text.dae import dae_text
 
 TEXT = "w = der(phi)\ny = L*cos(phi)\nL*der(w) + g*sin(phi) = 0\n"
 SOURCE = Source("models/pendulum.pmo", TEXT)

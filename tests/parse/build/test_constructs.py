@@ -8,8 +8,8 @@ import pytest
 
 from planarc.core.source import Source
 from planarc.ir import syntax
-from planarc.ir.text.syntax import definition_text
 from planarc.parse.parser import parse_annotation, parse_text
+from tests.ir.text.syntax import definition_text
 
 ELEMENTS = """
 import A.B

@@ -1,30 +1,17 @@
-"""Prints a Dae: one line an item, for `planarc compile --emit dae` and golden tests."""
+"""A Dae as text: one line an item."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Impact, Message, Reinit, SetDiscrete, Terminate, Variable
 from planarc.ir.expr import symbol_text, text
 from planarc.ir.flat import StateSelect
+from planarc.ir.text.sorted import noted
 
 
 def dae_text(dae: Dae) -> str:
     return "\n".join(_lines(dae)) + "\n"
-
-
-def place(span: Span) -> str:
-    """`model.pmo:12`, or nothing for what no file holds."""
-    if span is NOWHERE or span.source.name == NOWHERE.source.name:
-        return ""
-    return f"{span.source.name.rsplit('/', 1)[-1]}:{span.line}"
-
-
-def noted(line: str, span: Span) -> str:
-    """A line with the place it came from."""
-    where = place(span)
-    return f"{line}  // {where}" if where else line
 
 
 def _lines(dae: Dae) -> Iterator[str]:
