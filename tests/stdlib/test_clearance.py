@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from math import atan, cos, pi, sin, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
 
 import planarc
+from tests.stdlib.small import FREE, G, both_backends, run
 
-both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-G = 9.81
 #: A disc of 2 kg whose rim is a pin of 10 mm in a hole of 11 mm.
 PIN = """
   Parts.Body disc(m=2, I=1e-4, r(start={r}, each fixed=true), v(start={v}, each fixed=true),
@@ -36,20 +32,6 @@ equation
   connect(lever.frame_b, pull.frame_b);
   pull.force = {{{force}, 0}};
 """
-FREE = "gravityType=PlanarMultiBody.Types.GravityTypes.NoGravity"
-
-
-@cache
-def model(body: str, world: str, backend: str) -> planarc.Model:
-    text = (
-        f"model Test\n  import PlanarMultiBody.*;\n  inner World world({world});\n{body}end Test;\n"
-    )
-    return planarc.load(text, backend=backend)
-
-
-def run(body: str, stop: float, backend: str, world: str = "", **options: Any) -> Any:
-    options = {"tolerance": 1e-10, **options}
-    return model(body, world, backend).simulate(stop_time=stop, backend=backend, **options)
 
 
 def pin(law: str, r: str = "{0, 0}", v: str = "{0, 0}") -> str:

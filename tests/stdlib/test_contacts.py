@@ -6,7 +6,6 @@ they do in a `Contact`; the contours, each a `BaseContour`, by what touches them
 
 from __future__ import annotations
 
-from functools import cache
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -14,10 +13,8 @@ import numpy as np
 import pytest
 
 import planarc
+from tests.stdlib.small import G, both_backends, run
 
-both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-G = 9.81
 BALL = """
   Parts.Body ball(m=2, I=0.008, r(start={{{x!r}, {y!r}}}, each fixed=true),
     v(start={{{v!r}, 0}}, each fixed=true), phi(start=0, fixed=true), w(start=0, fixed=true));
@@ -39,19 +36,6 @@ equation
   connect(world.frame_b, contact.frame_b);
 """
 COMPLIANT = "law=Types.ContactLaw.Compliant, c=1e8, "
-
-
-@cache
-def model(body: str, world: str, backend: str) -> planarc.Model:
-    text = (
-        f"model Test\n  import PlanarMultiBody.*;\n  inner World world({world});\n{body}end Test;\n"
-    )
-    return planarc.load(text, backend=backend)
-
-
-def run(body: str, stop: float, backend: str, world: str = "", **options: Any) -> Any:
-    options = {"tolerance": 1e-10, **options}
-    return model(body, world, backend).simulate(stop_time=stop, backend=backend, **options)
 
 
 def ball(law: str, y: float = 0.1, v: float = 0.0, angle: float = 0.0) -> str:

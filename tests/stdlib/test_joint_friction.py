@@ -5,19 +5,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from math import asin, atan, cos, sin
-from typing import Any
 
 import numpy as np
 import pytest
 
 import planarc
+from tests.stdlib.small import FREE, G, both_backends, run
 
-both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-G = 9.81
-FREE = "gravityType=PlanarMultiBody.Types.GravityTypes.NoGravity"
 SINE = sin(atan(0.3))
 HINGE = """
   Joints.RevoluteWithFriction hinge(phi(start={phi!r}, fixed=true), w(start={w}, fixed=true),
@@ -50,19 +45,6 @@ equation
   connect(slide.frame_b, hinge.frame_a);
   connect(hinge.frame_b, rod.frame_a);
 """
-
-
-@cache
-def model(body: str, world: str, backend: str) -> planarc.Model:
-    text = (
-        f"model Test\n  import PlanarMultiBody.*;\n  inner World world({world});\n{body}end Test;\n"
-    )
-    return planarc.load(text, backend=backend)
-
-
-def run(body: str, stop: float, backend: str, world: str = "", **options: Any) -> Any:
-    options = {"tolerance": 1e-10, **options}
-    return model(body, world, backend).simulate(stop_time=stop, backend=backend, **options)
 
 
 def slide(

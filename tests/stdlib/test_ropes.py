@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import partial
 from math import acos, asin, cos, exp, pi, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
 
-import planarc
+from tests.stdlib import small
+from tests.stdlib.small import G, both_backends
 
-both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-G = 9.81
 ROPE = """
   Parts.PointMass mass(m=2, r(start={r}, each fixed=true), v(start={v}, each fixed=true),
     fixAngle=true);
@@ -42,15 +39,7 @@ equation
 """
 
 
-@cache
-def model(body: str, backend: str) -> planarc.Model:
-    text = f"model Test\n  import PlanarMultiBody.*;\n  inner World world;\n{body}end Test;\n"
-    return planarc.load(text, backend=backend)
-
-
-def run(body: str, stop: float, backend: str, **options: Any) -> Any:
-    options = {"tolerance": 1e-12, **options}
-    return model(body, backend).simulate(stop_time=stop, backend=backend, **options)
+run = partial(small.run, tolerance=1e-12)
 
 
 @both_backends

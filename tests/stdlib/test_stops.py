@@ -5,18 +5,14 @@ Each has two of `Internal.Touch`, kept by the `PartialStops` that both extend.
 
 from __future__ import annotations
 
-from functools import cache
 from math import cos, pi, sqrt
 from typing import Any
 
 import numpy as np
 import pytest
 
-import planarc
+from tests.stdlib.small import FREE, G, both_backends, run
 
-both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-G = 9.81
 SLIDE = """
   Joints.Prismatic slide(n={{1, 0}}, s(start={s}, fixed=true), v(start={v}, fixed=true));
   Parts.Body mass(m=2);
@@ -37,21 +33,7 @@ equation
   connect(hinge.frame_a, stops.frame_a);
   connect(hinge.frame_b, stops.frame_b);
 """
-FREE = "gravityType=PlanarMultiBody.Types.GravityTypes.NoGravity"
 INERTIA = 0.3 + 2 * 0.5**2
-
-
-@cache
-def model(body: str, world: str, backend: str) -> planarc.Model:
-    text = (
-        f"model Test\n  import PlanarMultiBody.*;\n  inner World world({world});\n{body}end Test;\n"
-    )
-    return planarc.load(text, backend=backend)
-
-
-def run(body: str, stop: float, backend: str, world: str = FREE, **options: Any) -> Any:
-    options = {"tolerance": 1e-10, **options}
-    return model(body, world, backend).simulate(stop_time=stop, backend=backend, **options)
 
 
 def column(r: Any, name: str) -> Any:
@@ -62,7 +44,7 @@ def column(r: Any, name: str) -> Any:
 def test_a_slide_strikes_its_stops_at_known_times(backend: str) -> None:
     """Each way of 1 m takes 1/e as long as the last one."""
     body = SLIDE.format(s=0, v=1, law="s_min=-1, s_max=1, e=0.8")
-    r = run(body, 10, backend)
+    r = run(body, 10, backend, world=FREE)
     speeds = 0.8 ** np.arange(5)
     times = np.cumsum([1, *(2 / speeds[1:])])
     times = times[times < 10]
@@ -89,7 +71,7 @@ def test_a_slide_rests_on_its_stop_at_the_end_of_the_series(backend: str) -> Non
 def test_a_bar_falls_on_its_stop_and_the_stop_bears_it(backend: str) -> None:
     """w = sqrt(2*m*g*r*sin(phi)/I) at the stop, whose impulse at the radius R is I*w/R."""
     body = HINGE.format(w=0, law="phi_min=-0.5, phi_max=1, R=0.25")
-    r = run(body, 2, backend, world="")
+    r = run(body, 2, backend)
     speed = sqrt(2 * 2 * G * 0.5 * np.sin(0.5) / INERTIA)
     (lands,) = r.events
     assert r["hinge.w"].min() == pytest.approx(-speed, abs=1e-8)
@@ -104,7 +86,7 @@ def test_a_bar_falls_on_its_stop_and_the_stop_bears_it(backend: str) -> None:
 @both_backends
 def test_a_hinge_gives_back_its_restitution_at_both_stops(backend: str) -> None:
     body = HINGE.format(w=2, law="phi_min=-1, phi_max=0.5, e=0.7")
-    r = run(body, 3, backend)
+    r = run(body, 3, backend, world=FREE)
     times = np.cumsum([0.25, 1.5 / 1.4, 1.5 / 0.98])
     np.testing.assert_allclose([e.time for e in r.events], times, rtol=0, atol=1e-9)
     assert r["hinge.w"][-1] == pytest.approx(-2 * 0.7**3, abs=1e-9)
@@ -114,7 +96,7 @@ def test_a_hinge_gives_back_its_restitution_at_both_stops(backend: str) -> None:
 def test_an_elastic_stop_is_a_spring_while_it_is_touched(backend: str) -> None:
     """Half a period of contact, and the depth in which the spring has taken all energy."""
     law = "law=Types.ContactLaw.Compliant, s_max=0.5, e=1, c=200"
-    r = run(SLIDE.format(s=0, v=1, law=law), 2, backend, intervals=2000)
+    r = run(SLIDE.format(s=0, v=1, law=law), 2, backend, world=FREE, intervals=2000)
     meets, parts = (e.time for e in r.events)
     assert meets == pytest.approx(0.5, abs=1e-9)
     assert parts - meets == pytest.approx(pi * sqrt(2 / 200), abs=1e-7)
@@ -126,10 +108,10 @@ def test_an_elastic_stop_is_a_spring_while_it_is_touched(backend: str) -> None:
 @both_backends
 def test_a_loop_rattles_between_stops_without_gaining_energy(backend: str) -> None:
     """A four-bar whose rocker is stopped: with e = 1 its energy stays, with e = 0.6 it falls."""
-    r = run(FOURBAR.format(e=1), 2, backend, world="")
+    r = run(FOURBAR.format(e=1), 2, backend)
     assert len(r.events) >= 3
     np.testing.assert_allclose(energy_of(r), energy_of(r)[0], atol=1e-6)
-    r = run(FOURBAR.format(e=0.6), 2, backend, world="")
+    r = run(FOURBAR.format(e=0.6), 2, backend)
     assert (np.diff(energy_of(r)) < 1e-6).all()
     assert energy_of(r)[-1] < energy_of(r)[0] - 0.1
 

@@ -9,8 +9,9 @@ Out:  Solution    the forces, the motion, and the case of each touch; None where
     slip      sticks |t| <= mu*n, u_t = 0;    slides t = -way*mu*n, way*u_t >= 0;    idle t = 0
 
 All cases are tried for up to three touches, those with the fewest forces first; above, Lemke's
-method finds them (`lemke`), to rounding or, where touches depend on each other, loosely. Equations of touches that say the same (two corners that stick) are
-left to one of them, and the other idles.
+method finds them (`lemke`), to rounding or, where touches depend on each other, loosely.
+Equations of touches that say the same (two corners that stick) are left to one of them, and the
+other idles.
 
 Example: a ball of 2 kg on the floor: a = [[0.5]], b = [-9.81], n = 19.62.
 
