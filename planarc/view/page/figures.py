@@ -17,8 +17,6 @@ from planarc.ir.result import Result
 #: The most curves of a figure that nobody chose: more cannot be told apart.
 LIMIT = 6
 
-_BODIES = (".Body", ".PointMass")
-
 
 class Figure(Data):
     """Curves in one plot; `on` shows it when the page opens."""
@@ -36,7 +34,7 @@ def choose_figures(
     own = _documented(result, formulas)
     mechanism = result.program.mechanism
     held = set() if mechanism is None else {joint.name for joint in mechanism.joints}
-    joints = [name for name, _ in _parts(result) if name in held]
+    joints = [part.name for part in result.program.parts if part.name in held]
     known = () if insight is None else insight.figures
     there = {name for figure in own if figure.on for name in figure.curves}
     driving = [n for title, curves, _ in known if title == DRIVES for n in curves]
@@ -45,7 +43,8 @@ def choose_figures(
         found.append(Figure("Joints", _changing(result, _names(joints, ("phi", "s"))), not own))
         found.append(Figure("Joint speeds", _changing(result, _names(joints, ("w", "v")))))
     else:
-        bodies = [name for name, kind in _parts(result) if kind.endswith(_BODIES)]
+        moving = {d.component for d in result.program.declared if d.name == "kinetic"}
+        bodies = [part.name for part in result.program.parts if part.name in moving]
         coordinates = _changing(result, _names(bodies, ("r[1]", "r[2]", "phi")))
         found.append(Figure("Bodies", coordinates, not own))
     top = [c.name for c in result.program.columns if "." not in c.name and not c.protected]
@@ -78,10 +77,6 @@ def _documented(result: Result, formulas: Collection[str]) -> list[Figure]:
     if found and not any(f.on for f in found):
         found[0] = Figure(found[0].title, found[0].curves, True)
     return found
-
-
-def _parts(result: Result) -> Iterable[tuple[str, str]]:
-    return ((p.name, p.class_name) for p in result.program.parts)
 
 
 def _names(parts: Iterable[str], variables: Sequence[str]) -> list[str]:

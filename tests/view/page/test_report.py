@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+import planarc
 from planarc.core.diagnostic import UsageError
 from planarc.ir.expr import Exprs
 from planarc.ir.flat import Part
@@ -112,6 +113,31 @@ def test_what_has_no_room_is_left_out_and_counted(
     assert "x49" in names
     assert 2 < len(names) < 50
     assert data["left_out"] == 50 - len(names)
+
+
+def test_a_body_of_the_users_own_is_shown_where_no_joint_is() -> None:
+    """A body is what says that it has kinetic energy, whatever its class is called."""
+    text = """model Flight
+  inner PlanarMultiBody.World world;
+  model Brick
+    extends PlanarMultiBody.Interfaces.PartialOneFrame_a;
+    SI.Position r[2](start={0, 0}, each fixed=true);
+    SI.Velocity v[2](start={1, 2}, each fixed=true);
+  equation
+    r = frame_a.r;
+    v = der(r);
+    frame_a.f = 2*(der(v) - {0, -9.81});
+    frame_a.phi = 0;
+    annotation(__planarc(energy(kinetic=v*v)));
+  end Brick;
+  import Modelica.Units.SI;
+  Brick brick;
+end Flight;
+"""
+    (figure,) = (
+        f for f in choose_figures(planarc.load(text).simulate().rows) if f.title == "Bodies"
+    )
+    assert figure.curves == ("brick.r[1]", "brick.r[2]")
 
 
 def test_texts_of_a_model_cannot_become_markup(pendulum: Callable[..., Any]) -> None:
