@@ -256,6 +256,13 @@ def rocks_from_corner_to_corner(r: Any) -> None:
     np.testing.assert_allclose(times, known, atol=1e-4)
 
 
+def rolls_in_its_bowl(r: Any) -> None:
+    lean = np.arctan2(r["body.r[1]"], -r["body.r[2]"])
+    np.testing.assert_allclose(r["body.phi"], -0.69 / 0.31 * lean, atol=1e-5)
+    np.testing.assert_allclose(np.hypot(r["body.r[1]"], r["body.r[2]"]), 0.69, atol=1e-6)
+    assert lean.min() < -0.29 and not r.events
+
+
 def passes_the_blow_on(r: Any) -> None:
     assert r["hinge[5].phi"].max() == pytest.approx(0.5, abs=1e-3)
     assert r["hinge[1].phi"].min() == pytest.approx(-0.5, abs=1e-3)
@@ -318,6 +325,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.SoftLanding": yields_where_it_lands,
     "Contacts.OffTheLedge": falls_off_its_ledge,
     "Contacts.RockingBlock": rocks_from_corner_to_corner,
+    "Contacts.RockerInBowl": rolls_in_its_bowl,
     "Contacts.NewtonsCradle": passes_the_blow_on,
     "Contacts.SwingDoor": closes_on_its_stop,
     "Contacts.WornSliderCrank": rattles_in_its_clearance,
