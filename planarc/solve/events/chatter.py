@@ -23,8 +23,9 @@ CHATTER_COUNT, CHATTER_TIME = 100, 1e-6
 LOW, FIRST = 1e3, 0.02
 #: Switches in a row, each smaller than the tolerance resolves, that are chattering too.
 TINY_COUNT = 8
-#: One that is found only after its root counts so often.
-LATE = 4
+#: One that is found only after its root counts so often, and so does one that is smaller than the
+#: tolerance by this factor: the next may be none but rounding, which no integrator sees.
+LATE, SMALL = 4, 1e-3
 
 
 class Chatter:
@@ -57,7 +58,8 @@ class Chatter:
             since = t - self._last_switch.get(i, self._start)
             part = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
             tiny = part < self._tolerance and i in self._last_switch
-            self._tiny[i] = self._tiny.get(i, 0) + 1 if tiny else 0
+            weight = LATE if part < SMALL * self._tolerance else 1
+            self._tiny[i] = self._tiny.get(i, 0) + weight if tiny else 0
             self._last_switch[i] = t
             again, self._truth[i] = self._truth.get(i, truth) == truth, truth
             height = part * min(self._crossings.largest[i], 1.0)
