@@ -24,7 +24,6 @@ from planarc.cli.exits import Exit, exit_code
 from planarc.cli.outcome import Outcome
 from planarc.cli.streams import CannotPrint, silence
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake
-from planarc.core.nearest import nearest, synonyms
 
 #: The commands with the examples of their help, in its order. Each is a function in a file of its
 #: name, and imported when it is asked for: all of them together would take half of a check's time.
@@ -196,6 +195,8 @@ def _usage(error: Exception) -> Diagnostic:
     near = re.findall(r"'([^']*)'", advice)
     option = getattr(error, "option_name", None)
     if option is not None and hasattr(error, "possibilities"):
+        from planarc.core.nearest import nearest, synonyms
+
         command = getattr(getattr(error, "ctx", None), "command", None)
         known = [o.strip("-") for p in getattr(command, "params", ()) for o in p.opts]
         said = synonyms(option.strip("-"), known) or nearest(option.strip("-"), known)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from planarc.core.arrays import Vector
+from planarc.core.arrays import Vector, spread
 from planarc.core.data import Data
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -46,7 +46,7 @@ def find_closeness(result: Result, kernel: Kernel) -> Closeness | None:
     blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 1 and b.residuals]
     if not blocks or not len(result.time):
         return None
-    rows = np.unique(np.linspace(0, len(result.time) - 1, ROWS).astype(int))
+    rows = spread(len(result.time), ROWS)
     for parameter in program.parameter_slots:
         if parameter.slot in result.constants:
             kernel.w[parameter.slot] = result.constants[parameter.slot]

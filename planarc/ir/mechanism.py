@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.disjoint import DisjointSets
 
 #: The number of the link that does not move.
 GROUND = 0
@@ -70,6 +69,8 @@ class Mechanism(Data):
     @property
     def loops(self) -> int:
         """Independent loops: the cycles of the graph of links and joints (Euler)."""
+        from planarc.core.disjoint import DisjointSets
+
         joined = DisjointSets(range(len(self.links)))
         merged = sum(joined.join(j.links[0], other) for j in self.joints for other in j.links[1:])
         return self.pairs - merged

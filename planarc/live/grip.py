@@ -27,7 +27,7 @@ from msgspec.structs import replace
 
 from planarc.api.analysis.assemble import position_names, position_stage
 from planarc.api.analysis.point import starts_at
-from planarc.core.arrays import Vector
+from planarc.core.arrays import Vector, spread
 from planarc.ir.mechanism import GROUND
 from planarc.live.follow import Pose, Tie, follow, tie
 from planarc.solve.opened import open_program
@@ -140,7 +140,7 @@ class Grip:
         """How the items of the scene hang on the links: seen at positions nearby, beside rows of
         the run, by which sizes in the picture are measured."""
         result = self._result
-        keep = np.unique(np.linspace(0, len(result.time) - 1, _ROWS).astype(int))
+        keep = spread(len(result.time), _ROWS)
         slots = sorted(result.stored, key=lambda slot: result.stored[slot])
         near, poses = [], []
         for u in self._nearby():

@@ -15,7 +15,6 @@ from msgspec import Struct, field
 from planarc.core.cache import key
 from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import read_plain
-from planarc.core.nearest import did_you_mean
 from planarc.core.resources import stdlib
 from planarc.core.source import Source, decode
 
@@ -58,6 +57,8 @@ def content_of(path: Path) -> bytes:
     try:
         return read_plain(path)
     except FileNotFoundError:
+        from planarc.core.nearest import did_you_mean
+
         hint = did_you_mean(path.name, _siblings(path))
         raise usage_error("C101", f"there is no file `{path}`", hint=hint) from None
     except IsADirectoryError:

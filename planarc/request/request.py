@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.mend import Meant
-from planarc.core.nearest import did_you_mean
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import be, shortened, ticked
 from planarc.core.resources import stdlib
@@ -192,6 +191,8 @@ def _several(
 
 
 def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
+    from planarc.core.nearest import did_you_mean
+
     package, _, last = wanted.rpartition(".")
     inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
     known = list(dict.fromkeys((*names, *inside)))

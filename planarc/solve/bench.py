@@ -18,8 +18,6 @@ from planarc.solve.events.delays import Delays
 from planarc.solve.events.instants import Schedule
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
-from planarc.solve.messages import failure
-from planarc.solve.messages.open_unknowns import judge_open
 from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder
@@ -115,6 +113,8 @@ class Bench:
         way: float | None = None,
     ) -> Diagnostic:
         """The message about a run that cannot go on from here."""
+        from planarc.solve.messages import failure
+
         scene = failure.Scene(
             self.program,
             self.kernel,
@@ -130,6 +130,10 @@ class Bench:
     def _judge_open(self, t: float, y: Sequence[float]) -> None:
         """Warn of what the equations leave open in this mode, once for each block."""
         block = self.kernel.open_block
+        if block < 0:
+            return
+        from planarc.solve.messages.open_unknowns import judge_open
+
         found = judge_open(self.program, self.kernel, t, y, self.open_blocks)
         if found is None:
             return

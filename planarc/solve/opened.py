@@ -8,6 +8,8 @@ Runs begin so, and so does whoever asks what a mechanism can do at its start.
 
 from __future__ import annotations
 
+import math
+
 from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE
@@ -16,7 +18,6 @@ from planarc.ir.places import declaration
 from planarc.ir.program import Program
 from planarc.runtime import external
 from planarc.solve.events.iteration import Events
-from planarc.solve.messages import failure
 from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request, resolve
@@ -40,7 +41,7 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     for slot, value in request.values.items():
         w[slot] = value
     flag = kernel.parameters()
-    bad = failure.constant_not_finite(program, kernel)
+    bad = _not_finite(program, kernel)
     if flag != 0 or bad:
         spans = {f"parameter `{p.name}`": (p.name, p.span) for p in program.parameter_slots}
         name, span = spans.get(bad, (bad.strip("`"), NOWHERE))
@@ -54,6 +55,22 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
         w[slot] = value
     for name in program.inputs:  # what nobody drives keeps its start value
         w[program.slots[name]] = w[program.slots[f"start({name})"]]
+
+
+def _not_finite(program: Program, kernel: Kernel) -> str:
+    """The first parameter, constant or variable that never changes without a finite value,
+    or nothing."""
+    # Their slots stand before those of the candidates; a sum tells of all at once.
+    end = program.candidates[0].slot if program.candidates else len(kernel.w)
+    if math.isfinite(sum(map(float, kernel.w[:end]))):  # of NumPy's, too: these would warn
+        return ""
+    for p in program.parameter_slots:
+        if not math.isfinite(kernel.w[p.slot]):
+            return f"parameter `{p.name}`"
+    for c in program.columns:
+        if c.constant and not math.isfinite(kernel.w[c.slot]):
+            return f"`{c.name}`"
+    return ""
 
 
 @once

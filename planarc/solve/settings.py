@@ -15,10 +15,8 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
-from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.options import FIXED_STEP, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
-from planarc.core.unit import looks_like_degrees, turns
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
@@ -83,6 +81,10 @@ def resolve(program: Program, options: RunOptions) -> Request:
 
 def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     """Warnings of given values that lie outside of their bounds, or look like degrees (R409)."""
+    if not (options.values or options.starts):
+        return ()
+    from planarc.core.unit import looks_like_degrees, turns
+
     known, columns = _parameters(program), _units(program) if options.starts else {}
     found: list[tuple[str, str | None]] = []
     for name, value in options.values.items():
@@ -255,6 +257,8 @@ def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[st
 
 
 def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:
+    from planarc.core.nearest import did_you_mean
+
     return _usage(
         code, f"there is no {kind} `{name}` in the model", said(did_you_mean(name, known))
     )
@@ -293,6 +297,8 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
             raise _unknown("R406", "variable", name, columns)
         slot, sign = columns[name]
         if slot not in slots:
+            from planarc.core.nearest import nearest
+
             choices = [c.display for c in program.candidates]
             near = nearest(name, choices, cutoff=0.0)
             raise _usage(

@@ -19,22 +19,6 @@ from planarc.solve.messages import trouble
 from planarc.solve.solvers.integrator import Cause
 
 
-def constant_not_finite(program: Program, kernel: Kernel) -> str:
-    """The first parameter, constant or variable that never changes without a finite value,
-    or nothing."""
-    # Their slots stand before those of the candidates; a sum tells of all at once.
-    end = program.candidates[0].slot if program.candidates else len(kernel.w)
-    if math.isfinite(sum(map(float, kernel.w[:end]))):  # of NumPy's, too: these would warn
-        return ""
-    for p in program.parameter_slots:
-        if not math.isfinite(kernel.w[p.slot]):
-            return f"parameter `{p.name}`"
-    for c in program.columns:
-        if c.constant and not math.isfinite(kernel.w[c.slot]):
-            return f"`{c.name}`"
-    return ""
-
-
 class Scene(Data):
     """All that is known of a run when it cannot go on."""
 

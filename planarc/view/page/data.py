@@ -156,7 +156,9 @@ def thin_rows(count: int, columns: Sequence[Vector], limit: int = ROWS) -> Any:
         padded[count:] = column[-1]  # the last row again, so that all stretches are as long
         stretches = np.nan_to_num(padded).reshape(len(starts), length)
         keep += [starts + stretches.argmin(axis=1), starts + stretches.argmax(axis=1)]
-    return np.minimum(np.unique(np.concatenate(keep)), count - 1)
+    kept = np.zeros(count, dtype=bool)
+    kept[np.minimum(np.concatenate(keep), count - 1)] = True
+    return np.flatnonzero(kept)
 
 
 def _item(item: Item, put: Any, shapes: dict[Shape, int]) -> dict[str, Any]:

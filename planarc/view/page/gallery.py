@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from string import Template
 from typing import Any
 
-import numpy as np
-
+from planarc.core.arrays import spread
 from planarc.core.data import Data
 from planarc.view.page import assets
 from planarc.view.page.data import scene_data
@@ -46,9 +45,7 @@ def render_gallery(title: str, cards: Sequence[Card]) -> str:
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
-    count = len(scene.time)
-    rows = np.unique(np.linspace(0, count - 1, min(count, ROWS)).astype(int))
-    return scene_data(scene, rows)
+    return scene_data(scene, spread(len(scene.time), ROWS))
 
 
 def _card(number: int, card: Card) -> str:

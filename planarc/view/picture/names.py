@@ -19,7 +19,7 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from planarc.core.arrays import Vector
+from planarc.core.arrays import Vector, spread
 from planarc.view.item import Item, Kind, plain
 from planarc.view.linkage.palette import JOINT
 from planarc.view.picture.camera import Camera
@@ -63,7 +63,7 @@ def place_tags(motion: Motion, camera: Camera, foot: float) -> Motion:
     own = [item for item in motion.items if item.shape == "tag"][:_MOST]
     if not own:
         return motion
-    frames = np.unique(np.linspace(0, len(motion.times) - 1, _INSTANTS).astype(int)).tolist()
+    frames = spread(len(motion.times), _INSTANTS).tolist()
     points = [np.array([_point(item_at(i, f), camera) for f in frames]) for i in own]
     taken = [_box(p, 0.0, 0.0, 2 * _POINT, 2 * _POINT) for p in points]
     room = float(camera.width), camera.height - foot
