@@ -296,6 +296,31 @@ def rattles_in_its_clearance(r: Any) -> None:
     assert sum("impact" in e.causes[0] for e in r.events) > 10
 
 
+def rattles_where_the_load_cannot_follow(r: Any) -> None:
+    """The motor slows down faster than the bar does, whose weight turns the wheel, too."""
+    from scipy.optimize import brentq
+
+    falls = 9.81 * 0.5 / (0.5 + 0.01 / 0.05**2)
+    part = 0.05 / 2  # height of the bar by the motor's angle
+    parts = np.arcsin(falls / (part * 0.3 * 20**2)) / 20
+
+    def drive(t: Any) -> Any:
+        return part * (5 * t + 0.3 * np.sin(20 * t))
+
+    def play(t: float) -> float:
+        speed = part * (5 + 6 * np.cos(20 * parts))
+        flight = drive(parts) + speed * (t - parts) - falls / 2 * (t - parts) ** 2
+        return float(2e-3 - 2 * (flight - drive(t)))  # at the pitch circle
+
+    assert r.events[0].causes == ("`gear.ahead`: lets go",)
+    assert r.events[0].time == pytest.approx(parts, abs=1e-6)
+    meets = brentq(lambda t: play(t) + 2e-3, parts + 1e-3, 0.12)
+    assert r.events[1].causes[0].startswith("`gear.behind`: impact")
+    assert r.events[1].time == pytest.approx(meets, abs=1e-6)
+    held = r["gear.f"] < -1e-6  # N
+    np.testing.assert_allclose(r["slide.s"][held], drive(r["time"])[held], atol=1e-7)
+
+
 def runs_down_and_sticks(r: Any) -> None:
     assert abs(r["shaft.w"][-1]) < 1e-6
     taken = sum(r[f"{joint}.lossPower"] for joint in ("pin", "hinge", "guide"))
@@ -329,6 +354,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.NewtonsCradle": passes_the_blow_on,
     "Contacts.SwingDoor": closes_on_its_stop,
     "Contacts.WornSliderCrank": rattles_in_its_clearance,
+    "Contacts.RattlingGears": rattles_where_the_load_cannot_follow,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
     "Loops.RubbingCrankSlider": runs_down_and_sticks,

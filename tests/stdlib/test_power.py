@@ -49,6 +49,8 @@ TAKEN = {
     "Contacts.Contact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
     "Contacts.CurveCurveContact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
     "Contacts.ClearanceRevolute": "-{0}.touch.f_n*der({0}.gap) - {0}.touch.f_t*{0}.slip",
+    "Contacts.GearPair": "-{0}.f*der({0}.play) - {0}.press*der({0}.apart)",
+    "Contacts.Rack": "-{0}.f*der({0}.play) - {0}.press*der({0}.apart)",
     "Contacts.RevoluteStops": "-{0}.tau*der({0}.phi)",
     "Forces.Spring": LINE,
     "Forces.SpringDamperParallel": LINE,
