@@ -44,6 +44,7 @@ class Pages:
     def __init__(self, failed: Callable[[Exception], None]) -> None:
         self._open: dict[Key, LiveServer] = {}
         self._next: dict[Key, Edition] = {}
+        self._shown: dict[Key, Edition] = {}
         self._lock = Lock()
         self._worker = Worker(self._show, failed, 0.0)
 
@@ -90,10 +91,11 @@ class Pages:
         self._worker.ask(key)
 
     def _show(self, key: Key, wanted: Wanted) -> None:
-        page, edition = self._open.get(key), self._next[key]
+        page, edition = self._open.get(key), self._next.get(key)
+        if page is None or edition is None or self._shown.get(key) is edition:
+            return  # closed, or asked for again while it was shown
         shelf, text = edition.shelf, edition.text
-        newest = shelf.texts.get(text.path)
-        if page is None or newest is not text:  # closed, or another one comes
+        if shelf.texts.get(text.path) is not text:  # another one comes
             return
         try:
             request = request_of(shelf, text, key[1])
@@ -102,11 +104,13 @@ class Pages:
             return
         if edition.draft is None:
             page.follow(request)
-            return
-        from planarc.editor.handover import model_of
+        else:
+            from planarc.editor.handover import model_of
 
-        clock = Clock(watch=lambda: ask(wanted))
-        page.follow(request, model_of(edition.draft, request, fastest_backend(), clock), library)
+            clock = Clock(watch=lambda: ask(wanted))
+            made = model_of(edition.draft, request, fastest_backend(), clock)
+            page.follow(request, made, library)
+        self._shown[key] = edition
 
     def close(self, path: Path, name: str | None = None) -> None:
         """End the pages of a text, or that of one model."""
@@ -115,6 +119,7 @@ class Pages:
                 with self._lock:
                     self._open.pop(key, None)
                     self._next.pop(key, None)
+                    self._shown.pop(key, None)
                 page.stop()
 
     def stop(self) -> None:
