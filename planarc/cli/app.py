@@ -35,8 +35,10 @@ COMMANDS = {
 _EVERYWHERE = (
     "With every command: --quiet (-q) leaves out summaries and warnings, --verbose (-v) tells more."
 )
-#: The functions that cannot be called as their commands, since Python calls its own ones so.
-_RENAMED = {"compile": "compile_model", "list": "list_classes"}
+#: The functions that cannot be called as their commands, since Python calls its own things so; the
+#: file of one is called like its function.
+_RENAMED = {"compile": "compile_model", "list": "list_classes", "import": "import_outline"}
+_FILES = {"import": "import_outline"}
 
 
 def _long_names(found: list[Any], written: str) -> list[Any]:
@@ -68,7 +70,9 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     for name in names:
         # `\b` keeps the lines of a paragraph.
         epilog = "\n".join(["\b", "Examples:", *COMMANDS[name], "", _EVERYWHERE])
-        command = getattr(import_module(f"planarc.cli.{name}"), _RENAMED.get(name, name))
+        command = getattr(
+            import_module(f"planarc.cli.{_FILES.get(name, name)}"), _RENAMED.get(name, name)
+        )
         app.command(name, cls=_Command, epilog=epilog)(command)
     return app
 

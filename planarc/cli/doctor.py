@@ -37,6 +37,8 @@ CHOSEN = {
     "pandas": "data frames: install planarc[tables]",
     "xarray": "labelled arrays: install planarc[tables]",
     "pygls": "the language server: install planarc[lsp]",
+    "svgelements": "outlines from SVG: install planarc[cad]",
+    "ezdxf": "outlines from DXF: install planarc[cad]",
     "distributed": "studies on a cluster: install dask[distributed]",
 }
 

@@ -88,7 +88,7 @@ def test_pictures_of_the_readme_are_there() -> None:
     assert (ROOT / pictures[0]).stat().st_size < 100_000
 
 
-def test_extras_are_for_pictures_tables_and_editors_only() -> None:
+def test_extras_are_for_pictures_tables_editors_and_drawings_only() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     assert set(project["project"]["optional-dependencies"]) == {
         "plot",
@@ -96,6 +96,7 @@ def test_extras_are_for_pictures_tables_and_editors_only() -> None:
         "notebook",
         "tables",
         "lsp",
+        "cad",
     }
 
 
