@@ -268,6 +268,23 @@ def test_a_cradle_passes_the_blow_on(backend: str) -> None:
 
 
 @both_backends
+@pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams"])
+def test_balls_that_hang_still_do_not_strike_each_other_by_errors(
+    backend: str, solver: str
+) -> None:
+    """Ten blows in 10 s, of m*sqrt(2*g*l*(1 - cos(lift))) each, and none between them."""
+    cradle = planarc.load("PlanarMultiBody.Examples.Contacts.NewtonsCradle", backend=backend)
+    r = cradle.simulate(backend=backend, solver=solver)
+    told = [cause for event in r.events for cause in event.causes]
+    blows = [float(cause.split()[3]) for cause in told if "impact" in cause]
+    np.testing.assert_allclose(blows, np.sqrt(2 * G * (1 - np.cos(0.5))), rtol=1e-3)
+    assert len(blows) == 40
+    assert len(r.events) < 20
+    for i in (2, 3, 4):
+        assert np.abs(r[f"hinge[{i}].phi"]).max() < 1e-5
+
+
+@both_backends
 def test_energy_counts_what_impacts_took(backend: str) -> None:
     from planarc.insight.energy import find_energies
 

@@ -3,7 +3,8 @@
 In:   the states at an instant
 Out:  the states after impacts; in the workspace the modes of all touches
 
-    strike    velocities jump, so that nothing approaches (`strike`)
+    strike    velocities jump, so that nothing approaches (`strike`); what approaches by less
+              than the errors of a run rests without an impact
     modes     accelerations tell which touches hold, stick, slide and open (`problem`)
     rest      what bounces ever lower is held: its bounces take a geometric series of times
 
@@ -27,7 +28,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
 from planarc.solve.contact.pressed import solve_pressed
-from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case
+from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
 from planarc.solve.contact.strike import STILL, strike
 from planarc.solve.contact.touches import Response, Touches
 
@@ -95,7 +96,7 @@ class Impacts:
         moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
         before["held"][speed > MOVES + MOVED * moves] = 0.0
         held = before["held"] != 0
-        some = np.flatnonzero(held | (gap <= NEAR))
+        some = np.flatnonzero(held | (before["gap"] <= NEAR))
         self.sharpness = 1.0
         if not len(some):
             for name, value in OPEN.items():
@@ -112,8 +113,9 @@ class Impacts:
             return [], messages.unsolved(self._touches, t)
         self._most = max(self._most, float(np.abs(response[0].own).max()))
         instant = _Instant(
-            self._touches, before, some, response[0], loose, self._fastest, self._most
-        )
+            self._touches, before, some, response[0], loose, self._fastest, self._most,
+            self._tolerance * self._first,  # errors of a run make such speeds
+        )  # fmt: skip
         if (fixed := instant.fixed()) is not None:
             return [], messages.one_body(self._touches, fixed, t)
         x = instant.strike(self._first)
@@ -180,6 +182,7 @@ class _Instant:
         loose: Array,
         fastest: float,
         most: float,
+        least: Vector,
     ) -> None:
         n, k = len(touches.all), len(some)
         self.some, self.rows = some, np.concatenate([some, n + some])
@@ -195,7 +198,8 @@ class _Instant:
         self._way, self._loose, self._fastest = before["way"][some], loose[some], fastest
         self.noise = 0.0  # an acceleration that is none
         self.cases: tuple[tuple[bool, int], ...] = ()
-        self.still = STILL * float(np.abs([before["v"], before["slip"]]).max(initial=0.0))
+        largest = float(np.abs([before["v"], before["slip"]]).max(initial=0.0))
+        self.still = np.maximum(STILL * largest, least[some])  # speeds up to this are none
 
     def fixed(self) -> int | None:
         """A touch at which a force moves nothing."""
@@ -204,18 +208,19 @@ class _Instant:
 
     def strike(self, first: Vector) -> Vector | None:
         """The impulses of an impact; `first` keeps the greatest speeds of approach."""
-        first[self.some] = np.maximum(first[self.some], -self.u[: self._k])
-        largest, x = max(self.still / STILL, 1e-300), np.zeros(2 * self._k)
+        x = np.zeros(2 * self._k)
         own = np.flatnonzero(~self._joints)  # joints do not rub in an impact
         rows = np.concatenate([own, self._k + own])
         if not len(own):
             return x
         blow = strike(
-            self._a[np.ix_(rows, rows)], self.u[rows], self._e[own], self._mu[own], largest
+            self._a[np.ix_(rows, rows)], self.u[rows], self._e[own], self._mu[own], self.still[own]
         )
         if blow is None:
             return None
         x[rows] = blow.x
+        struck = self.some[own]
+        first[struck] = np.maximum(first[struck], blow.fastest)
         self.u = self.u + self._a[:, rows] @ blow.x
         return x
 
@@ -295,3 +300,16 @@ class _Instant:
         found: Solution | None = solve_case(self._a, self.u, spots, cases)
         if found is not None:
             self.move(y, found.x)
+            self.u = found.u
+        v = self.u[: self._k]  # what rests and is not held must not go on approaching
+        rests = np.flatnonzero((v <= self.still) & ~self._joints)
+        if not (v[rests] < -STILL * self.still[rests]).any():
+            return
+        rows = np.concatenate([rests, self._k + rests])
+        found = solve_contacts(
+            self._a[np.ix_(rows, rows)], self.u[rows], [Spot(0.0, IDLE)] * len(rests)
+        )
+        if found is not None:
+            x = np.zeros(len(self.u))
+            x[rows] = found.x
+            self.move(y, x)

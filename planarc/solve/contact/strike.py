@@ -39,16 +39,18 @@ HALVINGS = 50
 class Blow(Data):
     x: Vector  # impulses: normal, then along slip
     u: Vector  # velocities after them
+    fastest: Vector  # greatest speed of approach of each touch
 
 
-def strike(a: Vector, u: Vector, e: Vector, mu: Vector, largest: float) -> Blow | None:
-    """The impulses of an impact, and the velocities after it; None where it does not end. `largest`
-    is the speed of the touches, to tell what is at rest."""
-    k, x = len(e), np.zeros(len(u))
+def strike(a: Vector, u: Vector, e: Vector, mu: Vector, least: Vector) -> Blow | None:
+    """The impulses of an impact, and the velocities after it; None where it does not end. Speeds
+    of touches that are not above `least` are none."""
+    k, x, fastest = len(e), np.zeros(len(u)), np.zeros(len(e))
     for blows in range(2 * MOST_BLOWS):
-        v, still = u[:k], STILL * max(largest, float(np.abs(u).max()))
+        v, still = u[:k], np.maximum(least, STILL * float(np.abs(u).max()))
         if not (v < -still).any():
-            return Blow(x, u)
+            return Blow(x, u, fastest)
+        fastest = np.maximum(fastest, -v)
         if blows < MOST_BLOWS:
             struck = np.flatnonzero((v < -still) | ((v <= still) & (e == 0)))
             own = e[struck]
@@ -56,7 +58,7 @@ def strike(a: Vector, u: Vector, e: Vector, mu: Vector, largest: float) -> Blow 
             struck = np.flatnonzero((v <= still) | (x[:k] > 0))
             own = np.zeros(len(struck))
         rows = np.concatenate([struck, k + struck])
-        found = _together(a[np.ix_(rows, rows)], u[rows], own, mu[struck], still)
+        found = _together(a[np.ix_(rows, rows)], u[rows], own, mu[struck], float(still.min()))
         if found is None:
             return None
         x[rows] += found

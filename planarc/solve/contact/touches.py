@@ -21,7 +21,7 @@ from planarc.core.source import Span
 from planarc.ir.dae import Impact
 from planarc.ir.expr import Expr
 from planarc.ir.impact import KEPT, NAMES
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, taker
 from planarc.ir.program import Program
 from planarc.solve.messages.text import Reader
 
@@ -58,6 +58,11 @@ class Touches:
         self._slots = {
             n: [program.slots.get(repr(t.read[n])) for t in self.all] for n in NAMES
         }  # None where a value follows from others
+        self._takers = {
+            n: taker([s for s in slots if s is not None])
+            for n, slots in self._slots.items()
+            if None not in slots
+        }
         #: What a joint holds together, which therefore neither parts nor meets. The distance of
         #: contours that stand still has parameters in it.
         self.bound = np.array(
@@ -66,7 +71,9 @@ class Touches:
         self.components = frozenset(t.name for t in self.all)
 
     def get(self, name: str) -> Vector:
-        w = self.kernel.w
+        w, take = self.kernel.w, self._takers.get(name)
+        if take is not None:
+            return np.array(take(w))
         return np.array(
             [
                 float(self._read(touch.read[name])) if slot is None else w[slot]
@@ -95,18 +102,20 @@ class Touches:
         self.put("way", [2.0] * n)
         if not self.evaluate(t, y):
             return None
-        rates = [self._rates[slot] for slot in sorted(states, key=lambda s: states[s])]
-        free, before = self.motion(), np.array([w[r] for r in rates])
-        largest = max(1.0, float(np.abs(free).max()))
-        own, moved = np.zeros((2 * n, 2 * len(some))), np.zeros((len(rates), 2 * len(some)))
+        take = taker([self._rates[slot] for slot in sorted(states, key=lambda s: states[s])])
+        free, before = self.motion(), np.array(take(w))
+        largest, rubs = max(1.0, float(np.abs(free).max())), self.get("mu") != 0
+        own, moved = np.zeros((2 * n, 2 * len(some))), np.zeros((len(before), 2 * len(some)))
         pushes = [(i, "push_n", i) for i in some] + [(i, "push_t", n + i) for i in some]
         for column, (i, push, place) in enumerate(pushes):
+            if push == "push_t" and not rubs[i]:
+                continue  # no force ever acts there
             slot = self.all[i].slots[push]
             for _ in range(2):
                 w[slot] = force = self._force[place]
                 whole = self.evaluate(t, y)
                 own[:, column] = (self.motion() - free) / force
-                moved[:, column] = [(w[r] - b) / force for r, b in zip(rates, before, strict=True)]
+                moved[:, column] = (np.array(take(w)) - before) / force
                 w[slot] = 0.0
                 if not whole:
                     return None

@@ -10,7 +10,7 @@ import pytest
 from planarc.solve.contact import problem
 from planarc.solve.contact.lemke import lemke
 from planarc.solve.contact.problem import IDLE, Spot, solve_contacts
-from planarc.solve.contact.strike import strike
+from planarc.solve.contact.strike import STILL, strike
 
 
 def a_mechanism(rng: Any, touches: int) -> Any:
@@ -100,7 +100,7 @@ def test_a_blow_never_gains_energy_and_ends_all_approach() -> None:
         k = int(rng.integers(1, 4))
         a, u = a_mechanism(rng, k), rng.normal(size=2 * k)
         e, mu = rng.uniform(0, 1, k), rng.uniform(0, 0.8, k)
-        blow = strike(a, u, e, mu, float(np.abs(u).max()))
+        blow = strike(a, u, e, mu, STILL * np.abs(u).max() * np.ones(k))
         assert blow is not None
         assert (blow.u[:k] >= -1e-9).all()
         assert blow.x @ (u + blow.u) <= 1e-9
@@ -111,7 +111,7 @@ def test_a_blow_never_gains_energy_and_ends_all_approach() -> None:
 def test_a_row_of_balls_passes_a_blow_on() -> None:
     j = np.array([[-1.0, 1, 0, 0], [0, -1, 1, 0], [0, 0, -1, 1]])
     a = np.block([[j @ j.T, np.zeros((3, 3))], [np.zeros((3, 3)), np.eye(3)]])
-    blow = strike(a, np.array([-1.0, 0, 0, 0, 0, 0]), np.ones(3), np.zeros(3), 1.0)
+    blow = strike(a, np.array([-1.0, 0, 0, 0, 0, 0]), np.ones(3), np.zeros(3), np.full(3, STILL))
     assert blow is not None
     np.testing.assert_allclose(j.T @ blow.x[:3] + [1, 0, 0, 0], [0, 0, 0, 1], atol=1e-12)
 
@@ -120,6 +120,6 @@ def test_what_rests_without_restitution_bears_a_blow() -> None:
     """A ball falls on a ball that lies on the floor: all comes to rest at once."""
     j = np.array([[1.0, 0], [-1, 1]])
     a = np.block([[j @ j.T, np.zeros((2, 2))], [np.zeros((2, 2)), np.eye(2)]])
-    blow = strike(a, np.array([0.0, -1, 0, 0]), np.zeros(2), np.zeros(2), 1.0)
+    blow = strike(a, np.array([0.0, -1, 0, 0]), np.zeros(2), np.zeros(2), np.full(2, STILL))
     assert blow is not None
     np.testing.assert_allclose(blow.u[:2], 0, atol=1e-12)

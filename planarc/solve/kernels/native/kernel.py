@@ -199,7 +199,7 @@ class NativeKernel(Derived):
         self._begin()
         self._y[:] = y
         flag = self._call_rhs(t)
-        ydot[:] = self._ydot
+        ydot[:] = self._ydot.tolist()
         return flag
 
     def outputs(self, t: float, y: Sequence[float]) -> int:
@@ -256,7 +256,7 @@ class NativeKernel(Derived):
         self._begin()
         self._y[:] = y
         flag = self._call_roots(t)
-        g[:] = self._zeros
+        g[:] = self._zeros.tolist()
         return flag
 
     def discrete(self) -> int:
