@@ -45,10 +45,13 @@ def external_values(
             return {**empty, **dict(zip(function.results, found, strict=False))}
         numbers = tuple(float(x) for x in compute.flat_values(given))
         row = iter(external.call_numbers(name, numbers))
+        integers = {v.name for v in function.outputs if v.type.base is flat.Base.INTEGER}
+        return {**empty, **{n: _next(empty[n], row, n in integers) for n in function.results}}
     except ValueError as problem:
         raise error("F283", f"`{function.name}` has no value: {problem}", span) from None
-    integers = {v.name for v in function.outputs if v.type.base is flat.Base.INTEGER}
-    return {**empty, **{n: _next(empty[n], row, n in integers) for n in function.results}}
+    except StopIteration:
+        message = f"`{function.name}` has more results than `{name}` gives"
+        raise error("F283", message, span) from None
 
 
 def _next(shape: Value, row: Iterator[float], integer: bool) -> Value:

@@ -56,6 +56,9 @@ _TEXTS = {
     "ModelicaInternal_stat": ("text", "file_type"),
 }
 
+#: The values that a function of texts takes by its annotations, and how a model declares them.
+_KINDS = {"str": (str, "String"), "int": (int, "Integer"), "bool": (int, "Boolean")}
+
 #: Functions that act on the world outside and give nothing: they are not run. What the
 #: user misses is said once.
 SILENT = {
@@ -104,7 +107,10 @@ def call_numbers(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
 def _run(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
     module, function = _NUMBERS[name]
     run: Numbers = getattr(import_module(f"{_HERE}.{module}"), function)
-    return tuple(map(float, run(arguments)))
+    try:
+        return tuple(map(float, run(arguments)))
+    except IndexError:
+        raise ValueError(f"`{name}` takes more than {len(arguments)} numbers") from None
 
 
 def number(name: str, output: int, arguments: Sequence[float]) -> float:
@@ -112,7 +118,7 @@ def number(name: str, output: int, arguments: Sequence[float]) -> float:
     call = _run if name == _DRAWN else call_numbers
     try:
         return call(name, tuple(map(float, arguments)))[output]
-    except (ValueError, OverflowError):
+    except (ValueError, IndexError, OverflowError):
         return float("nan")
 
 
@@ -124,7 +130,13 @@ def begin_run() -> None:
 
 
 def call_texts(name: str, arguments: Sequence[Any]) -> tuple[Any, ...]:
-    """The results of a function of texts. Raises ValueError where it has none."""
+    """The results of a function of texts. Raises ValueError where it has none, and where these
+    are not its arguments: a model may declare the function with others."""
     module, function = _TEXTS[name]
     run: Texts = getattr(import_module(f"{_HERE}.{module}"), function)
+    kinds = [_KINDS[kind] for of, kind in run.__annotations__.items() if of != "return"]
+    if len(kinds) != len(arguments) or not all(
+        isinstance(a, kind) for a, (kind, _) in zip(arguments, kinds, strict=True)
+    ):
+        raise ValueError(f"`{name}` takes ({', '.join(word for _, word in kinds)})")
     return run(*arguments)
