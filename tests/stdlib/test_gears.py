@@ -77,6 +77,8 @@ def test_gears_without_backlash_share_their_inertia(
     assert r["axis1.w"][-1] == pytest.approx(w, rel=1e-9)
     assert r["axis2.w"][-1] == pytest.approx(-w * 0.05 / Rb, rel=1e-9)
     assert r["axis1.phi"][-1] - 0.3 > 2 * pi
+    turned = 0.05 * (r["axis1.phi"] - 0.3) + Rb * (r["axis2.phi"] + 0.7)
+    np.testing.assert_allclose(turned, 0, atol=1e-13)
     assert np.ravel(r["gear.f"])[-1] * 0.05 == pytest.approx(0.02 * w / 3 - 0.5, rel=1e-9)
 
 
