@@ -57,7 +57,7 @@ def test_what_slides_down_a_hill_leaves_it_at_two_thirds(radius: float, backend:
     at = int(np.argmin(np.abs(r["time"] - leaves.time)))
     height = r["a.r[2]"][at] / top
     assert height == pytest.approx(2 / 3 * cos(tilt), abs=1e-7)
-    assert leaves.causes == ("`c`: lets go",)
+    assert leaves.causes == ("`c` of `a` and the ground: lets go",)
 
 
 @both_backends

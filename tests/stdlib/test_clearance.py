@@ -151,7 +151,7 @@ def test_what_a_worn_hinge_takes_is_counted() -> None:
     from planarc.insight.energy import find_energies
 
     r = planarc.load("PlanarMultiBody.Examples.Contacts.WornSliderCrank").simulate(stop_time=0.2)
-    assert r.events[0].causes == ("`hinge`: impact of 0.5993 N.s",)
+    assert r.events[0].causes == ("`hinge` of `rod` and `slider`: impact of 0.5993 N.s",)
     energies = find_energies(r.rows, r.rows.program.mechanism)
     assert energies is not None
     assert np.abs(energies.balance).max() < 1e-2 * energies.exchanged

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import planarc
-from tests.stdlib.small import G, both_backends, run
+from tests.stdlib.small import FREE, G, both_backends, run
 
 BALL = """
   Parts.Body ball(m=2, I=0.008, r(start={{{x!r}, {y!r}}}, each fixed=true),
@@ -120,7 +120,7 @@ def test_a_ball_rests_at_the_end_of_the_geometric_series(backend: str) -> None:
     first = r.events[0]
     assert first.time == pytest.approx(sqrt(2 / G), abs=1e-10)
     impulse = 2 * 1.5 * sqrt(2 * G)
-    assert first.causes == (f"`contact`: impact of {impulse:.4g} N.s",)
+    assert first.causes == (f"`contact` of `ball` and the ground: impact of {impulse:.4g} N.s",)
 
 
 @both_backends
@@ -138,7 +138,7 @@ def test_a_ball_slides_until_it_rolls(backend: str) -> None:
     assert r["ball.w"][-1] == pytest.approx(-10 / 1.4, abs=1e-8)
     (begins,) = r.events
     assert begins.time == pytest.approx((1 - 1 / 1.4) / (0.3 * G), abs=1e-9)
-    assert begins.causes == ("`contact`: sticks",)
+    assert begins.causes == ("`contact` of `ball` and the ground: sticks",)
 
 
 @both_backends
@@ -234,7 +234,7 @@ equation
 """
     r = run(body, 1.5, backend, tolerance=1e-8)
     assert [e.causes[0] for e in r.events[:3]] == [
-        "`contact`: sticks", "`contact`: slides", "`contact`: lets go",
+        f"`contact` of `ball` and the ground: {what}" for what in ("sticks", "slides", "lets go")
     ]  # fmt: skip
     assert r["contact.gap[1]"].min() > -1e-7
     assert r["ball.r[2]"][-1] < -1
@@ -276,7 +276,9 @@ def test_balls_that_hang_still_do_not_strike_each_other_by_errors(
     cradle = planarc.load("PlanarMultiBody.Examples.Contacts.NewtonsCradle", backend=backend)
     r = cradle.simulate(backend=backend, solver=solver)
     told = [cause for event in r.events for cause in event.causes]
-    blows = [float(cause.split()[3]) for cause in told if "impact" in cause]
+    blows = [
+        float(cause.partition("impact of ")[2].split()[0]) for cause in told if "impact" in cause
+    ]
     np.testing.assert_allclose(blows, np.sqrt(2 * G * (1 - np.cos(0.5))), rtol=1e-3)
     assert len(blows) == 40
     assert len(r.events) < 20
@@ -293,3 +295,26 @@ def test_energy_counts_what_impacts_took(backend: str) -> None:
     assert energies is not None
     assert np.abs(energies.balance).max() < 1e-3 * energies.exchanged
     assert energies.dissipated[-1] > 0.7 * 2 * G
+
+
+def test_events_tell_the_bodies_that_meet() -> None:
+    """By their parts with mass, the ground last, and the points that touch."""
+    body = """
+  Joints.Prismatic slide(n={1, 0}, s(start=0, fixed=true), v(start=1, fixed=true));
+  Parts.FixedTranslation arm(r={0.2, 0}, animation=false);
+  Parts.BodyShape bar(m=1, I=0.1, r={0.3, 0}, r_CM={0.1, 0});
+  Parts.Body ball(m=1, I=0.1, r(start={0.7, 0}, each fixed=true), v(each fixed=true),
+    phi(fixed=true), w(fixed=true));
+  Contacts.Contact meet(redeclare Contacts.Point contour1(points={{0, 0.01}, {0, -0.01}}),
+    redeclare Contacts.HalfPlane contour2(angle=Modelica.Constants.pi/2), e=1);
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, arm.frame_a);
+  connect(arm.frame_b, bar.frame_a);
+  connect(bar.frame_b, meet.frame_a);
+  connect(ball.frame_a, meet.frame_b);
+"""
+    (meets,) = run(body, 0.3, "native", FREE).events
+    assert [c.partition(": ")[0] for c in meets.causes] == [
+        "`meet` (point 1) of `bar` and `ball`", "`meet` (point 2) of `bar` and `ball`",
+    ]  # fmt: skip

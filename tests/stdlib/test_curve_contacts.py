@@ -82,7 +82,7 @@ def test_a_follower_lifts_off_where_nothing_presses_and_falls_back(backend: str)
     r = cam(ELLIPSE, backend).simulate(stop_time=0.26, backend=backend, tolerance=1e-12)
     off, on = r.events
     phi = root(lambda p: lift(p)[2] * SPEED**2 + G, 0.8, 1.2)
-    assert off.causes == ("`contact`: lets go",)
+    assert off.causes == ("`contact` of `hinge` and `follower`: lets go",)
     assert off.time == pytest.approx((phi - 0.3) / SPEED, abs=1e-9)
 
     height, rate, _ = lift(phi)
@@ -94,7 +94,9 @@ def test_a_follower_lifts_off_where_nothing_presses_and_falls_back(backend: str)
     assert on.time == pytest.approx(off.time + flight, abs=1e-9)
     own = lift(phi + SPEED * flight)[1] * SPEED
     meets = rate * SPEED - G * flight - own
-    assert on.causes == (f"`contact`: impact of {-0.5 * 1.2 * meets:.4g} N.s",)
+    assert on.causes == (
+        f"`contact` of `hinge` and `follower`: impact of {-0.5 * 1.2 * meets:.4g} N.s",
+    )
     (at,) = np.nonzero(np.abs(r["time"] - on.time) < 1e-12)
     assert r["slide.v"][at[-1]] == pytest.approx(own - 0.2 * meets, abs=1e-8)
 
@@ -105,7 +107,7 @@ def test_lift_off_is_where_the_joint_begins_to_pull(curve: str, backend: str) ->
     options = {"backend": backend, "tolerance": 1e-12}
     kept = cam(curve, backend, kept=True).simulate(stop_time=0.15, **options)
     free = cam(curve, backend).simulate(stop_time=0.15, **options)
-    assert free.events[0].causes == ("`contact`: lets go",)
+    assert free.events[0].causes == ("`contact` of `hinge` and `follower`: lets go",)
     assert free.events[0].time == pytest.approx(kept.events[0].time, abs=1e-9)
     if curve is ECCENTRIC:  # at sin(phi) = g/(0.09*w^2)
         phi = asin(G / (0.09 * SPEED**2))

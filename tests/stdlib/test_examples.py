@@ -82,7 +82,7 @@ def test_the_cam_loses_its_follower_where_nothing_presses_it(backend: str) -> No
     bend = ((a2 - b2) * np.cos(2 * phi) - rate**2) / s
     first = times[np.argmax(rate * 4 + bend * (4 * times) ** 2 < -9.81)]
     off, on = result.events[:2]
-    assert off.causes == ("`contact`: lets go",)
+    assert off.causes == ("`contact` of `bearing` and `follower`: lets go",)
     assert off.time == pytest.approx(first, abs=2e-6)
     assert "impact" in on.causes[0]
     assert result["contact.gap"].min() > -1e-6

@@ -89,7 +89,7 @@ def test_a_gear_strikes_the_flank_ahead_by_newtons_law(e: float, backend: str) -
     r = run(gears(f"backlash=2e-3, e={e}", w1=2, at=pi), 0.5, backend, FREE)
     meets = r.events[0].time
     assert meets == pytest.approx(1e-3 / (0.05 * 2), abs=1e-12)
-    assert r.events[0].causes[0].startswith("`gear.ahead`: impact")
+    assert r.events[0].causes[0].startswith("`gear.ahead` of `wheel1` and `wheel2`: impact")
     inertia1, inertia2 = 0.02 / 0.05**2, 0.3 / 0.15**2  # at the pitch circle, where b runs back
     v = 0.05 * 2
     common = inertia1 * v / (inertia1 + inertia2)
@@ -99,7 +99,7 @@ def test_a_gear_strikes_the_flank_ahead_by_newtons_law(e: float, backend: str) -
     assert after(r, "axis2.w", meets) == pytest.approx(-v2 / 0.15, abs=1e-10)
     if e:
         assert r.events[1].time == pytest.approx(meets + 2e-3 / (e * v), abs=1e-9)
-        assert r.events[1].causes[0].startswith("`gear.behind`: impact")
+        assert r.events[1].causes[0].startswith("`gear.behind` of `wheel1` and `wheel2`: impact")
     else:
         assert len(r.events) == 1
         np.testing.assert_allclose(r["gear.play"][r["time"] > meets], 1e-3, atol=1e-12)

@@ -312,10 +312,10 @@ def rattles_where_the_load_cannot_follow(r: Any) -> None:
         flight = drive(parts) + speed * (t - parts) - falls / 2 * (t - parts) ** 2
         return float(2e-3 - 2 * (flight - drive(t)))  # at the pitch circle
 
-    assert r.events[0].causes == ("`gear.ahead`: lets go",)
+    assert r.events[0].causes == ("`gear.ahead` of `shaft1` and `wheel`: lets go",)
     assert r.events[0].time == pytest.approx(parts, abs=1e-6)
     meets = brentq(lambda t: play(t) + 2e-3, parts + 1e-3, 0.12)
-    assert r.events[1].causes[0].startswith("`gear.behind`: impact")
+    assert r.events[1].causes[0].startswith("`gear.behind` of `shaft1` and `wheel`: impact")
     assert r.events[1].time == pytest.approx(meets, abs=1e-6)
     held = r["gear.f"] < -1e-6  # N
     np.testing.assert_allclose(r["slide.s"][held], drive(r["time"])[held], atol=1e-7)

@@ -47,7 +47,9 @@ def test_a_rope_jerks_where_its_slack_ends_and_then_holds(backend: str) -> None:
     r = run(ROPE.format(r="{0, -0.5}", v="{0, 0}", law="e=0"), 1, backend)
     (taut,) = r.events
     assert taut.time == pytest.approx(sqrt(1 / G), abs=1e-10)
-    assert taut.causes == (f"`rope`: impact of {2 * sqrt(G):.4g} N.s, rests",)
+    assert taut.causes == (
+        f"`rope` of `mass` and the ground: impact of {2 * sqrt(G):.4g} N.s, rests",
+    )
     assert r["rope.tension"][-1] == pytest.approx(2 * G, rel=1e-9)
     assert r["mass.r[2]"][-1] == pytest.approx(-1, abs=1e-10)
 
@@ -57,7 +59,7 @@ def test_a_swing_on_a_rope_goes_slack_at_the_known_angle(backend: str) -> None:
     """Thrown from below with v^2 = 3.5*g*L: the rope lets go where 3*cos(a) = 2 - v^2/(g*L)."""
     r = run(ROPE.format(r="{0, -1}", v=f"{{{sqrt(3.5 * G)!r}, 0}}", law="e=0"), 0.8, backend)
     lets = r.events[0]
-    assert lets.causes == ("`rope`: lets go",)
+    assert lets.causes == ("`rope` of `mass` and the ground: lets go",)
     at = int(np.flatnonzero(np.abs(r["time"] - lets.time) < 1e-12)[0])
     angle = acos((2 - 3.5) / 3)
     assert r["mass.r[2]"][at] == pytest.approx(-cos(angle), abs=1e-9)

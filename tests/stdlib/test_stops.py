@@ -50,8 +50,8 @@ def test_a_slide_strikes_its_stops_at_known_times(backend: str) -> None:
     times = times[times < 10]
     np.testing.assert_allclose([e.time for e in r.events], times, rtol=0, atol=1e-9)
     assert [e.causes for e in r.events[:2]] == [
-        ("`stops.upper`: impact of 3.6 N.s",),
-        ("`stops.lower`: impact of 2.88 N.s",),
+        ("`stops.upper` of `mass` and the ground: impact of 3.6 N.s",),
+        ("`stops.lower` of `mass` and the ground: impact of 2.88 N.s",),
     ]
     assert abs(r["slide.v"][-1]) == pytest.approx(0.8 ** len(times), abs=1e-9)
 
@@ -78,7 +78,7 @@ def test_a_bar_falls_on_its_stop_and_the_stop_bears_it(backend: str) -> None:
     assert column(r, "stops.lower.rigid.impulse")[-1] == pytest.approx(
         INERTIA * speed / 0.25, rel=1e-8
     )
-    assert lands.causes[0].startswith("`stops.lower`: impact of")
+    assert lands.causes[0].startswith("`stops.lower` of `bar` and the ground: impact of")
     assert r["hinge.phi"][-1] == pytest.approx(-0.5, abs=1e-10)
     assert r["stops.tau"][-1] == pytest.approx(2 * G * 0.5 * cos(0.5), rel=1e-9)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.places import own_part
+from planarc.solve.contact.bodies import bodies
 from planarc.solve.contact.touches import Touches
 from planarc.solve.messages import event
 
@@ -31,6 +32,18 @@ def named(touches: Touches, i: int) -> str:
     return f"`{found[1]}`" + f" (point {found[2]})" * several
 
 
+def between(touches: Touches, i: int) -> str:
+    """A touch with the bodies that meet there: "`contact` of `ball` and the ground"."""
+    met = _met(touches, i)
+    return f"{named(touches, i)} of {met}" if met else named(touches, i)
+
+
+def _met(touches: Touches, i: int) -> str:
+    """The bodies that meet at a touch; empty at joints that rub and without frames."""
+    met = () if touches.bound[i] else bodies(touches.program, touches.all[i].name)
+    return listed(met) if len(met) > 1 else ""
+
+
 def told(touches: Touches, before: Mapping[str, Vector], after: Mapping[str, Vector]) -> list[str]:
     """What happened at an instant, one text for each touch to which something did."""
     found, largest = [], float(after["impulse"].max())
@@ -47,7 +60,7 @@ def told(touches: Touches, before: Mapping[str, Vector], after: Mapping[str, Vec
         if was and not held:
             texts.append("lets go")
         if texts:
-            found.append(f"{named(touches, i)}: {', '.join(texts)}")
+            found.append(f"{between(touches, i)}: {', '.join(texts)}")
     return found
 
 
@@ -61,7 +74,8 @@ def _found(touches: Touches, i: int, code: str, message: str, hint: str) -> Diag
 
 
 def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
-    message = f"the contours of {named(touches, i)} overlap by {depth:.3g} m at t = {t:.6g} s"
+    what = _met(touches, i) or "its two sides"
+    message = f"{what} overlap by {depth:.3g} m in {named(touches, i)} at t = {t:.6g} s"
     return _found(
         touches, i, "R480", message, "start the bodies apart, or exactly where they touch"
     )

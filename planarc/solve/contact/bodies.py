@@ -1,0 +1,38 @@
+"""The bodies that a component stands between, by the names that a user gave them."""
+
+from __future__ import annotations
+
+from planarc.ir.mechanism import GROUND, Link
+from planarc.ir.program import Program
+
+
+def bodies(program: Program, component: str) -> tuple[str, ...]:
+    """The bodies on the frames of a component, or of one around it, the ground last; none where
+    it has no frames.
+
+    Of what moves as one piece the name is that of its first part with mass.
+    """
+    links = program.mechanism.links if program.mechanism else ()
+    while component:
+        own = [n for n, link in enumerate(links) if component in map(_owner, link.frames)]
+        if own:
+            moving = [_body(program, links[n], component) for n in own if n != GROUND]
+            return (*moving, *["the ground"] * (GROUND in own))
+        component = component.rpartition(".")[0]
+    return ()
+
+
+def _body(program: Program, link: Link, component: str) -> str:
+    masses = {d.component for d in program.declared if d.name.partition(".")[0] == "kinetic"}
+    owners = sorted(dict.fromkeys(map(_owner, link.frames)), key=_depth)
+    owners = [o for o in owners if o != component]
+    heavy = [o for o in owners if any(m == o or m.startswith(f"{o}.") for m in masses)]
+    return f"`{(*heavy, *owners, link.name)[0]}`"
+
+
+def _owner(frame: str) -> str:
+    return frame.rpartition(".")[0]
+
+
+def _depth(component: str) -> int:
+    return component.count(".")
