@@ -81,6 +81,12 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         ) from None
 
 
+def write_bytes(path: Path, data: bytes) -> None:
+    """Raises `UsageError` V501 where the system refuses."""
+    with replacing(path) as file:
+        file.write(data)
+
+
 def write_text(path: Path, text: str) -> None:
     """Write a whole file, as `replacing` does."""
     with replacing(path) as file:

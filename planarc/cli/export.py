@@ -1,0 +1,78 @@
+"""`planarc export`: a model as a file that other tools run."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planarc.cli import console
+from planarc.cli.arguments import (
+    ClassName,
+    Libraries,
+    Target,
+    choose_backend,
+    make_request,
+    output_option,
+    read_pattern,
+)
+from planarc.core.diagnostic import usage_error
+from planarc.core.options import Backend
+
+
+class Form(StrEnum):
+    FMU = "fmu"
+
+
+def export(
+    form: Annotated[Form, typer.Argument(metavar="fmu", help="What to write.")],
+    target: Target,
+    class_name: ClassName = None,
+    output: Annotated[
+        Path | None, output_option("The file to write; by default NAME.fmu, in this folder.")
+    ] = None,
+    outputs: Annotated[
+        str | None,
+        typer.Option(
+            "--outputs",
+            metavar="REGEX",
+            help="Outputs: variables whose names this regular expression matches anywhere. "
+            "Without, the model's own, or all coordinates where it has none.",
+        ),
+    ] = None,
+    library: Libraries = None,
+) -> int:
+    """Write a model as an FMU, which other simulators run.
+
+    It holds the model as machine code for Linux (x86-64 and ARM64), for model exchange and
+    co-simulation by FMI 3.0. It begins in the assembly that `planarc simulate` finds.
+    """
+    from planarc.cli.files import check_writable, file_stem, save
+    from planarc.compiler import compile_model
+    from planarc.core.prose import counted
+    from planarc.export.fmu import Wishes, make_fmu
+    from planarc.view.storage import write_bytes
+
+    pattern = read_pattern(outputs)
+    backend = choose_backend(Backend.NATIVE)
+    compiled = compile_model(make_request(target, class_name, library), backend)
+    path = output or Path(f"{file_stem(compiled.program.name)}.fmu")
+    if path.suffix.lower() != ".fmu":
+        raise usage_error(
+            "C121", f"`--output {path}` has no ending that planarc writes", hint="use `.fmu`"
+        )
+    check_writable(path, "--output")
+    console.complain(compiled.warnings)
+    made = make_fmu(compiled, Wishes(pattern))
+    save(path, lambda place: write_bytes(place, made.data))
+    numbers = (
+        counted(made.inputs, "input"),
+        counted(made.outputs, "output"),
+        counted(made.parameters, "parameter"),
+        counted(made.states, "state"),
+    )
+    console.say(f"written    {path} (FMI 3.0)")
+    console.say(f"interface  {', '.join(numbers)}")
+    return 0

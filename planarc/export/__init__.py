@@ -1,0 +1,11 @@
+"""A model leaves the house: a compiled program as a file that other tools run without planarc.
+
+fmu         one call: a compiled model becomes an FMU
+refusal     what cannot be exported, told with its line
+plan        the memory of one instance, and what its code must know of the model
+image       its first content: the assembly found here, at export
+module      the code as one LLVM module, its object
+instance    functions that every exported model has: start, evaluation, steps
+fmi         the interface: model description and functions of the standard
+link        shared libraries from objects
+"""

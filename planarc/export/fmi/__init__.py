@@ -1,0 +1,9 @@
+"""The Functional Mock-up Interface.
+
+variables     what a host sees of a program: names, references, causality
+description   modelDescription.xml
+entries       how a function of the standard is written: its phases, its messages
+three         the functions of FMI 3.0
+
+Reference: Functional Mock-up Interface Specification 3.0.2, https://fmi-standard.org
+"""

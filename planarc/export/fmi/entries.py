@@ -1,0 +1,339 @@
+"""Functions of the standard, in LLVM: what is the same for each of them.
+
+Every function looks at its instance first: that there is one, and that it is in a phase in
+which the function may be called. What goes wrong is told to the host's logger in words, and by
+the standard's status; nothing else happens then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.newton import open_frame
+from planarc.export.instance.block import (
+    BYTE,
+    load_narrow,
+    load_signed,
+    plan,
+    store_narrow,
+    whole,
+)
+from planarc.export.plan import Own, Phase, Stale, Table
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
+ANYWHERE = tuple(p for p in Phase if p is not Phase.FAILED)
+RUNNING = (Phase.EVENT, Phase.CONTINUOUS, Phase.STEP)
+SETTING = (Phase.INSTANTIATED, Phase.INITIALIZATION, *RUNNING)
+EVALUABLE = (Phase.INITIALIZATION, *RUNNING, Phase.TERMINATED)
+
+
+class Entries:
+    """The functions of one version while they are written. `log` writes how its logger is called:
+    (code, instance, status, category, message)."""
+
+    def __init__(self, log: Callable[[Code, Value, Value, Value, Value], None]) -> None:
+        self.names: list[str] = []
+        self._texts: list[str] = []
+        self._strings: dict[str, str] = {}
+        c = Code("px_log", "void", ((POINTER, "m"), (FLAG, "status"), (POINTER, "message")))
+        m, status, message = c.arguments
+        given = c.emit("i1", f"icmp ne ptr {m.load(POINTER, Own.LOGGER).text}, null")
+        with c.when(given):
+            log(c, m, status, Value(c, POINTER, self.string("logStatusError")), message)
+        c.give()
+        self._texts.append(c.text("noinline optnone "))
+
+    def text(self) -> str:
+        """The functions and their messages."""
+        strings = (
+            f'{name} = private constant [{len(text.encode()) + 1} x i8] c"{_bytes(text)}"\n'
+            for text, name in self._strings.items()
+        )
+        return "".join(strings) + "\n".join(self._texts)
+
+    def string(self, text: str) -> str:
+        return self._strings.setdefault(text, f"@px_text_{len(self._strings)}")
+
+    @contextmanager
+    def entry(
+        self, name: str, arguments: str, phases: Iterable[Phase] = ANYWHERE
+    ) -> Iterator[tuple[Code, list[Value]]]:
+        """A function of an instance; it succeeds when nothing else is given."""
+        with self.plain(name, f"ptr m, {arguments}".rstrip(", ")) as (c, given):
+            m = given[0]
+            none = c.emit("i1", f"icmp eq ptr {m.text}, null")
+            with c.when(none, leaves=True):
+                c.give(ERROR)
+            allowed = whole(c, sum(1 << p for p in phases))
+            phase = m.load(INT, Own.PHASE)
+            bit = c.emit(INT, f"lshr i64 {allowed.text}, {phase.text}")
+            with c.when(c.emit("i1", f"trunc i64 {bit.text} to i1").equals(0), leaves=True):
+                self.fail(c, m, f"{name} cannot be called now: see the standard's state machine")
+            yield c, given
+            c.give(OK)
+
+    @contextmanager
+    def plain(
+        self, name: str, arguments: str, result: str = FLAG
+    ) -> Iterator[tuple[Code, list[Value]]]:
+        """A function without an instance, or one that gives something else."""
+        pairs = [(t, n) for t, n in (a.split() for a in arguments.split(", ") if a)]
+        c = Code(name, result, pairs)
+        yield c, c.arguments
+        self._texts.append(c.text("noinline optnone "))
+        self.names.append(name)
+
+    def refused(self, names: Iterable[str]) -> None:
+        """Functions that a model of planarc does not have."""
+        for name in names:
+            with self.entry(name, "") as (c, (m,)):
+                self.fail(c, m, f"{name} is not offered by this model")
+
+    def fail(self, c: Code, m: Value, message: str, status: int = ERROR) -> None:
+        self.tell(c, m, message, status)
+        c.give(status)
+
+    def tell(self, c: Code, m: Value, message: str, status: int = ERROR) -> None:
+        text = Value(c, POINTER, self.string(message))
+        c.run("px_log", m, c.constant(status, FLAG), text)
+
+    # What both versions do
+
+    def enter(self, c: Code, m: Value, phase: Phase) -> None:
+        m.store(whole(c, phase), Own.PHASE)
+
+    def refresh(self, c: Code, m: Value, least: Stale) -> None:
+        """Evaluate, or say that there is no value here."""
+        flag = c.call(FLAG, "px_refresh", m, whole(c, least))
+        with c.when(~flag.equals(0), leaves=True):
+            starting = m.load(INT, Own.STALE).equals(Stale.START)
+            with c.when(starting, leaves=True):
+                self.fail(
+                    c,
+                    m,
+                    "with these parameters and start values no start is found from the assembly "
+                    "that the model was exported with: a loop does not close, or the way there "
+                    "is too far",
+                )
+            self.fail(c, m, "the equations have no solution at this point", DISCARD)
+
+    def check(self, c: Code, m: Value, messages: Iterable[str]) -> None:
+        """The assertions of the model, at a point that was evaluated to the end."""
+        w, _, _, _ = open_frame(m)
+        found = c.call(FLAG, "px_asserts", m, w.load(REAL))
+        for i, message in enumerate(messages, 1):
+            with c.when(found.equals(i), leaves=True):
+                self.enter(c, m, Phase.FAILED)
+                self.fail(c, m, message)
+
+    def getter(self, name: str, kind: int, type: str, counted: bool) -> None:
+        """`counted`: the number of values stands behind them, too."""
+        arguments = "ptr references, i64 count, ptr values" + ", i64 length" * counted
+        with self.entry(name, arguments, EVALUABLE) as (c, (m, references, count, values, *_)):
+            self.refresh(c, m, Stale.NOTHING)
+            with c.loop(count) as i:
+                reference = load_narrow(c, "i32", references, i)
+                place = c.call(POINTER, "px_place", m, reference, whole(c, kind))
+                none = c.emit("i1", f"icmp eq ptr {place.text}, null")
+                with c.when(none, leaves=True):
+                    self.fail(c, m, f"{name}: there is no such variable")
+                value = place.load(REAL)
+                odd = (reference - reference / 2 * 2).equals(1)
+                value = c.select(odd, c.constant(0.0, REAL) - value, value)
+                if kind == NUMBER:
+                    values.store(value, i)
+                else:
+                    store_narrow(c, type, values, c.whole(value), i)
+
+    def setter(self, name: str, kind: int, type: str, counted: bool) -> None:
+        arguments = "ptr references, i64 count, ptr values" + ", i64 length" * counted
+        with self.entry(name, arguments, SETTING) as (c, given):
+            m, references, count, values = given[:4]
+            with c.loop(count) as i:
+                reference = load_narrow(c, "i32", references, i)
+                if kind == NUMBER:
+                    value = values.load(REAL, i)
+                elif kind == INTEGER:
+                    value = c.real(load_signed(c, values, i))
+                else:
+                    bit = load_narrow(c, type, values, i)
+                    value = c.select(bit.equals(0), c.constant(0.0, REAL), 1.0)
+                flag = c.call(FLAG, "px_set", m, reference, whole(c, kind), value)
+                for wrong, reason in (
+                    (1, "this variable cannot be set now: parameters and start values are set "
+                        "before the end of initialization"),
+                    (2, "there is no such variable"),
+                    (3, "the value is not finite"),
+                ):  # fmt: skip
+                    with c.when(flag.equals(wrong), leaves=True):
+                        self.fail(c, m, f"{name}: {reason}")
+
+    def vector(self, name: str, fill: Callable[[Code, Value, Value, Value], None]) -> None:
+        """A function that gives a number for each state."""
+        with self.entry(name, "ptr values, i64 count", EVALUABLE) as (c, (m, values, count)):
+            with c.when(~count.equals(plan(c, Table.STATES)), leaves=True):
+                self.fail(c, m, f"{name}: the model has another number of states")
+            self.refresh(c, m, Stale.REST)
+            with c.loop(count) as i:
+                fill(c, m, values, i)
+
+    def indicators(self, name: str) -> None:
+        """The margin is the only one."""
+        with self.entry(name, "ptr values, i64 count", EVALUABLE) as (c, (m, values, count)):
+            with c.when(~count.equals(indicator_count(c)), leaves=True):
+                self.fail(c, m, f"{name}: the model has another number of event indicators")
+            self.refresh(c, m, Stale.REST)
+            with c.when(count > 0):
+                c.run("px_measure", m)
+                values.store(m.load(REAL, Own.MARGIN))
+
+    def set_states(self, name: str) -> None:
+        with self.entry(name, "ptr values, i64 count", (Phase.CONTINUOUS,)) as (
+            c,
+            (m, values, count),
+        ):
+            with c.when(~count.equals(plan(c, Table.STATES)), leaves=True):
+                self.fail(c, m, f"{name}: the model has another number of states")
+            y = m.load(POINTER, Own.Y)
+            with c.loop(count) as i:
+                y.store(values.load(REAL, i), i)
+            m.store(whole(c, Stale.ALL), Own.STALE)
+
+    def set_time(self, name: str) -> None:
+        with self.entry(name, "double t", (Phase.EVENT, Phase.CONTINUOUS)) as (c, (m, t)):
+            w, _, _, _ = open_frame(m)
+            w.store(t)
+            m.store(whole(c, Stale.ALL), Own.STALE)
+
+    def save(self, name: str) -> None:
+        with self.entry(name, "ptr to", tuple(Phase)) as (c, (m, to)):
+            kept = to.load(POINTER)
+            none = c.emit("i1", f"icmp eq ptr {kept.text}, null")
+            with c.when(~none, leaves=True):
+                c.run("px_copy", kept, m.at(Own.PHASE), _state_words(c))
+                c.give(OK)
+            to.store(c.call(POINTER, "px_save", m))
+
+    def restore(self, name: str) -> None:
+        with self.entry(name, "ptr saved", tuple(Phase)) as (c, (m, saved)):
+            c.run("px_load", m, saved)
+
+    def forget(self, name: str) -> None:
+        with self.entry(name, "ptr to", tuple(Phase)) as (c, (_, to)):
+            c.run("free", to.load(POINTER))
+            to.store(Value(c, POINTER, "null"))
+
+    def serialize(self, write: str, size: str, read: str) -> None:
+        """The state as bytes, by the functions of these names."""
+        everywhere = tuple(Phase)
+        with self.entry(write, "ptr saved, ptr bytes, i64 size", everywhere) as (c, given):
+            m, saved, place, room = given
+            with c.when(room < _state_words(c) * 8, leaves=True):
+                self.fail(c, m, "there is too little room for the state")
+            c.run("px_copy", place, saved, _state_words(c))
+        with self.entry(size, "ptr saved, ptr size", everywhere) as (c, (_, _, to)):
+            to.store(_state_words(c) * 8)
+        with self.entry(read, "ptr bytes, i64 size, ptr to", everywhere) as (c, given):
+            m, place, room, to = given
+            with c.when(~room.equals(_state_words(c) * 8), leaves=True):
+                self.fail(c, m, "these bytes are no state of this model")
+            made = c.call(POINTER, "px_save", m)
+            c.run("px_copy", made, place, _state_words(c))
+            to.store(made)
+
+    def begin(self, c: Code, m: Value, t: Value) -> None:
+        """The time at which the model starts; another one than at export is another start."""
+        w, _, _, _ = open_frame(m)
+        with c.when(~w.load(REAL).equals(t)):
+            w.store(t)
+            m.store(whole(c, Stale.START), Own.STALE)
+        self.enter(c, m, Phase.INITIALIZATION)
+
+    def started(self, c: Code, m: Value, messages: Iterable[str]) -> None:
+        """The end of the initialization."""
+        self.refresh(c, m, Stale.NOTHING)
+        self.check(c, m, messages)
+        m.store(m.load(INT, Own.BEGUN), Own.PHASE)
+
+    def accept(self, c: Code, m: Value, messages: Iterable[str]) -> Value:
+        """A step was accepted; 1 where other states are to be taken."""
+        from planarc.export.instance.block import hold
+
+        self.refresh(c, m, Stale.NOTHING)
+        hold(c, m)
+        self.check(c, m, messages)
+        bad = c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)
+        with c.when(bad):
+            m.store(whole(c, 1), Own.WAITING)
+        return m.load(INT, Own.WAITING)
+
+    def update(self, c: Code, m: Value) -> Value:
+        """An event; 1 where other states are taken."""
+        changed = c.variable(0, INT)
+        self.refresh(c, m, Stale.NOTHING)
+        bad = c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)
+        with c.when(bad | m.load(INT, Own.WAITING).equals(1)):
+            flag = c.call(FLAG, "px_exchange", m)
+            with c.when(flag > 0):
+                changed.set(whole(c, 1))
+                m.store(whole(c, Stale.ALL), Own.STALE)
+        return changed.get()
+
+    def step(self, c: Code, m: Value, t: Value, h: Value, messages: Iterable[str]) -> None:
+        """A step of co-simulation."""
+        w, _, _, _ = open_frame(m)
+        now = w.load(REAL)
+        near = c.absolute(now - t) <= c.largest(c.absolute(t), c.constant(1.0, REAL)) * 1e-9
+        with c.when(~near, leaves=True):
+            self.fail(c, m, "the step does not begin where the last one ended")
+        end = t + h
+        with c.when(~((h > 0.0) & (end < 1e300)), leaves=True):
+            self.fail(c, m, "the length of the step is not above zero")
+        with c.when(end > m.load(REAL, Own.STOP) + c.absolute(end) * 1e-9, leaves=True):
+            self.fail(c, m, "the step goes beyond the stop time")
+        flag = c.call(FLAG, "px_advance", m, end)
+        with c.when(~flag.equals(0), leaves=True):
+            self.fail(c, m, "no step leads on from here: the equations have no solution, or the "
+                      "motion is too quick for an explicit method", DISCARD)  # fmt: skip
+        self.refresh(c, m, Stale.NOTHING)
+        self.check(c, m, messages)
+
+
+def indicator_count(c: Code) -> Value:
+    some = plan(c, Table.OPEN) > 0
+    return c.emit(INT, f"zext i1 {some.text} to i64")
+
+
+def _state_words(c: Code) -> Value:
+    return plan(c, Table.WORDS) - int(Own.PHASE)
+
+
+def give_flag(c: Code, place: Value, truth: Value | int, type: str = BYTE) -> None:
+    """A truth value where the host wants it."""
+    value = whole(c, truth) if isinstance(truth, int) else truth
+    store_narrow(c, type, place, value)
+
+
+def same_text(c: Code, a: Value, b: Value) -> Value:
+    """Whether two texts are the same."""
+    same, done, i = c.variable(1, INT), c.variable(0, INT), c.variable(0, INT)
+    again, behind = c.label(), c.label()
+    c.enter(again)
+    one, two = load_narrow(c, BYTE, a, i.get()), load_narrow(c, BYTE, b, i.get())
+    with c.when(~one.equals(two)):
+        same.set(whole(c, 0))
+        done.set(whole(c, 1))
+    with c.when(one.equals(0)):
+        done.set(whole(c, 1))
+    i.set(i.get() + 1)
+    c.branch(done.get().equals(0), again, behind)
+    c.begin(behind)
+    return same.get().equals(1)
+
+
+def _bytes(text: str) -> str:
+    return "".join(chr(b) if 32 <= b < 127 and b not in (34, 92) else f"\\{b:02X}"
+                   for b in text.encode()) + "\\00"  # fmt: skip

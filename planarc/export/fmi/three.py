@@ -1,0 +1,182 @@
+"""The functions of FMI 3.0, in LLVM.
+
+All functions of the standard are there. Those for kinds of variables, clocks and derivatives
+that a model of planarc does not have say so.
+
+Reference: FMI 3.0.2, headers fmi3FunctionTypes.h and chapters 2 to 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.newton import open_frame
+from planarc.export.fmi.entries import (
+    ANYWHERE,
+    INTEGER,
+    NUMBER,
+    TRUTH,
+    Entries,
+    give_flag,
+    indicator_count,
+    same_text,
+)
+from planarc.export.instance.block import BYTE, constant, plan, whole
+from planarc.export.instance.steps import nominal_of
+from planarc.export.plan import Own, Phase, Table
+
+_OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")
+_REFUSED = (
+    *(f"fmi3{way}{kind}" for kind in (*_OTHER_KINDS, "String", "Binary", "Clock")
+      for way in ("Get", "Set")),
+    "fmi3GetNumberOfVariableDependencies", "fmi3GetVariableDependencies",
+    "fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative",
+    "fmi3EnterConfigurationMode", "fmi3ExitConfigurationMode",
+    "fmi3GetIntervalDecimal", "fmi3GetIntervalFraction", "fmi3GetShiftDecimal",
+    "fmi3GetShiftFraction", "fmi3SetIntervalDecimal", "fmi3SetIntervalFraction",
+    "fmi3SetShiftDecimal", "fmi3SetShiftFraction",
+    "fmi3GetOutputDerivatives", "fmi3ActivateModelPartition",
+)  # fmt: skip
+
+
+def functions(asserts: Sequence[str]) -> Entries:
+    """All of them, for a model with these messages of assertions."""
+    e = Entries(_log)
+    with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
+        c.give(Value(c, POINTER, e.string("3.0")))
+    _life(e, asserts)
+    for name, kind, type in (("Float64", NUMBER, "double"), ("Int32", INTEGER, "i32"),
+                             ("Boolean", TRUTH, BYTE)):  # fmt: skip
+        e.getter(f"fmi3Get{name}", kind, type, True)
+        e.setter(f"fmi3Set{name}", kind, type, True)
+    _model_exchange(e, asserts)
+    _steps(e, asserts)
+    e.save("fmi3GetFMUState")
+    e.restore("fmi3SetFMUState")
+    e.forget("fmi3FreeFMUState")
+    e.serialize("fmi3SerializeFMUState", "fmi3SerializedFMUStateSize", "fmi3DeserializeFMUState")
+    e.refused(_REFUSED)
+    return e
+
+
+def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> None:
+    host, logger = m.load(POINTER, Own.HOST), m.load(POINTER, Own.LOGGER)
+    given = f"ptr {host.text}, i32 {status.text}, ptr {category.text}, ptr {message.text}"
+    c.line(f"call void {logger.text}({given})")
+
+
+def _life(e: Entries, asserts: Sequence[str]) -> None:
+    """Made, initialized, ended."""
+    with e.plain("px_instantiate", "ptr token, i8 logging, ptr host, ptr logger", POINTER) as (
+        c,
+        a,
+    ):
+        token, logging, host, logger = a
+        right = same_text(c, token, constant(c, "px_token"))
+        with c.when(~right, leaves=True):
+            c.give(Value(c, POINTER, "null"))
+        told = c.emit(INT, f"zext i8 {logging.text} to i64")
+        c.give(c.call(POINTER, "px_new", logger, host, told))
+    e.names.remove("px_instantiate")
+    head = "ptr name, ptr token, ptr resources, i8 visible, i8 logging"
+    tails = (
+        ("ModelExchange", "ptr host, ptr logger"),
+        ("CoSimulation", "i8 events, i8 early, ptr required, i64 count, ptr host, ptr logger, "
+                         "ptr intermediate"),
+    )  # fmt: skip
+    for name, tail in tails:
+        with e.plain(f"fmi3Instantiate{name}", f"{head}, {tail}", POINTER) as (c, a):
+            own = {v.text: v for v in a}
+            m = c.call(POINTER, "px_instantiate", own["%token"], own["%logging"],
+                       own["%host"], own["%logger"])  # fmt: skip
+            with c.when(c.emit("i1", f"icmp ne ptr {m.text}, null")):
+                phase = whole(c, Phase.EVENT)
+                if "%events" in own:
+                    used = c.emit("i1", f"icmp ne i8 {own['%events'].text}, 0")
+                    phase = c.emit(INT, f"select i1 {used.text}, i64 2, i64 {int(Phase.STEP)}")
+                m.store(phase, Own.BEGUN)
+            c.give(m)
+    with e.plain("fmi3InstantiateScheduledExecution", "ptr name", POINTER) as (c, _):
+        c.give(Value(c, POINTER, "null"))
+    with e.plain("fmi3FreeInstance", "ptr m", "void") as (c, (m,)):
+        c.run("free", m)
+        c.give()
+    with e.entry("fmi3SetDebugLogging", "i8 on, i64 count, ptr categories"):
+        pass
+    times = "i8 given, double tolerance, double start, i8 stops, double stop"
+    with e.entry("fmi3EnterInitializationMode", times, (Phase.INSTANTIATED,)) as (c, a):
+        m, given, tolerance, start, stops, stop = a
+        wanted = c.emit("i1", f"icmp ne i8 {given.text}, 0") & (tolerance > 0.0)
+        with c.when(wanted & (tolerance < m.load(REAL, Own.TOLERANCE))):
+            m.store(tolerance, Own.TOLERANCE)
+        with c.when(c.emit("i1", f"icmp ne i8 {stops.text}, 0")):
+            m.store(stop, Own.STOP)
+        e.begin(c, m, start)
+    with e.entry("fmi3ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
+        e.started(c, m, asserts)
+    with e.entry("fmi3Terminate", "", ANYWHERE) as (c, (m,)):
+        e.enter(c, m, Phase.TERMINATED)
+    with e.entry("fmi3Reset", "", tuple(Phase)) as (c, (m,)):
+        c.run("px_load", m, constant(c, "px_image"))
+
+
+def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
+    events = (Phase.CONTINUOUS, Phase.STEP)
+    with e.entry("fmi3EnterEventMode", "", (*events, Phase.EVENT)) as (c, (m,)):
+        e.enter(c, m, Phase.EVENT)
+    with e.entry("fmi3EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
+        e.enter(c, m, Phase.CONTINUOUS)
+    with e.entry("fmi3EvaluateDiscreteStates", "", (Phase.INITIALIZATION, Phase.EVENT)):
+        pass
+    flags = "ptr needed, ptr ended, ptr nominals, ptr values, ptr timed, ptr next"
+    with e.entry("fmi3UpdateDiscreteStates", flags, (Phase.EVENT,)) as (c, (m, *places)):
+        changed = e.update(c, m)
+        needed, ended, nominals, values, timed, following = places
+        for place in (needed, ended, timed):
+            give_flag(c, place, 0)
+        for place in (nominals, values):
+            give_flag(c, place, changed)
+        following.store(0.0)
+    with e.entry("fmi3GetNumberOfContinuousStates", "ptr count") as (c, (_, to)):
+        to.store(plan(c, Table.STATES))
+    with e.entry("fmi3GetNumberOfEventIndicators", "ptr count") as (c, (_, to)):
+        to.store(indicator_count(c))
+    e.set_time("fmi3SetTime")
+    e.set_states("fmi3SetContinuousStates")
+    e.vector("fmi3GetContinuousStates", _state)
+    e.vector("fmi3GetContinuousStateDerivatives", _rate)
+    e.vector("fmi3GetNominalsOfContinuousStates", _nominal)
+    e.indicators("fmi3GetEventIndicators")
+    with e.entry("fmi3CompletedIntegratorStep", "i8 final, ptr event, ptr ended",
+                 (Phase.CONTINUOUS,)) as (c, (m, _, event, ended)):  # fmt: skip
+        give_flag(c, ended, 0)
+        give_flag(c, event, e.accept(c, m, asserts))
+
+
+def _state(c: Code, m: Value, values: Value, i: Value) -> None:
+    values.store(m.load(POINTER, Own.Y).load(REAL, i), i)
+
+
+def _rate(c: Code, m: Value, values: Value, i: Value) -> None:
+    from planarc.ir.frame import Number
+
+    w, numbers, _, _ = open_frame(m)
+    slots = numbers.at(plan(c, Table.STATES) + int(Number.FIRST_STATE))
+    values.store(w.load(REAL, slots.load(INT, i)), i)
+
+
+def _nominal(c: Code, m: Value, values: Value, i: Value) -> None:
+    values.store(nominal_of(c, m, i), i)
+
+
+def _steps(e: Entries, asserts: Sequence[str]) -> None:
+    with e.entry("fmi3EnterStepMode", "", (Phase.EVENT, Phase.STEP)) as (c, (m,)):
+        e.enter(c, m, Phase.STEP)
+    arguments = "double t, double h, i8 final, ptr event, ptr ended, ptr early, ptr last"
+    with e.entry("fmi3DoStep", arguments, (Phase.STEP,)) as (c, (m, t, h, _, *flags, last)):
+        for place in flags:
+            give_flag(c, place, 0)
+        last.store(t)
+        e.step(c, m, t, h, asserts)
+        last.store(t + h)

@@ -1,0 +1,196 @@
+"""What a host sees of a model: its variables, by names and references.
+
+In:   Program, the values at the start, what is held there
+Out:  Seen    one for each value: names that share it are its aliases
+
+A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
+output have references of their own, since each may be one. Where the choice of
+states may change, the states are variables of their own: `_state[1]` is the first of them,
+whichever coordinate that is, and its derivative `der(_state[1])`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
+from planarc.export.instance.block import OTHER
+from planarc.export.plan import is_settable
+from planarc.ir.dae import Kind
+from planarc.ir.program import Column, ParameterSlot, Program
+
+_KINDS = {Kind.REAL: NUMBER, Kind.INTEGER: INTEGER, Kind.ENUMERATION: INTEGER,
+          Kind.BOOLEAN: TRUTH}  # fmt: skip
+_TWICE = re.compile(r"der\(der\((.*)\)\)")
+
+
+class Seen(Data):
+    """`derivative` is the reference of the state that it is the derivative of."""
+
+    reference: int
+    kind: int
+    name: str
+    causality: str
+    variability: str
+    initial: str | None
+    start: float | None = None
+    unit: str = ""
+    display_unit: str = ""
+    description: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    derivative: int | None = None
+    aliases: tuple[Column, ...] = ()
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether it is computed at the start and must be listed."""
+        return self.causality == "output" and self.initial == "calculated"
+
+
+class Interface(Data):
+    """`states` and `rates` are references, in the order of the states."""
+
+    variables: tuple[Seen, ...]
+    states: tuple[int, ...]
+    rates: tuple[int, ...]
+    indicators: tuple[int, ...] = ()
+
+
+def interface(
+    program: Program,
+    w: Sequence[float],
+    held: Sequence[tuple[int, int]],
+    selection: Sequence[int],
+    outputs: re.Pattern[str] | None,
+) -> Interface:
+    """`selection` are the states where they never change; `outputs` matches names of variables
+    that a host is shown as outputs, besides the model's own."""
+    groups: dict[int, list[Column]] = {}
+    for column in program.columns:
+        kind = _KINDS.get(column.kind)
+        if kind is not None and not column.name.startswith("$"):
+            sign = int(column.sign < 0 and kind == NUMBER)
+            groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
+    found = _Shown(program, w, {slot for slot, _ in held}, outputs)
+    candidates = [program.candidates[i] for i in selection]
+    fixed = _never_exchanged(program)
+    seen = [
+        Seen(0, NUMBER, "time", "independent", "continuous", None, unit="s", description="Time")
+    ]
+    if fixed:
+        states = tuple(8 * c.slot for c in candidates)
+        rates = tuple(8 * c.derivative for c in candidates)
+        rate_of = dict(zip(rates, states, strict=True))
+        shown = [v for ref, cols in groups.items() for v in found.all(ref, cols, rate_of.get(ref))]
+        return Interface((*seen, *shown), states, rates)
+    n = program.state_count
+    states = tuple(8 * (program.size + k) for k in range(n))
+    rates = tuple(8 * (program.size + n + k) for k in range(n))
+    seen += [v for ref, cols in groups.items() for v in found.all(ref, cols, None)]
+    for k, (state, rate) in enumerate(zip(states, rates, strict=True), 1):
+        told = f"State {k} as it is chosen at present"
+        name = f"_state[{k}]"
+        seen.append(Seen(state, NUMBER, name, "local", "continuous", "calculated",
+                         description=told))  # fmt: skip
+        seen.append(Seen(rate, NUMBER, f"der({name})", "local", "continuous", "calculated",
+                         derivative=state))  # fmt: skip
+    margin = 8 * (program.size + 2 * n)
+    told = "What is left until other states are chosen"
+    seen.append(Seen(margin, NUMBER, "_margin", "local", "continuous", "calculated",
+                     description=told))  # fmt: skip
+    from planarc.solve.states.selector import open_blocks
+
+    return Interface(tuple(seen), states, rates, (margin,) if open_blocks(program) else ())
+
+
+def _never_exchanged(program: Program) -> bool:
+    """Whether the states are the same candidates in every run, each shown by a column."""
+    from planarc.solve.states.selector import open_blocks
+
+    shown = {c.slot for c in program.columns if c.sign > 0 and c.kind is Kind.REAL}
+    homes = all(c.slot in shown and c.derivative in shown for c in program.candidates)
+    return not open_blocks(program) and homes
+
+
+class _Shown:
+    """Variables by their groups of columns."""
+
+    def __init__(
+        self, program: Program, w: Sequence[float], held: set[int], outputs: re.Pattern[str] | None
+    ) -> None:
+        self._w, self._held = w, held
+        self._parameters: dict[str, ParameterSlot] = {p.name: p for p in program.parameter_slots}
+        own = set(program.outputs)
+        names = {c.name for c in program.columns}
+        if outputs is not None:
+            own |= {name for name in names if outputs.search(name)}
+        elif not own:  # a host shows outputs first: those that say where everything is
+            own = {c.display for c in program.candidates}
+        self._outputs, self._inputs = own, set(program.inputs)
+
+    def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
+        """The variables that a group of names makes."""
+        first = self.group(reference, columns, state)
+        if first.causality != "output":
+            return [first]
+        found = [replace(first, aliases=())]
+        for k, column in enumerate(first.aliases, 1):
+            other = self.group(reference, [column], None)
+            initial = "calculated"  # a start value is set by one name
+            found.append(replace(other, reference=reference + k * OTHER, initial=initial,
+                                 start=None))  # fmt: skip
+        return found
+
+    def group(self, reference: int, columns: list[Column], state: int | None) -> Seen:
+        main = next((c for c in columns if c.name in self._outputs and not c.constant), columns[0])
+        main = next((c for c in columns if c.name in self._parameters), main)
+        main = next((c for c in columns if c.name in self._inputs), main)
+        kind, sign = reference // 2 % 4, reference % 2
+        parameter = self._parameters.get(main.name)
+        value: Any = -self._w[main.slot] if sign else self._w[main.slot]
+        causality, variability = "local", "continuous" if kind == NUMBER else "discrete"
+        initial: str | None = "calculated"
+        minimum = maximum = None
+        if main.name in self._inputs:
+            causality, initial = "input", None
+        elif parameter is not None and is_settable(parameter):
+            causality, variability, initial = "parameter", "fixed", "exact"
+            minimum, maximum = parameter.minimum, parameter.maximum
+        elif all(c.constant for c in columns):
+            variability = "fixed"
+        elif main.name in self._outputs:
+            causality = "output"
+        if main.slot in self._held and not sign and initial == "calculated":
+            initial = "exact"
+        return Seen(
+            reference=reference,
+            kind=kind,
+            name=_name(main.name),
+            causality=causality,
+            variability=variability,
+            initial=initial,
+            start=None if initial == "calculated" else float(value),
+            unit=main.unit if kind == NUMBER else "",
+            display_unit=main.display_unit if kind == NUMBER else "",
+            description=main.description,
+            minimum=minimum,
+            maximum=maximum,
+            derivative=state,
+            aliases=tuple(c for c in columns if c is not main and _name(c.name) != main.name),
+        )
+
+
+def _name(name: str) -> str:
+    """A second derivative as the standard writes it."""
+    return _TWICE.sub(r"der(\1,2)", name)
+
+
+def shown_name(column: Column) -> str:
+    """The name of an alias."""
+    return _name(column.name)

@@ -1,0 +1,114 @@
+"""A compiled model as an FMU: a file that other simulators run, without planarc.
+
+In:   Compiled, Wishes
+Out:  bytes of the archive
+
+    modelDescription.xml            names, units, start values
+    binaries/PLATFORM/NAME.so       the model as machine code
+
+Needs:     llvmlite
+Promises:  the same model and wishes give the same bytes.
+Raises:    PlanarcError C300 for what cannot be exported, and what a start may raise.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+from planarc.core.data import Data
+from planarc.export.refusal import refuse
+
+if TYPE_CHECKING:
+    from planarc.compiled import Compiled
+
+#: Platforms as the standard calls them, with LLVM's name.
+PLATFORMS = {
+    "x86_64-linux": "x86_64-unknown-linux-gnu",
+    "aarch64-linux": "aarch64-unknown-linux-gnu",
+}
+_LIBRARIES = ("libm.so.6", "libc.so.6")
+#: Co-simulation has errors of this part of the experiment's tolerance, or less.
+_FINER, _FINEST = 0.01, 1e-8
+#: Files have the oldest date that an archive can tell, so that archives are the same.
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+class Wishes(Data):
+    """`outputs` matches names of variables that become outputs; None: the model's own, or, where
+    it has none, all coordinates."""
+
+    outputs: re.Pattern[str] | None = None
+    platforms: tuple[str, ...] = tuple(PLATFORMS)
+
+
+class Fmu(Data):
+    """The archive, and what a summary tells."""
+
+    data: bytes
+    inputs: int
+    outputs: int
+    parameters: int
+    states: int
+
+
+def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
+    """The archive of a model."""
+    from planarc.export.fmi.description import Told, describe_three
+    from planarc.export.fmi.three import functions
+    from planarc.export.fmi.variables import interface
+    from planarc.export.image import take_image
+    from planarc.export.link.elf import write_library
+    from planarc.export.link.objects import read_object
+    from planarc.export.module import compile_library, errors, message_text
+
+    program = compiled.program
+    refuse(program)
+    image = take_image(compiled)
+    shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
+    entries = functions([message_text(a) for a in errors(program)])
+    tolerance = min(_FINER * program.experiment.tolerance, _FINEST)
+    identifier = _identifier(program.name)
+    draft = describe_three(program, shown, Told(identifier, "", _tool(), tolerance))
+    token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
+    text = describe_three(program, shown, Told(identifier, token, _tool(), tolerance))
+    files = {"modelDescription.xml": text.encode()}
+    for platform in wishes.platforms:
+        code = compile_library(program, image, entries, token, tolerance, PLATFORMS[platform])
+        name = f"{identifier}.so"
+        library = write_library(read_object(code), name, entries.names, _LIBRARIES)
+        files[f"binaries/{platform}/{name}"] = library
+    causes = [v.causality for v in shown.variables]
+    return Fmu(
+        _archive(files),
+        causes.count("input"),
+        causes.count("output"),
+        causes.count("parameter"),
+        program.state_count,
+    )
+
+
+def _identifier(name: str) -> str:
+    """A name that C accepts."""
+    last = re.findall(r"'(?:[^'\\]|\\.)*'|[^.]+", name)[-1].strip("'")
+    return re.sub(r"^(?=\d)|\W", "_", last, flags=re.ASCII)
+
+
+def _tool() -> str:
+    from importlib.metadata import version
+
+    return f"planarc {version('planarc')}"
+
+
+def _archive(files: dict[str, bytes]) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            info = zipfile.ZipInfo(name, _DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, data)
+    return out.getvalue()

@@ -1,0 +1,7 @@
+"""What runs inside an exported model, in LLVM by `codegen.native`'s notation; the same for all.
+
+block       the memory of an instance: made, saved, read, set
+start       start values that fit together, from the assembly found at export
+states      other states where the present ones go bad
+steps       an integrator of its own
+"""

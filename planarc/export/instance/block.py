@@ -1,0 +1,188 @@
+"""An instance: made, evaluated, read and set.
+
+    px_new(logger, host, logging) -> block       from the image, in the first phase
+    px_save(block) -> copy                       the state, in memory of its own
+    px_load(block, copy)
+    px_refresh(block, least) -> flag             evaluate what is stale, down to `least`
+    px_place(block, reference, kind) -> pointer  of a value, null where there is none
+    px_set(block, reference, kind, value) -> flag
+
+A value's *reference* is made of its slot in the workspace: 8*slot + 2*kind + sign; slots
+behind the workspace are the states as they are chosen, their derivatives, and the margin. What
+a reference has from `OTHER` on makes other references of the same value.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.codegen.native.newton import open_frame
+from planarc.export.plan import FIRST_GIVEN, INPUT, PARAMETER, Own, Phase, Stale, Table
+from planarc.ir.frame import Frame, Number
+
+BYTE, WORD = "i8", "i32"
+#: More than 8 times as many slots as any model has.
+OTHER = 1 << 24
+
+
+def block_functions() -> tuple[str, ...]:
+    """The texts of all of them."""
+    return _copy(), _new(), _save(), _load(), _refresh(), _place(), _set()
+
+
+def constant(c: Code, name: str) -> Value:
+    return Value(c, POINTER, f"@{name}")
+
+
+def plan(c: Code, which: Table) -> Value:
+    """A number of the model."""
+    return constant(c, "px_plan").load(INT, which)
+
+
+def whole(c: Code, value: int) -> Value:
+    return c.constant(value, INT)
+
+
+def load_narrow(c: Code, type: str, array: Value, index: Value) -> Value:
+    """A number of 1 or 4 bytes as one of 8; without a sign."""
+    at = c.emit(POINTER, f"getelementptr {type}, ptr {array.text}, i64 {index.text}")
+    return c.emit(INT, f"zext {type} {c.emit(type, f'load {type}, ptr {at.text}').text} to i64")
+
+
+def load_signed(c: Code, array: Value, index: Value) -> Value:
+    """A number of 4 bytes with its sign."""
+    at = c.emit(POINTER, f"getelementptr i32, ptr {array.text}, i64 {index.text}")
+    return c.emit(INT, f"sext i32 {c.emit(WORD, f'load i32, ptr {at.text}').text} to i64")
+
+
+def store_narrow(c: Code, type: str, array: Value, value: Value, index: Value | int = 0) -> None:
+    """The low bytes of a whole number."""
+    i = index if isinstance(index, int) else index.text
+    at = c.emit(POINTER, f"getelementptr {type}, ptr {array.text}, i64 {i}")
+    low = c.emit(type, f"trunc i64 {value.text} to {type}")
+    c.line(f"store {type} {low.text}, ptr {at.text}")
+
+
+def own(reference: Value) -> Value:
+    """A reference without what makes it another one."""
+    return reference - reference / OTHER * OTHER
+
+
+def is_null(c: Code, pointer: Value) -> Value:
+    return c.emit("i1", f"icmp eq ptr {pointer.text}, null")
+
+
+@function("void px_copy(ptr to, ptr from, i64 count)")
+def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
+    with c.loop(count) as i:
+        to.store(source.load(INT, i), i)
+    c.give()
+
+
+@function("ptr px_new(ptr logger, ptr host, i64 logging)")
+def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
+    words = plan(c, Table.WORDS)
+    block = c.call(POINTER, "calloc", words, whole(c, 8))
+    with c.when(is_null(c, block), leaves=True):
+        c.give(block)
+    state = words - Own.PHASE
+    c.run("px_copy", block.at(Own.PHASE), constant(c, "px_image"), state)
+    homes = constant(c, "px_plan").at(Table.POINTERS)
+    with c.loop(homes.load(INT)) as i:
+        block.store(block.at(homes.load(INT, i * 2 + 2)), homes.load(INT, i * 2 + 1))
+    block.store(host, Own.HOST)
+    block.store(logger, Own.LOGGER)
+    block.store(logging, Own.LOGGING)
+    c.give(block)
+
+
+@function("ptr px_save(ptr m)")
+def _save(c: Code, m: Value) -> None:
+    count = plan(c, Table.WORDS) - Own.PHASE
+    found = c.call(POINTER, "calloc", count, whole(c, 8))
+    with c.when(~is_null(c, found)):
+        c.run("px_copy", found, m.at(Own.PHASE), count)
+    c.give(found)
+
+
+@function("void px_load(ptr m, ptr saved)")
+def _load(c: Code, m: Value, saved: Value) -> None:
+    c.run("px_copy", m.at(Own.PHASE), saved, plan(c, Table.WORDS) - Own.PHASE)
+    c.give()
+
+
+@function("i32 px_refresh(ptr m, i64 least)")
+def _refresh(c: Code, m: Value, least: Value) -> None:
+    """With `least` = Stale.REST derivatives are enough."""
+    with c.when(m.load(INT, Own.STALE).equals(Stale.START)):
+        flag = c.call(FLAG, "px_start", m)
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(flag)
+        m.store(whole(c, Stale.REST), Own.STALE)
+    w, _, _, _ = open_frame(m)
+    t = w.load(REAL)
+    y, rates = m.load(POINTER, Own.Y), m.load(POINTER, Own.RATES)
+    with c.when(m.load(INT, Own.STALE).equals(Stale.ALL)):
+        flag = c.call(FLAG, "pc_rhs", m, t, y, rates)
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(flag)
+        m.store(whole(c, Stale.REST), Own.STALE)
+    with c.when(m.load(INT, Own.STALE).equals(Stale.REST) & least.equals(Stale.NOTHING)):
+        flag = c.call(FLAG, "pc_rest", m, t)
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(flag)
+        c.run("px_measure", m)
+        m.store(whole(c, Stale.NOTHING), Own.STALE)
+    c.give(0)
+
+
+@function("ptr px_place(ptr m, i64 reference, i64 kind)")
+def _place(c: Code, m: Value, given: Value, kind: Value) -> None:
+    reference = own(given)
+    slot = reference / 8
+    states = plan(c, Table.STATES)
+    behind = slot - plan(c, Table.SIZE)
+    wrong = ~((reference - slot * 8) / 2).equals(kind) | (behind > states * 2)
+    with c.when(wrong, leaves=True):
+        c.give(Value(c, POINTER, "null"))
+    w, numbers, _, _ = open_frame(m)
+    with c.when(behind.equals(states * 2), leaves=True):
+        c.give(w.at(plan(c, Table.MARGIN)))
+    with c.when(behind >= 0, leaves=True):
+        c.give(w.at(numbers.at(Number.FIRST_STATE).load(INT, behind)))
+    c.give(w.at(slot))
+
+
+@function("i32 px_set(ptr m, i64 reference, i64 kind, double value)")
+def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None:
+    """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number."""
+    place = c.call(POINTER, "px_place", m, reference, kind)
+    slot = own(reference) / 8
+    with c.when(is_null(c, place) | (slot >= plan(c, Table.SIZE)), leaves=True):
+        c.give(2)
+    with c.when(~((value - value).equals(0.0)), leaves=True):
+        c.give(3)
+    rule = constant(c, "px_rules").load(INT, slot)
+    negative = (own(reference) - slot * 8 - kind * 2).equals(1)
+    wanted = c.select(negative, c.constant(0.0, REAL) - value, value)
+    with c.when(rule.equals(INPUT), leaves=True):
+        place.store(wanted)
+        stale = m.load(INT, Own.STALE)
+        now = c.emit(INT, f"select i1 {(stale < Stale.ALL).text}, i64 2, i64 {stale.text}")
+        m.store(now, Own.STALE)
+        m.store(whole(c, 0), Own.EXACT)
+        c.give(0)
+    with c.when((rule < PARAMETER) | (m.load(INT, Own.PHASE) > Phase.INITIALIZATION), leaves=True):
+        c.give(1)
+    with c.when(rule < INPUT):
+        place.store(wanted)
+    with c.when(rule >= FIRST_GIVEN):
+        m.load(POINTER, Own.STARTS).store(wanted, rule - FIRST_GIVEN)
+        m.load(POINTER, Own.GIVEN).store(whole(c, 1), rule - FIRST_GIVEN)
+        place.store(wanted)
+    m.store(whole(c, Stale.START), Own.STALE)
+    c.give(0)
+
+
+def hold(c: Code, m: Value) -> None:
+    """The present point becomes the one that nonlinear blocks start from."""
+    c.call(FLAG, "pc_accept", m, m.load(POINTER, Frame.W).load(REAL))

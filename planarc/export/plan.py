@@ -1,0 +1,138 @@
+"""The memory of one instance: a block of words of 8 bytes, the same wherever it runs.
+
+    words of `Own`    pointers into the block, the host's callbacks; then numbers
+    arrays            states, their derivatives, steps of an integrator, ...
+    the kernel's      workspace, numbers, accepted, area (`planarc.ir.frame`)
+
+The block begins with the kernel's frame, so that its address is the frame's, too. What lies
+behind the pointers (from `Own.PHASE` on) is the whole state of an instance: to save it is to
+copy it.
+
+`Table` are the numbers of a model that its functions read, a constant `px_plan` in the code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from itertools import accumulate
+
+from planarc.core.data import Data
+from planarc.ir.dae import Kind
+from planarc.ir.frame import Frame, place
+from planarc.ir.program import ParameterSlot, Program
+
+
+class Own(IntEnum):
+    """Words behind the frame's."""
+
+    Y = len(Frame)  # pointers to arrays, in the order of `ARRAYS`
+    RATES = Y + 1
+    SCALES = Y + 2
+    GIVEN = Y + 3
+    STARTS = Y + 4
+    STAGES = Y + 5
+    HOST = Y + 6  # what the host wants to be told with each message
+    LOGGER = Y + 7
+    LOGGING = Y + 8
+    BEGUN = Y + 9  # the phase behind initialization
+    PHASE = Y + 10  # from here on the state
+    STALE = Y + 11  # see `Stale`
+    TOLERANCE = Y + 12
+    BOUND = Y + 13  # of the sensitivity at which other states are taken
+    STEP = Y + 14  # the integrator's next one
+    WAITING = Y + 15  # 1 where other states are to be taken at the next event
+    STOP = Y + 16  # the time behind which no step may go
+    EXACT = Y + 17  # 1 where the first slopes are those of the present point
+    MARGIN = Y + 18  # what is left until other states are to be taken
+    FIRST = Y + 19
+
+
+class Phase(IntEnum):
+    """The states of the standard's machine."""
+
+    INSTANTIATED = 0
+    INITIALIZATION = 1
+    EVENT = 2
+    CONTINUOUS = 3
+    STEP = 4
+    TERMINATED = 5
+    FAILED = 6
+
+
+class Stale(IntEnum):
+    """What of the workspace does not fit the time and states."""
+
+    NOTHING = 0
+    REST = 1  # what only results need
+    ALL = 2
+    START = 3  # the start itself
+
+
+class Table(IntEnum):
+    """Places in `px_plan`."""
+
+    WORDS = 0  # of a block
+    STATES = 1
+    SIZE = 2  # of the workspace
+    OPEN = 3  # blocks with a choice of states
+    GIVEN = 4  # start values that may be set
+    HELD = 5  # rows of the start system that hold a value
+    MOVED = 6  # its unknowns
+    WIDTH = 7  # its rows
+    NOMINALS = 8
+    WORKSPACE = 9  # where it begins in the image
+    MARGIN = 10  # the word of the margin, reckoned from the workspace
+    POINTERS = 11  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+
+
+#: Stages of a step of the integrator, and vectors that it needs besides.
+STAGES = 10
+
+#: Values that `px_rules` gives a slot.
+NEVER, PARAMETER, WHOLE_PARAMETER, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 16
+
+
+class Plan(Data):
+    """`homes` are pairs (word of the pointer, word at which the array begins)."""
+
+    words: int
+    homes: tuple[tuple[int, int], ...]
+    given: tuple[tuple[int, int], ...]  # slots of held values, with those of their starts
+
+
+def make_plan(program: Program, given: tuple[tuple[int, int], ...], scales: int) -> Plan:
+    """`given`: the values held at the start; `scales`: tears of the blocks with a choice."""
+    placed, n = place(program), program.state_count
+    sizes = {
+        Own.Y: n,
+        Own.RATES: n,
+        Own.SCALES: scales,
+        Own.GIVEN: len(given),
+        Own.STARTS: len(given),
+        Own.STAGES: STAGES * n,
+        Frame.W: program.size,
+        Frame.NUMBERS: placed.numbers,
+        Frame.ACCEPTED: placed.accepted,
+        Frame.AREA: placed.area,
+    }
+    starts = list(accumulate(sizes.values(), initial=int(Own.FIRST)))
+    return Plan(starts[-1], tuple(zip(map(int, sizes), starts, strict=False)), given)
+
+
+def rules(program: Program, given: Sequence[tuple[int, int]]) -> list[int]:
+    """What may be set in each slot."""
+    found = [0] * program.size
+    for k, (slot, _) in enumerate(given):
+        found[slot] = FIRST_GIVEN + k
+    for p in program.parameter_slots:
+        if is_settable(p):
+            found[p.slot] = PARAMETER if p.kind is Kind.REAL else WHOLE_PARAMETER
+    for name in program.inputs:
+        found[program.slots[name]] = INPUT
+    return found
+
+
+def is_settable(p: ParameterSlot) -> bool:
+    """Whether a host may set a parameter."""
+    return p.settable and not p.structural and not p.final and p.kind is not Kind.STRING

@@ -1,0 +1,51 @@
+"""What cannot be exported yet: told with the line and the reason, never exported wrongly.
+
+In:   Program
+Out:  PlanarcError C300 with a diagnostic for each reason, or nothing
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.source import NOWHERE, Span
+from planarc.ir.expr import Op, postorder
+from planarc.ir.program import Let, Program
+
+_HINT = "simulate it with `planarc simulate`; only models without events are exported so far"
+
+
+def refuse(program: Program) -> None:
+    """Raise what stands in the way of an export."""
+    found = [
+        Diagnostic("C300", f"{what} cannot be exported", span if span is not NOWHERE else None,
+                   hint=_HINT)
+        for what, span in _reasons(program)
+    ]  # fmt: skip
+    if found:
+        raise PlanarcError(found)
+
+
+def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
+    if program.relations:
+        for r in program.relations:
+            yield f"the event at which `{r.text}` switches", r.span
+    elif program.whens:
+        yield "a `when`", program.whens[0].span
+    elif program.samplers:
+        yield "a `sample`", program.samplers[0][3]
+    elif program.discretes:
+        yield f"the discrete variable `{program.discretes[0].name}`", program.span
+    for delay in program.delays:
+        yield f"the delay `{delay.text}`", delay.span
+    if program.sharing is not None:
+        yield "a mechanism with redundant joints", program.span
+    lists = (program.parameters, *program.levels, program.rest, program.initial)
+    lets = [s for statements in lists for s in statements if isinstance(s, Let)]
+    lets += [s for block in program.blocks for s in block.body]
+    called = dict.fromkeys(
+        e.data[0] for s in lets for e in postorder((s.value,)) if e.op is Op.APPLY
+    )
+    for name in called:
+        yield f"the function `{name}`, which planarc computes in Python,", program.span

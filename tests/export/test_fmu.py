@@ -1,0 +1,273 @@
+"""FMUs, as another tool runs them: FMPy validates each, and its runs agree with planarc's."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import random
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
+
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model, run
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.options import RunOptions
+from planarc.export.fmu import Wishes, make_fmu
+from planarc.request.request import Request
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+HERE = platform.system() == "Linux" and platform.machine() in ("x86_64", "aarch64")
+runs_here = pytest.mark.skipif(not HERE, reason="there is no library for this platform")
+MODELS = ("pendulum", "double_pendulum", "four_bar", "crank_slider", "walking_leg")
+WAYS = ("ModelExchange", "CoSimulation")
+
+
+@cache
+def compiled(name: str) -> Compiled:
+    return compile_model(Request(EXAMPLES / f"{name}.pmo"))
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("fmus")
+
+
+def archive(folder: Path, name: str) -> Path:
+    path = folder / f"{name}.fmu"
+    if not path.exists():
+        path.write_bytes(make_fmu(compiled(name), Wishes()).data)
+    return path
+
+
+def simulate(path: Path, way: str, stop: float, **more: object) -> np.ndarray:
+    names = [v.name for v in fmpy.read_model_description(path).modelVariables
+             if v.causality == "output"]  # fmt: skip
+    return fmpy.simulate_fmu(
+        path, fmi_type=way, stop_time=stop, relative_tolerance=1e-11, output=names,
+        output_interval=stop / 100, record_events=False, **more,
+    )  # fmt: skip
+
+
+def misfit(name: str, table: np.ndarray, stop: float, **options: object) -> float:
+    """The largest difference to a run of planarc, as a part of the variable's range."""
+    program = compiled(name).program
+    result = run(compiled(name), RunOptions(stop=stop, intervals=100, tolerance=1e-11, **options))
+    assert result.ended is None
+    rows = np.abs(result.time[:, None] - table["time"]).argmin(0)
+    assert np.abs(result.time[rows] - table["time"]).max() < 1e-9
+    columns = {c.name: c for c in program.columns}
+    worst = 0.0
+    for output in table.dtype.names[1:]:
+        c = columns[output]
+        values = c.sign * result.data[rows, result.stored[c.slot]]
+        size = max(np.ptp(values), 1e-9)
+        worst = max(worst, float(np.abs(values - table[output]).max() / size))
+    return worst
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_fmpy_has_nothing_to_say(folder: Path, name: str) -> None:
+    assert validate_fmu(str(archive(folder, name))) == []
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", MODELS)
+def test_a_run_is_the_one_of_planarc(folder: Path, name: str, way: str) -> None:
+    stop = min(3.0, compiled(name).program.experiment.stop)
+    assert misfit(name, simulate(archive(folder, name), way, stop), stop) < 1e-6
+
+
+@runs_here
+@pytest.mark.parametrize(
+    "set",
+    [
+        {"crank.r[1]": 0.3},
+        {"rocker.r[1]": 1.2, "crankBody.m": 3.0},
+        {"revA.phi": 2.5},
+        {"revA.phi": -1.5, "coupler.r[1]": 1.0},
+    ],
+)
+def test_other_parameters_and_starts_follow_the_assembly(folder: Path, set: dict) -> None:
+    table = simulate(archive(folder, "four_bar"), "CoSimulation", 1.0, start_values=set)
+    starts = {k: v for k, v in set.items() if k.startswith("rev")}
+    values = {k: v for k, v in set.items() if k not in starts}
+    assert misfit("four_bar", table, 1.0, values=values, starts=starts) < 2e-6
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+def test_states_are_exchanged_where_a_crank_swings(folder: Path, way: str) -> None:
+    """With a coupler of 1.5 m no angle can be the state for long."""
+    set = {"coupler.r[1]": 1.5}
+    table = simulate(archive(folder, "four_bar"), way, 1.3, start_values=set)
+    program = compiled("four_bar").program
+    result = run(compiled("four_bar"), RunOptions(stop=1.3, tolerance=1e-9, values=set))
+    assert len(result.states) > 3
+    c = next(c for c in program.columns if c.name == "revA.phi")
+    end = c.sign * result.data[-1, result.stored[c.slot]]
+    assert abs(table["revA.phi"][-1] - end) < 1e-5
+
+
+@runs_here
+def test_a_loop_that_does_not_close_is_told(folder: Path) -> None:
+    told: list[str] = []
+
+    def log(*given: object) -> None:
+        told.append(given[-1].decode())
+
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        simulate(archive(folder, "four_bar"), "CoSimulation", 1.0,
+                 start_values={"crank.r[1]": 30.0}, logger=log)  # fmt: skip
+    assert "a loop does not close" in told[0]
+
+
+class Instance:
+    """An instance for co-simulation, initialized."""
+
+    def __init__(self, path: Path, unpacked: str) -> None:
+        description = fmpy.read_model_description(path)
+        self.fmu = FMU3Slave(
+            guid=description.guid,
+            unzipDirectory=unpacked,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )
+        self.names = {v.name: v.valueReference for v in description.modelVariables}
+        self.fmu.instantiate()
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        self.t = 0.0
+
+    def go(self, steps: int) -> float:
+        for _ in range(steps):
+            self.fmu.doStep(currentCommunicationPoint=self.t, communicationStepSize=0.01)
+            self.t += 0.01
+        return self.fmu.getFloat64([self.names["revA.phi"]])[0]
+
+
+@runs_here
+def test_a_state_that_was_saved_leads_to_the_same_end(folder: Path) -> None:
+    path = archive(folder, "four_bar")
+    unpacked = fmpy.extract(path)
+    one = Instance(path, unpacked)
+    one.go(20)
+    state, t = one.fmu.getFMUState(), one.t
+    end = one.go(60)
+    kept = one.fmu.serializeFMUState(state)
+    one.fmu.setFMUState(state)
+    one.t = t
+    assert one.go(60) == end
+    other = Instance(path, unpacked)
+    other.fmu.setFMUState(other.fmu.deserializeFMUState(kept))
+    other.t = t
+    assert other.go(60) == end
+    one.fmu.freeFMUState(state)
+
+
+@runs_here
+def test_instances_in_threads_do_not_meet(folder: Path) -> None:
+    path = archive(folder, "four_bar")
+    unpacked = fmpy.extract(path)
+    instances = [Instance(path, unpacked) for _ in range(50)]
+    alone = Instance(path, unpacked).go(50)
+    with ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(lambda i: i.go(50), instances)) == {alone}
+
+
+@runs_here
+def test_no_order_of_calls_ends_the_host(folder: Path) -> None:
+    path = archive(folder, "four_bar")
+    unpacked = fmpy.extract(path)
+    token = fmpy.read_model_description(path).guid
+    library = next(Path(unpacked, "binaries", f"{platform.machine()}-linux").glob("*.so"))
+    done = subprocess.run(
+        [sys.executable, __file__, str(library), token], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    calls, fine = map(int, done.stdout.split())
+    assert calls == 10_000 and 100 < fine < calls
+
+
+def _call_at_random(library: str, token: str) -> None:
+    """10,000 calls of an instance in any order, with values that are wrong now and then."""
+    lib, r = ctypes.CDLL(library), random.Random(7)
+    lib.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
+    lib.fmi3InstantiateModelExchange.restype = ctypes.c_void_p
+    name, key, zero, none = b"x", token.encode(), ctypes.c_bool(False), ctypes.c_void_p()
+    room = (ctypes.c_double * 4096)()
+    references = (ctypes.c_uint32 * 4)()
+    saved = ctypes.c_void_p()
+
+    def double() -> ctypes.c_double:
+        return ctypes.c_double(r.choice((0.0, 0.01, 1.0, -1.0, 1e300, float("nan"))))
+
+    def fresh() -> ctypes.c_void_p:
+        head = (name, key, None, zero, zero)
+        if r.random() < 0.5:
+            return ctypes.c_void_p(lib.fmi3InstantiateModelExchange(*head, None, None))
+        more = (zero, zero, None, ctypes.c_size_t(0), None, None, None)
+        return ctypes.c_void_p(lib.fmi3InstantiateCoSimulation(*head, *more))
+
+    def count() -> ctypes.c_size_t:
+        return ctypes.c_size_t(r.choice((0, 1, 2, 3)))
+
+    flags = [ctypes.byref(room, 8 * k) for k in range(6)]
+    kinds = ("Float64", "Int32", "Boolean", "String", "Clock")
+    some = (references, ctypes.c_size_t(4), room, ctypes.c_size_t(4))
+    m, fine = fresh(), 0
+    for _ in range(10_000):
+        for k in range(4):
+            references[k] = r.choice((0, r.randrange(4000), r.randrange(2**32)))
+        name, *given = r.choice((
+            ("EnterInitializationMode", zero, double(), double(), zero, double()),
+            ("ExitInitializationMode",),
+            ("EnterEventMode",),
+            ("EnterContinuousTimeMode",),
+            ("EnterStepMode",),
+            ("DoStep", double(), double(), zero, *flags[:4]),
+            ("SetTime", double()),
+            *((n, room, count()) for n in (
+                "SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives",
+                "GetNominalsOfContinuousStates", "GetEventIndicators",
+            )),
+            ("CompletedIntegratorStep", zero, *flags[:2]),
+            ("UpdateDiscreteStates", *flags),
+            ("Terminate" if r.random() < 0.1 else "EnterEventMode",),
+            ("Reset" if r.random() < 0.3 else "EnterStepMode",),
+            (f"Get{r.choice(kinds)}", *some),
+            (f"Set{r.choice(kinds)}", *some),
+            ("GetFMUState", ctypes.byref(saved)),
+            ("SetFMUState", saved) if saved else ("Terminate",),
+        ))  # fmt: skip
+        flag = getattr(lib, f"fmi3{name}")(none if r.random() < 0.01 else m, *given)
+        assert 0 <= flag <= 3
+        fine += flag == 0
+        if r.random() < 0.001:
+            lib.fmi3FreeInstance(m)
+            m = fresh()
+    print(10_000, fine)
+
+
+def test_the_same_model_gives_the_same_bytes() -> None:
+    one, two = (make_fmu(compiled("pendulum"), Wishes()).data for _ in range(2))
+    assert one == two and len(one) < 250_000
+
+
+def test_what_has_events_is_refused() -> None:
+    with pytest.raises(PlanarcError) as raised:
+        make_fmu(compiled("cam_lift_off"), Wishes())
+    first = raised.value.diagnostics[0]
+    assert first.code == "C300" and first.span is not None
+
+
+if __name__ == "__main__":
+    _call_at_random(sys.argv[1], sys.argv[2])
