@@ -26,6 +26,11 @@ class Form(StrEnum):
     FMU = "fmu"
 
 
+class Version(StrEnum):
+    TWO = "2"
+    THREE = "3"
+
+
 def export(
     form: Annotated[Form, typer.Argument(metavar="fmu", help="What to write.")],
     target: Target,
@@ -42,12 +47,13 @@ def export(
             "Without, the model's own, or all coordinates where it has none.",
         ),
     ] = None,
+    fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
     library: Libraries = None,
 ) -> int:
     """Write a model as an FMU, which other simulators run.
 
-    It holds the model as machine code for Linux (x86-64 and ARM64), for model exchange and
-    co-simulation by FMI 3.0. It begins in the assembly that `planarc simulate` finds.
+    It holds the model as machine code for Linux (x86-64; with FMI 3 also ARM64), for model
+    exchange and co-simulation. It begins in the assembly that `planarc simulate` finds.
     """
     from planarc.cli.files import check_writable, file_stem, save
     from planarc.compiler import compile_model
@@ -65,7 +71,7 @@ def export(
         )
     check_writable(path, "--output")
     console.complain(compiled.warnings)
-    made = make_fmu(compiled, Wishes(pattern))
+    made = make_fmu(compiled, Wishes(int(fmi), pattern))
     save(path, lambda place: write_bytes(place, made.data))
     numbers = (
         counted(made.inputs, "input"),
@@ -73,6 +79,6 @@ def export(
         counted(made.parameters, "parameter"),
         counted(made.states, "state"),
     )
-    console.say(f"written    {path} (FMI 3.0)")
+    console.say(f"written    {path} (FMI {fmi}.0)")
     console.say(f"interface  {', '.join(numbers)}")
     return 0

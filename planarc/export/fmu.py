@@ -30,6 +30,8 @@ PLATFORMS = {
     "x86_64-linux": "x86_64-unknown-linux-gnu",
     "aarch64-linux": "aarch64-unknown-linux-gnu",
 }
+#: The names that FMI 2.0 has for them: it knows no ARM64.
+OLDER = {"x86_64-linux": "linux64"}
 _LIBRARIES = ("libm.so.6", "libc.so.6")
 #: Co-simulation has errors of this part of the experiment's tolerance, or less.
 _FINER, _FINEST = 0.01, 1e-8
@@ -38,9 +40,10 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 class Wishes(Data):
-    """`outputs` matches names of variables that become outputs; None: the model's own, or, where
-    it has none, all coordinates."""
+    """`version` of the standard is 2 or 3; `outputs` matches names of variables that become
+    outputs; None: the model's own, or, where it has none, all coordinates."""
 
+    version: int = 3
     outputs: re.Pattern[str] | None = None
     platforms: tuple[str, ...] = tuple(PLATFORMS)
 
@@ -57,8 +60,8 @@ class Fmu(Data):
 
 def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     """The archive of a model."""
-    from planarc.export.fmi.description import Told, describe_three
-    from planarc.export.fmi.three import functions
+    from planarc.export.fmi import three, two
+    from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.variables import interface
     from planarc.export.image import take_image
     from planarc.export.link.elf import write_library
@@ -69,18 +72,22 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     refuse(program)
     image = take_image(compiled)
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
-    entries = functions([message_text(a) for a in errors(program)])
+    version = three if wishes.version == 3 else two
+    entries = version.functions([message_text(a) for a in errors(program)])
     tolerance = min(_FINER * program.experiment.tolerance, _FINEST)
     identifier = _identifier(program.name)
-    draft = describe_three(program, shown, Told(identifier, "", _tool(), tolerance))
+    draft = describe(program, shown, Told(wishes.version, identifier, "", _tool()))
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
-    text = describe_three(program, shown, Told(identifier, token, _tool(), tolerance))
+    text = describe(program, shown, Told(wishes.version, identifier, token, _tool()))
     files = {"modelDescription.xml": text.encode()}
     for platform in wishes.platforms:
+        folder = platform if wishes.version == 3 else OLDER.get(platform)
+        if folder is None:
+            continue
         code = compile_library(program, image, entries, token, tolerance, PLATFORMS[platform])
         name = f"{identifier}.so"
         library = write_library(read_object(code), name, entries.names, _LIBRARIES)
-        files[f"binaries/{platform}/{name}"] = library
+        files[f"binaries/{folder}/{name}"] = library
     causes = [v.causality for v in shown.variables]
     return Fmu(
         _archive(files),

@@ -112,11 +112,14 @@ def _own(program: Program, image: Image, entries: Entries, token: str, tolerance
         entries.text(),
     )
     tables = _tables(program, image, made, tolerance)
-    text = token.encode()
-    token_text = f'@px_token = constant [{len(text) + 1} x i8] c"{token}\\00"\n'
+    name = program.name.encode("ascii", "replace").decode()
+    texts = "".join(
+        f'@{key} = constant [{len(value) + 1} x i8] c"{value}\\00"\n'
+        for key, value in (("px_token", token), ("px_name", name))
+    )
     heads = declarations() + _DECLARED
     lines = dict.fromkeys(heads.splitlines())
-    return "\n".join((*lines, token_text, tables, *functions))
+    return "\n".join((*lines, texts, tables, *functions))
 
 
 def _table(name: str, numbers: Iterable[int]) -> str:

@@ -41,10 +41,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("fmus")
 
 
-def archive(folder: Path, name: str) -> Path:
-    path = folder / f"{name}.fmu"
+def archive(folder: Path, name: str, version: int = 3) -> Path:
+    path = folder / f"{name}{version}.fmu"
     if not path.exists():
-        path.write_bytes(make_fmu(compiled(name), Wishes()).data)
+        path.write_bytes(make_fmu(compiled(name), Wishes(version)).data)
     return path
 
 
@@ -74,9 +74,10 @@ def misfit(name: str, table: np.ndarray, stop: float, **options: object) -> floa
     return worst
 
 
+@pytest.mark.parametrize("version", (2, 3))
 @pytest.mark.parametrize("name", MODELS)
-def test_fmpy_has_nothing_to_say(folder: Path, name: str) -> None:
-    assert validate_fmu(str(archive(folder, name))) == []
+def test_fmpy_has_nothing_to_say(folder: Path, name: str, version: int) -> None:
+    assert validate_fmu(str(archive(folder, name, version))) == []
 
 
 @runs_here
@@ -85,6 +86,15 @@ def test_fmpy_has_nothing_to_say(folder: Path, name: str) -> None:
 def test_a_run_is_the_one_of_planarc(folder: Path, name: str, way: str) -> None:
     stop = min(3.0, compiled(name).program.experiment.stop)
     assert misfit(name, simulate(archive(folder, name), way, stop), stop) < 1e-6
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64" or not HERE, reason="not of FMI 2")
+@pytest.mark.parametrize("way", WAYS)
+def test_both_versions_run_alike(folder: Path, way: str) -> None:
+    """The same code steps in both: equal to the last digit."""
+    two, three = (simulate(archive(folder, "crank_slider", v), way, 2.0) for v in (2, 3))
+    assert two.dtype.names == three.dtype.names
+    assert all((two[name] == three[name]).all() for name in two.dtype.names)
 
 
 @runs_here
@@ -119,14 +129,15 @@ def test_states_are_exchanged_where_a_crank_swings(folder: Path, way: str) -> No
 
 
 @runs_here
-def test_a_loop_that_does_not_close_is_told(folder: Path) -> None:
+@pytest.mark.parametrize("version", (2, 3))
+def test_a_loop_that_does_not_close_is_told(folder: Path, version: int) -> None:
     told: list[str] = []
 
     def log(*given: object) -> None:
         told.append(given[-1].decode())
 
     with pytest.raises(fmpy.fmi1.FMICallException):
-        simulate(archive(folder, "four_bar"), "CoSimulation", 1.0,
+        simulate(archive(folder, "four_bar", version), "CoSimulation", 1.0,
                  start_values={"crank.r[1]": 30.0}, logger=log)  # fmt: skip
     assert "a loop does not close" in told[0]
 

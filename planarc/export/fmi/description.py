@@ -6,12 +6,14 @@ Out:  text
 Units stand with their exponents of SI base units, where angles count as `rad`. What depends on
 what is left out: then a host takes everything to depend on everything.
 
-Reference: FMI 3.0.2, section 2.4.
+Reference: FMI 3.0.2, section 2.4; FMI 2.0.4, section 2.2.
 """
 
 from __future__ import annotations
 
 from xml.etree import ElementTree as Xml
+
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.quantity import in_unit
@@ -22,66 +24,147 @@ from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 _NAMES_3 = {NUMBER: "Float64", INTEGER: "Int32", TRUTH: "Boolean"}
+_NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
 
 class Told(Data):
-    """`identifier` names the library's file; `tolerance` is the one of co-simulation."""
+    """`identifier` names the library's file; `version` is 2 or 3."""
 
+    version: int
     identifier: str
     token: str
     tool: str
-    tolerance: float
 
 
-def describe_three(program: Program, shown: Interface, told: Told) -> str:
-    """The model description of FMI 3.0."""
+def describe(program: Program, shown: Interface, told: Told) -> str:
+    """The model description for a version of the standard."""
+    three = told.version == 3
     root = Xml.Element(
         "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=program.name,
-        instantiationToken=told.token,
-        description=program.description,
-        generationTool=told.tool,
-        variableNamingConvention="structured",
+        {
+            "fmiVersion": "3.0" if three else "2.0",
+            "modelName": program.name,
+            "instantiationToken" if three else "guid": told.token,
+            "description": program.description,
+            "generationTool": told.tool,
+            "variableNamingConvention": "structured",
+        },
     )
-    can = {"modelIdentifier": told.identifier, "canGetAndSetFMUState": "true",
-           "canSerializeFMUState": "true"}  # fmt: skip
-    Xml.SubElement(root, "ModelExchange", can, needsCompletedIntegratorStep="true")
-    Xml.SubElement(root, "CoSimulation", can, canHandleVariableCommunicationStepSize="true",
-                   hasEventMode="true")  # fmt: skip
+    state = "FMUState" if three else "FMUstate"
+    can = {
+        "modelIdentifier": told.identifier,
+        f"canGetAndSet{state}": "true",
+        f"canSerialize{state}": "true",
+    }
+    exchange = Xml.SubElement(root, "ModelExchange", can)
+    steps = Xml.SubElement(root, "CoSimulation", can, canHandleVariableCommunicationStepSize="true")
+    if three:
+        exchange.set("needsCompletedIntegratorStep", "true")
+        steps.set("hasEventMode", "true")
+    else:
+        root.set("numberOfEventIndicators", str(len(shown.indicators)))
     _units(root, shown)
+    categories = Xml.SubElement(root, "LogCategories")
+    Xml.SubElement(categories, "Category", name="logStatusError")
     experiment = program.experiment
-    Xml.SubElement(root, "DefaultExperiment", startTime=_number(experiment.start),
-                   stopTime=_number(experiment.stop), tolerance=_number(experiment.tolerance),
-                   stepSize=_number(_interval(program)))  # fmt: skip
+    Xml.SubElement(
+        root,
+        "DefaultExperiment",
+        startTime=_number(experiment.start),
+        stopTime=_number(experiment.stop),
+        tolerance=_number(experiment.tolerance),
+        stepSize=_number(_interval(program)),
+    )
+    (_three if three else _two)(root, shown)
+    return _text(root)
+
+
+def _unknowns(shown: Interface) -> tuple[list[Seen], list[Seen], list[Seen]]:
+    """Outputs, derivatives of the states, and what is computed at the start."""
+    by_reference = {v.reference: v for v in shown.variables}
+    rates = [by_reference[r] for r in shown.rates]
+    own = {*shown.states, *shown.rates}
+    outputs = [v for v in shown.variables if v.causality == "output"]
+    first = [
+        v
+        for v in shown.variables
+        if v.initial == "calculated" and (v.reference in own or v.causality == "output")
+    ]
+    return outputs, rates, first
+
+
+def _three(root: Xml.Element, shown: Interface) -> None:
     variables = Xml.SubElement(root, "ModelVariables")
     for v in shown.variables:
         _variable_three(variables, v)
     structure = Xml.SubElement(root, "ModelStructure")
-    by_reference = {v.reference: v for v in shown.variables}
-    states = [by_reference[r] for r in shown.states]
-    rates = [by_reference[r] for r in shown.rates]
-    for v in shown.variables:
-        if v.causality == "output":
-            Xml.SubElement(structure, "Output", valueReference=str(v.reference))
-    for v in rates:
-        Xml.SubElement(structure, "ContinuousStateDerivative", valueReference=str(v.reference))
-    unknown = [v for v in (*states, *rates) if v.initial == "calculated"]
-    unknown += [v for v in shown.variables if v.is_unknown and v not in unknown]
-    listed = [("InitialUnknown", r) for r in dict.fromkeys(x.reference for x in unknown)]
+    kinds = ("Output", "ContinuousStateDerivative", "InitialUnknown")
+    listed = [
+        (kind, v.reference)
+        for kind, found in zip(kinds, _unknowns(shown), strict=True)
+        for v in found
+    ]
     for kind, reference in (*listed, *(("EventIndicator", r) for r in shown.indicators)):
         Xml.SubElement(structure, kind, valueReference=str(reference))
-    return _text(root)
 
 
-def _variable_three(parent: Xml.Element, v: Seen) -> None:
-    given = {"name": v.name, "valueReference": str(v.reference), "causality": v.causality,
-             "variability": v.variability}  # fmt: skip
+def _two(root: Xml.Element, shown: Interface) -> None:
+    """Aliases are variables with the reference of another one; unknowns are told by numbers."""
+    variables = Xml.SubElement(root, "ModelVariables")
+    numbers: dict[int, int] = {}
+    count = 0
+    for v in shown.variables:
+        count += 1
+        numbers[v.reference] = count
+        count += len(v.aliases)
+    for v in shown.variables:
+        _variable_two(variables, v, numbers)
+    structure = Xml.SubElement(root, "ModelStructure")
+    kinds = ("Outputs", "Derivatives", "InitialUnknowns")
+    for kind, found in zip(kinds, _unknowns(shown), strict=True):
+        if found:
+            parent = Xml.SubElement(structure, kind)
+            for v in found:
+                Xml.SubElement(parent, "Unknown", index=str(numbers[v.reference]))
+
+
+def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None:
+    typed = _typed(v)
+    if v.derivative is not None:
+        typed["derivative"] = str(numbers[v.derivative])
+    Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), _NAMES_2[v.kind], typed)
+    unit = {"unit": typed["unit"]} if "unit" in typed else {}
+    for column in v.aliases:
+        fixed = v.variability == "fixed"
+        other = replace(
+            v,
+            name=shown_name(column),
+            description=column.description,
+            causality="local",
+            variability="fixed" if fixed else v.variability,
+            initial="calculated",
+        )
+        element = Xml.SubElement(parent, "ScalarVariable", _head(other))
+        Xml.SubElement(element, _NAMES_2[v.kind], unit)
+
+
+def _head(v: Seen) -> dict[str, str]:
+    """What all kinds of variables say of themselves."""
+    given = {
+        "name": v.name,
+        "valueReference": str(v.reference),
+        "causality": v.causality,
+        "variability": v.variability,
+    }
     if v.description:
         given["description"] = v.description
     if v.initial is not None:
         given["initial"] = v.initial
-    given |= _typed(v)
+    return given
+
+
+def _variable_three(parent: Xml.Element, v: Seen) -> None:
+    given = _head(v) | _typed(v)
     if v.derivative is not None:
         given["derivative"] = str(v.derivative)
     element = Xml.SubElement(parent, _NAMES_3[v.kind], given)

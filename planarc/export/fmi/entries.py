@@ -20,7 +20,9 @@ from planarc.export.instance.block import (
     store_narrow,
     whole,
 )
+from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Stale, Table
+from planarc.ir.frame import Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
@@ -32,9 +34,15 @@ EVALUABLE = (Phase.INITIALIZATION, *RUNNING, Phase.TERMINATED)
 
 class Entries:
     """The functions of one version while they are written. `log` writes how its logger is called:
-    (code, instance, status, category, message)."""
+    (code, instance, status, category, message); `plain` makes a text one that a logger shows as it
+    is."""
 
-    def __init__(self, log: Callable[[Code, Value, Value, Value, Value], None]) -> None:
+    def __init__(
+        self,
+        log: Callable[[Code, Value, Value, Value, Value], None],
+        plain: Callable[[str], str] = str,
+    ) -> None:
+        self._plain = plain
         self.names: list[str] = []
         self._texts: list[str] = []
         self._strings: dict[str, str] = {}
@@ -97,7 +105,7 @@ class Entries:
         c.give(status)
 
     def tell(self, c: Code, m: Value, message: str, status: int = ERROR) -> None:
-        text = Value(c, POINTER, self.string(message))
+        text = Value(c, POINTER, self.string(self._plain(message)))
         c.run("px_log", m, c.constant(status, FLAG), text)
 
     # What both versions do
@@ -244,13 +252,30 @@ class Entries:
             c.run("px_copy", made, place, _state_words(c))
             to.store(made)
 
-    def begin(self, c: Code, m: Value, t: Value) -> None:
-        """The time at which the model starts; another one than at export is another start."""
+    def experiment(
+        self,
+        c: Code,
+        m: Value,
+        given: Value,
+        tolerance: Value,
+        start: Value,
+        stops: Value,
+        stop: Value,
+    ) -> None:
+        """Times and tolerance; a start at another time than at export is another start."""
+        wanted = c.emit("i1", f"icmp ne {given.type} {given.text}, 0") & (tolerance > 0.0)
+        with c.when(wanted & (tolerance < m.load(REAL, Own.TOLERANCE))):
+            m.store(tolerance, Own.TOLERANCE)
+        with c.when(c.emit("i1", f"icmp ne {stops.type} {stops.text}, 0")):
+            m.store(stop, Own.STOP)
         w, _, _, _ = open_frame(m)
-        with c.when(~w.load(REAL).equals(t)):
-            w.store(t)
+        with c.when(~w.load(REAL).equals(start)):
+            w.store(start)
             m.store(whole(c, Stale.START), Own.STALE)
-        self.enter(c, m, Phase.INITIALIZATION)
+
+    def give_word(self, c: Code, to: Value, value: Value, place: int) -> None:
+        """A number of 4 bytes in its place of a structure."""
+        store_narrow(c, "i32", to, value, place)
 
     def started(self, c: Code, m: Value, messages: Iterable[str]) -> None:
         """The end of the initialization."""
@@ -309,6 +334,23 @@ def indicator_count(c: Code) -> Value:
 
 def _state_words(c: Code) -> Value:
     return plan(c, Table.WORDS) - int(Own.PHASE)
+
+
+def state(c: Code, m: Value, values: Value, i: Value) -> None:
+    """A state, as `Entries.vector` wants it."""
+    values.store(m.load(POINTER, Own.Y).load(REAL, i), i)
+
+
+def rate(c: Code, m: Value, values: Value, i: Value) -> None:
+    """Its derivative."""
+    w, numbers, _, _ = open_frame(m)
+    slots = numbers.at(plan(c, Table.STATES) + int(Number.FIRST_STATE))
+    values.store(w.load(REAL, slots.load(INT, i)), i)
+
+
+def nominal(c: Code, m: Value, values: Value, i: Value) -> None:
+    """Its size."""
+    values.store(nominal_of(c, m, i), i)
 
 
 def give_flag(c: Code, place: Value, truth: Value | int, type: str = BYTE) -> None:

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
-from planarc.codegen.native.newton import open_frame
+from planarc.codegen.native.assembly import INT, POINTER, Code, Value
 from planarc.export.fmi.entries import (
     ANYWHERE,
     INTEGER,
@@ -20,10 +19,12 @@ from planarc.export.fmi.entries import (
     Entries,
     give_flag,
     indicator_count,
+    nominal,
+    rate,
     same_text,
+    state,
 )
 from planarc.export.instance.block import BYTE, constant, plan, whole
-from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Table
 
 _OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")
@@ -106,13 +107,8 @@ def _life(e: Entries, asserts: Sequence[str]) -> None:
         pass
     times = "i8 given, double tolerance, double start, i8 stops, double stop"
     with e.entry("fmi3EnterInitializationMode", times, (Phase.INSTANTIATED,)) as (c, a):
-        m, given, tolerance, start, stops, stop = a
-        wanted = c.emit("i1", f"icmp ne i8 {given.text}, 0") & (tolerance > 0.0)
-        with c.when(wanted & (tolerance < m.load(REAL, Own.TOLERANCE))):
-            m.store(tolerance, Own.TOLERANCE)
-        with c.when(c.emit("i1", f"icmp ne i8 {stops.text}, 0")):
-            m.store(stop, Own.STOP)
-        e.begin(c, m, start)
+        e.experiment(c, *a)
+        e.enter(c, a[0], Phase.INITIALIZATION)
     with e.entry("fmi3ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
         e.started(c, m, asserts)
     with e.entry("fmi3Terminate", "", ANYWHERE) as (c, (m,)):
@@ -144,30 +140,14 @@ def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
         to.store(indicator_count(c))
     e.set_time("fmi3SetTime")
     e.set_states("fmi3SetContinuousStates")
-    e.vector("fmi3GetContinuousStates", _state)
-    e.vector("fmi3GetContinuousStateDerivatives", _rate)
-    e.vector("fmi3GetNominalsOfContinuousStates", _nominal)
+    e.vector("fmi3GetContinuousStates", state)
+    e.vector("fmi3GetContinuousStateDerivatives", rate)
+    e.vector("fmi3GetNominalsOfContinuousStates", nominal)
     e.indicators("fmi3GetEventIndicators")
     with e.entry("fmi3CompletedIntegratorStep", "i8 final, ptr event, ptr ended",
                  (Phase.CONTINUOUS,)) as (c, (m, _, event, ended)):  # fmt: skip
         give_flag(c, ended, 0)
         give_flag(c, event, e.accept(c, m, asserts))
-
-
-def _state(c: Code, m: Value, values: Value, i: Value) -> None:
-    values.store(m.load(POINTER, Own.Y).load(REAL, i), i)
-
-
-def _rate(c: Code, m: Value, values: Value, i: Value) -> None:
-    from planarc.ir.frame import Number
-
-    w, numbers, _, _ = open_frame(m)
-    slots = numbers.at(plan(c, Table.STATES) + int(Number.FIRST_STATE))
-    values.store(w.load(REAL, slots.load(INT, i)), i)
-
-
-def _nominal(c: Code, m: Value, values: Value, i: Value) -> None:
-    values.store(nominal_of(c, m, i), i)
 
 
 def _steps(e: Entries, asserts: Sequence[str]) -> None:

@@ -47,11 +47,6 @@ class Seen(Data):
     derivative: int | None = None
     aliases: tuple[Column, ...] = ()
 
-    @property
-    def is_unknown(self) -> bool:
-        """Whether it is computed at the start and must be listed."""
-        return self.causality == "output" and self.initial == "calculated"
-
 
 class Interface(Data):
     """`states` and `rates` are references, in the order of the states."""

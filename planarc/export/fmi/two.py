@@ -1,0 +1,125 @@
+"""The functions of FMI 2.0, in LLVM.
+
+All functions of the standard are there. Those that a model of planarc does not have say so.
+
+Reference: FMI 2.0.4, headers fmi2FunctionTypes.h and chapters 2 to 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
+from planarc.export.fmi.entries import (
+    INTEGER,
+    NUMBER,
+    TRUTH,
+    Entries,
+    give_flag,
+    nominal,
+    rate,
+    same_text,
+    state,
+)
+from planarc.export.instance.block import WORD, constant, whole
+from planarc.export.plan import Own, Phase
+
+_REFUSED = (
+    "fmi2GetString", "fmi2SetString", "fmi2GetDirectionalDerivative",
+    "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2CancelStep",
+    "fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus",
+    "fmi2GetStringStatus",
+)  # fmt: skip
+
+
+def functions(asserts: Sequence[str]) -> Entries:
+    """All of them, for a model with these messages of assertions."""
+    e = Entries(_log, _plain)
+    for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
+        with e.plain(name, "", POINTER) as (c, _):
+            c.give(Value(c, POINTER, e.string(text)))
+    _life(e, asserts)
+    for name, kind, type in (("Real", NUMBER, "double"), ("Integer", INTEGER, WORD),
+                             ("Boolean", TRUTH, WORD)):  # fmt: skip
+        e.getter(f"fmi2Get{name}", kind, type, False)
+        e.setter(f"fmi2Set{name}", kind, type, False)
+    _model_exchange(e, asserts)
+    with e.entry("fmi2DoStep", "double t, double h, i32 final", (Phase.STEP,)) as (c, given):
+        m, t, h, _ = given
+        e.step(c, m, t, h, asserts)
+    e.save("fmi2GetFMUstate")
+    e.restore("fmi2SetFMUstate")
+    e.forget("fmi2FreeFMUstate")
+    e.serialize("fmi2SerializeFMUstate", "fmi2SerializedFMUstateSize", "fmi2DeSerializeFMUstate")
+    e.refused(_REFUSED)
+    return e
+
+
+def _plain(message: str) -> str:
+    """A message in which nothing stands for an argument or a variable."""
+    return message.replace("%", "%%").replace("#", "##")
+
+
+def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> None:
+    host, logger = m.load(POINTER, Own.HOST), m.load(POINTER, Own.LOGGER)
+    given = f"ptr {host.text}, ptr @px_name, i32 {status.text}, ptr {category.text}"
+    c.line(f"call void (ptr, ptr, i32, ptr, ptr, ...) {logger.text}({given}, ptr {message.text})")
+
+
+def _life(e: Entries, asserts: Sequence[str]) -> None:
+    """Made, initialized, ended."""
+    made = "ptr name, i32 type, ptr token, ptr resources, ptr host, i32 visible, i32 logging"
+    with e.plain("fmi2Instantiate", made, POINTER) as (c, (_, type, token, _, host, _, logging)):
+        none = c.emit("i1", f"icmp eq ptr {host.text}, null")
+        with c.when(none, leaves=True):
+            c.give(Value(c, POINTER, "null"))
+        right = same_text(c, token, constant(c, "px_token"))
+        with c.when(~right, leaves=True):
+            c.give(Value(c, POINTER, "null"))
+        told = c.emit(INT, f"zext i32 {logging.text} to i64")
+        m = c.call(POINTER, "px_new", host.load(POINTER), host.load(POINTER, 4), told)
+        with c.when(c.emit("i1", f"icmp ne ptr {m.text}, null")):
+            steps = c.emit("i1", f"icmp eq i32 {type.text}, 1")
+            phases = f"i64 {int(Phase.STEP)}, i64 {int(Phase.EVENT)}"
+            m.store(c.emit(INT, f"select i1 {steps.text}, {phases}"), Own.BEGUN)
+        c.give(m)
+    with e.plain("fmi2FreeInstance", "ptr m", "void") as (c, (m,)):
+        c.run("free", m)
+        c.give()
+    with e.entry("fmi2SetDebugLogging", "i32 on, i64 count, ptr categories"):
+        pass
+    times = "i32 given, double tolerance, double start, i32 stops, double stop"
+    with e.entry("fmi2SetupExperiment", times, (Phase.INSTANTIATED,)) as (c, a):
+        e.experiment(c, *a)
+    with e.entry("fmi2EnterInitializationMode", "", (Phase.INSTANTIATED,)) as (c, (m,)):
+        e.enter(c, m, Phase.INITIALIZATION)
+    with e.entry("fmi2ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
+        e.started(c, m, asserts)
+    with e.entry("fmi2Terminate", "") as (c, (m,)):
+        e.enter(c, m, Phase.TERMINATED)
+    with e.entry("fmi2Reset", "", tuple(Phase)) as (c, (m,)):
+        c.run("px_load", m, constant(c, "px_image"))
+
+
+def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
+    with e.entry("fmi2EnterEventMode", "", (Phase.EVENT, Phase.CONTINUOUS)) as (c, (m,)):
+        e.enter(c, m, Phase.EVENT)
+    with e.entry("fmi2EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
+        e.enter(c, m, Phase.CONTINUOUS)
+    with e.entry("fmi2NewDiscreteStates", "ptr info", (Phase.EVENT,)) as (c, (m, info)):
+        changed = e.update(c, m)
+        none = whole(c, 0)
+        # needed, ended, nominals, values, timed: numbers of 4 bytes; then a time
+        for place, value in enumerate((none, none, changed, changed, none)):
+            e.give_word(c, info, value, place)
+        info.store(c.constant(0.0, REAL), 3)
+    e.set_time("fmi2SetTime")
+    e.set_states("fmi2SetContinuousStates")
+    e.vector("fmi2GetContinuousStates", state)
+    e.vector("fmi2GetDerivatives", rate)
+    e.vector("fmi2GetNominalsOfContinuousStates", nominal)
+    e.indicators("fmi2GetEventIndicators")
+    with e.entry("fmi2CompletedIntegratorStep", "i32 final, ptr event, ptr ended",
+                 (Phase.CONTINUOUS,)) as (c, (m, _, event, ended)):  # fmt: skip
+        give_flag(c, ended, 0, WORD)
+        give_flag(c, event, e.accept(c, m, asserts), WORD)
