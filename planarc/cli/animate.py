@@ -64,7 +64,7 @@ def animate(
         typer.Option(
             "--layer",
             metavar="LAYER",
-            help="Draw forces, velocities, accelerations, paths, masses or names. Repeatable.",
+            help="Draw forces, contacts, velocities, accelerations, paths, masses or names.",
             autocompletion=arg.offers("layers"),
         ),
     ] = None,

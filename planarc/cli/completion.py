@@ -101,7 +101,7 @@ def metrics(ctx: typer.Context, incomplete: str) -> Iterable[str]:
 @_quietly
 def layers(ctx: typer.Context, incomplete: str) -> Iterable[str]:
     """The layers that a picture lays over the mechanism."""
-    return ("forces", "velocities", "accelerations", "paths", "masses", "names")
+    return ("forces", "contacts", "velocities", "accelerations", "paths", "masses", "names")
 
 
 def _program(ctx: typer.Context) -> Program:

@@ -86,5 +86,5 @@ ANNOTATIONS: dict[str, tuple[str, ...]] = {
     "Figure": ("title", "identifier", "group", "preferred", "plots", "caption"),
     "Plot": ("title", "identifier", "curves", "x", "y"),
     "Curve": ("x", "y", "legend"),
-    "__planarc": ("energy", "visual", "contact", "event"),
+    "__planarc": ("energy", "visual", "contact", "force", "event"),
 }  # fmt: skip

@@ -11,7 +11,8 @@ n = {-d[2], d[1]}:
     instant centre  O + {-v_O[2], v_O[1]}/w, where the link has no velocity
 
 Components declare further points, such as centres of mass, and where the force of a joint acts:
-`annotation(__planarc(point(centre = r_0CM), contact = frame_b.r + r2))`.
+`annotation(__planarc(point(centre = r_0CM), contact = frame_b.r + r2))`. Contacts, which
+hold no links together, declare their forces: `force(normal(at = frame_a.r + r) = f_n*n)`.
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...
     found = (
         Layer("paths", "Paths", "paths", "m", tuple(Mark(p.name, p.x, p.y) for p in moving)),
         Layer("forces", "Joint forces", "vectors", "N", _told(_forces(values, mechanism))),
+        Layer("contacts", "Contact forces", "vectors", "N", _told(_contact_forces(values))),
         Layer("velocities", "Velocities", "vectors", "m/s", _vectors(points, 0)),
         Layer("accelerations", "Accelerations", "vectors", "m/s2", _vectors(points, 1)),
         Layer("masses", "Masses by size", "masses", "kg", tuple(_masses(values))),
@@ -174,6 +176,20 @@ def _forces(values: Values, mechanism: Mechanism) -> Iterator[Mark]:
         mark = Mark(f"{joint.name} on {on}", x, y, -u, -v)
         if not _is_zero((u, v)):
             yield mark
+
+
+def _contact_forces(values: Values) -> Iterator[Mark]:
+    """The forces that components declare where they act: `contact normal 2` of the second point."""
+    for component, own in values.declared("force").items():
+        for name, rows in own.items():
+            if name.endswith(".at"):
+                continue
+            at, several = own[f"{name}.at"], isinstance(rows[0], tuple)
+            pairs = list(zip(at, rows, strict=True)) if several else [(at, rows)]
+            for number, ((x, y), (u, v)) in enumerate(pairs, 1):
+                told = f"{component} {name}" + f" {number}" * (len(pairs) > 1)
+                if not _is_zero((u, v)):
+                    yield Mark(told, x, y, u, v)
 
 
 def _acted(joint: Joint, link_of: dict[str, int]) -> str | None:

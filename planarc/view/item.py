@@ -28,8 +28,9 @@ class Item(Data):
     `shape` is the kind of solid (`box`, `cylinder` ...) of a SHAPE; `upright` shows its end,
     centred at (x, y). An ARROW or DOUBLE_ARROW runs from (x, y) along `angle` for `length`. A
     FRAME has two axes of `length` with `labels`. A CURVE runs through `points`, which are fixed
-    in the frame (x, y, angle); so are the corners of a `plate`, and the place of
-    another solid. A TEXT writes `labels[0]` at (x, y), `width` high.
+    in the frame (x, y, angle); it is filled where they close, unless it is a `line`. The corners
+    of a `plate` are fixed so, too, and the place of another solid. A TEXT writes `labels[0]` at
+    (x, y), `width` high.
     """
 
     component: str

@@ -175,7 +175,8 @@ def _frame(component: str, a: dict[str, Any]) -> Item:
 
 def _curve(component: str, a: dict[str, Any]) -> Item:
     points = tuple((_number(x), _number(y)) for x, y in a["points"])
-    return _placed(component, Kind.CURVE, a, 0.0, a["width"], points=points)
+    shape = "" if _number(a.get("filled", 1)) else "line"
+    return _placed(component, Kind.CURVE, a, 0.0, a["width"], points=points, shape=shape)
 
 
 def _text(component: str, a: dict[str, Any]) -> Item:

@@ -97,3 +97,24 @@ def test_a_cams_force_acts_where_it_touches(layers_of: Callable[..., Any]) -> No
     touch = result["contact.frame_a.r[1]"] + result["contact.r1[1]"]
     np.testing.assert_allclose(mark.x, touch, atol=1e-6)
     np.testing.assert_allclose(np.hypot(mark.u, mark.v), abs(result["contact.f_N"]), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "mass", "inertia"),
+    [("Contacts.RockingBlock", "body", 1.0, (0.2**2 + 0.8**2) / 12),
+     ("Contacts.OffTheLedge", "ball", 1.0, 0.004)],
+)  # fmt: skip
+def test_the_forces_of_contacts_are_those_that_bodies_feel(
+    name: str, body: str, mass: float, inertia: float, layers_of: Callable[..., Any]
+) -> None:
+    """By Newton and Euler, where they act."""
+    result, layers = layers_of(name, tolerance=1e-10)
+    marks = layers["contacts"].values()
+    assert {m.name.split()[1] for m in marks} == {"normal", "friction"}
+    force = [sum(m.u for m in marks), mass * 9.81 * -1 + sum(m.v for m in marks)]
+    for i, total in enumerate(force, 1):
+        np.testing.assert_allclose(total, mass * result[f"{body}.a[{i}]"], atol=1e-7)
+    x, y = (result[f"{body}.r[{i}]"] for i in (1, 2))
+    torque = sum((m.x - x) * m.v - (m.y - y) * m.u for m in marks)
+    np.testing.assert_allclose(torque, inertia * result[f"{body}.z"], atol=1e-7)
+    assert any(np.abs(m.v).max() > 0.1 for m in marks)

@@ -9,6 +9,7 @@ Out:  flat.Declared, one for each expression, typed in the component's own scope
     energy(lossPower = P, suppliedPower = P)     turned into heat; put in from outside; in W
     point(centre = r), point = r                 a point of the plane that moves, in m
     contact = r                                  where a joint's force acts, in m
+    force(normal(at = r) = f)                    a force and where it acts, in N and m; a row each
     event('sticks' = locked)                     what happens when a condition becomes true
     event('sticks'(from = sliding) = locked)     the same, where another one was true before
 
@@ -33,7 +34,7 @@ from planarc.ir import flat, syntax
 _WORD = "__planarc"
 _ENERGIES = {"kinetic": "J", "potential": "J", "lossPower": "W", "suppliedPower": "W"}
 _STORED = ("kinetic", "potential")
-_KINDS = ("visual", "energy", "point", "contact", "event")
+_KINDS = ("visual", "energy", "point", "contact", "force", "event")
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
 
 
@@ -48,7 +49,10 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
                 if kind == "event"
                 else (_NUMBERS, () if kind == "energy" else (2,))
             )
-            if typed.type.base not in bases or typed.type.dims != dims:
+            if kind == "force" and typed.type.dims[:1] == (0,):
+                continue  # there are no places
+            rows = kind == "force" and len(typed.type.dims) == 2
+            if typed.type.base not in bases or typed.type.dims[rows:] != dims:
                 raise _wrong_type(kind, name, value)
         except PlanarcError as problem:
             if not foreign:  # a library in another version may have other variables
@@ -60,7 +64,8 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
 def unit_of(kind: str, name: str) -> str:
     """The unit in which something is declared."""
     if kind != "energy":
-        return "" if kind == "event" else "m"
+        force = kind == "force" and not name.endswith(".at")
+        return "" if kind == "event" else "N" if force else "m"
     return "W" if name.endswith(".rate") else _ENERGIES[name]
 
 
@@ -133,6 +138,8 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
             yield from _energy(name, inner)
         elif kind == "event":
             yield from _event(name.strip("'"), inner)
+        elif kind == "force":
+            yield from _force(name, inner)
         elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
             yield kind, name, own
 
@@ -149,6 +156,16 @@ def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, sy
         if name not in _STORED or _name(inner) != "rate" or rate is None:
             raise _unknown(_name(inner), ("rate",) if name in _STORED else (), inner)
         yield "energy", f"{name}.rate", rate
+
+
+def _force(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+    assert isinstance(argument, syntax.ElementModification)
+    force = binding_of(argument)
+    inner = (i for i in inside(argument) if isinstance(i, syntax.ElementModification))
+    places = [place for i in inner if _name(i) == "at" and (place := binding_of(i))]
+    if force is None or not places:
+        raise error("F267", f"say what acts where: `force({name}(at = ...) = ...)`", argument.span)
+    yield from (("force", name, force), ("force", f"{name}.at", places[0]))
 
 
 def _event(text: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:

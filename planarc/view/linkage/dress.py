@@ -184,7 +184,7 @@ class _Dresser:
         number = self._number(item)
         depth = self._depth(number)
         height = _FLOOR if depth is None or number == GROUND else depth - 0.2
-        closed = len(item.points) > 3 and _closed(item.points)
+        closed = item.shape != "line" and len(item.points) > 3 and _closed(item.points)
         thin = _CURVE * self._unit
         width = thin if isinstance(item.width, (int, float)) and not item.width else item.width
         drawn = replace(item, height=height, width=width, shape="cam" if closed else "")

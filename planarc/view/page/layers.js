@@ -5,8 +5,8 @@
 // of `masses` x, y and its mass u. The layer of kind `corner` has an `item`, which lies in a corner whatever the view.
 
 const COLORS = {
-  light: { paths: "#0d7a5f", forces: "#c0362c", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00", masses: "#7a8494" },
-  dark: { paths: "#5fd6b4", forces: "#ff8b7e", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a", masses: "#9aa4b4" },
+  light: { paths: "#0d7a5f", forces: "#c0362c", contacts: "#c26a00", velocities: "#1d63c4", accelerations: "#a0389b", centres: "#8a5a00", masses: "#7a8494" },
+  dark: { paths: "#5fd6b4", forces: "#ff8b7e", contacts: "#ffa657", velocities: "#7fb4ff", accelerations: "#e58be0", centres: "#f0c05a", masses: "#9aa4b4" },
 };
 
 planarc.layerColor = (id) => COLORS[planarc.theme.isDark() ? "dark" : "light"][id] || "#7a8494";

@@ -50,7 +50,7 @@ class PictureOptions(Data):
 
     `dark`: the ground; None is light, and in a .svg as the reader's screen is. `traces` names
     points whose paths are drawn: see `overlays`. `layers` are ids of those of the report
-    (`forces`, `velocities`, `accelerations`, `paths`, `masses`, `names`).
+    (`forces`, `contacts`, `velocities`, `accelerations`, `paths`, `masses`, `names`).
     """
 
     when: When = field(default_factory=When)

@@ -27,6 +27,7 @@ from planarc.view.scene import Scene, with_items
 _COLORS = {
     "paths": (13.0, 122.0, 95.0),
     "forces": FORCE,
+    "contacts": (194.0, 106.0, 0.0),
     "velocities": (29.0, 99.0, 196.0),
     "accelerations": (160.0, 56.0, 155.0),
     "masses": (186.0, 190.0, 197.0),

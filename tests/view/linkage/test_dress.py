@@ -230,6 +230,34 @@ def test_what_stands_in_the_ground_is_hatched_on_the_side_where_no_bodies_are() 
             assert np.all(side * np.diff(upside.reshape(-1, 2, 2)[:, :, 1]) < 0)
 
 
+RING = """
+model Ring
+  import PlanarMultiBody.*;
+  inner World world;
+  Parts.Body disc(m=1, I=0.004, r(start={0.3, 0}, each fixed=true), animation=false);
+  Contacts.Contact contact(redeclare Contacts.Circle contour1(R=0.1, filled=FILLED),
+    redeclare Contacts.Circle contour2(R=0.6, inside=true));
+equation
+  connect(disc.frame_a, contact.frame_a);
+  connect(world.frame_b, contact.frame_b);
+  annotation(experiment(StopTime=0.1));
+end Ring;
+"""
+
+
+def test_holes_and_what_is_not_filled_are_lines() -> None:
+    for filled in (True, False):
+        scene = make_scene(run(RING.replace("FILLED", str(filled).lower())))
+        disc, wall = (
+            next(i for i in scene.items if i.component == f"contact.contour{n}.line" and
+                 i.shape != "hatch")
+            for n in (1, 2)
+        )  # fmt: skip
+        assert disc.shape == ("cam" if filled else "")
+        assert wall.shape == ""
+        assert len(shapes(scene, "hatch")) == 1  # the solid side of the hole
+
+
 DOOR = """
 model Door
   inner PlanarMultiBody.World world;
