@@ -99,13 +99,13 @@ def test_the_geneva_drive_steps_by_its_closed_form_within_its_play(backend: str)
     driven = np.arctan2(part * np.sin(a), 1 - part * np.cos(a))
     wheel = np.where(np.abs(a) < np.pi / 4, -driven, -np.sign(a) * np.pi / 4) - turns * np.pi / 2
     off = 0.1 * part * (result["axis.phi"] - wheel + wheel[0])  # at the rim
-    assert np.abs(off).max() == pytest.approx(1e-4, abs=1e-8)
+    assert np.abs(off).max() == pytest.approx(1e-4, abs=1e-7)
     # The pin drives on one wall, brakes on the other one, and rests on neither.
     force = result["geneva.f"]
     np.testing.assert_allclose(off[force > 1e-6], -1e-4, atol=1e-7)
     np.testing.assert_allclose(off[force < -1e-6], 1e-4, atol=1e-7)
     assert (force == 0).any()
-    impacts = [e.causes[0].split(":")[0] for e in result.events if "impact" in e.causes[0]]
+    impacts = [e.causes[0].split()[0].rstrip(":") for e in result.events if "impact" in e.causes[0]]
     assert set(impacts[:5]) == {"`geneva.ahead`"}
     assert set(impacts[5:10]) == {"`geneva.behind`"}
 
