@@ -44,7 +44,7 @@ from planarc import stages
 from planarc.compiled import Compiled, find_lead
 from planarc.core.clock import Clock
 from planarc.core.data import without_collection
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, PlanarcError, in_one
 from planarc.core.options import Backend, Redundant, RunOptions
 from planarc.remembered import recall, remember
 from planarc.request.request import Request, open_target
@@ -77,7 +77,7 @@ def compile_model(
             raise problem.after(warnings) from None
         program = replace(program, figures=model.figures)
         lead = find_lead(model, dae, backend, clock)
-        compiled = Compiled.of(program, backend, clock, (*warnings, *notes), lead)
+        compiled = Compiled.of(program, backend, clock, in_one((*warnings, *notes)), lead)
     remember(request, backend, target, compiled.as_remembered())
     return compiled
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.clock import Clock
-from planarc.core.diagnostic import Diagnostic, Miscounted, PlanarcError, Severity
+from planarc.core.diagnostic import Diagnostic, Miscounted, PlanarcError, Related, Severity
 from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING, Backend
 
@@ -172,7 +172,7 @@ def _held_too_often(
     if mechanism is None:
         return tuple(found)
     from planarc.insight.misfit import held_twice, overheld
-    from planarc.structure.report import Repeated
+    from planarc.structure.report import Held, Repeated
 
     first = found[0]
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
@@ -182,14 +182,14 @@ def _held_too_often(
         return tuple(found)
     from planarc.insight.facts import count_text
 
-    known = f"{found[0].hint};" if twice else ""
+    known = f"{found[0].hint};" if twice or isinstance(first, Held) else ""
     loop = None if twice else overheld(dae, mechanism)
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop),)
-    hint = f"{known or 'there are too many joints or bars, leave some out:'} "
-    hint += count_text(mechanism)
-    hint += f"; those that fit are accepted with {ACCEPTING}"
-    return (replace(found[0], hint=hint, mend=Accept()), *found[1:])
+    hint = f"{known or 'there are too many joints or bars, leave some out;'} "
+    hint += f"those that fit are accepted with {ACCEPTING}"
+    told = (*found[0].related, Related(count_text(mechanism)))
+    return (replace(found[0], hint=hint, related=told, mend=Accept()), *found[1:])
 
 
 def to_program(model: SortedDae, clock: Clock | None = None) -> Program:

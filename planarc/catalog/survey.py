@@ -23,6 +23,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_er
 from planarc.core.processes import Crew, Lost, cores
 from planarc.core.source import model_files
 from planarc.flatten.library.library import Library
+from planarc.flatten.library.order import check_order
 from planarc.ir import syntax
 from planarc.request.reader import Reader
 from planarc.request.request import Request, Target, open_library
@@ -234,6 +235,10 @@ def _examine(job: _Job) -> Finding:
         finding = replace(
             finding, kind=partial + definition.kind.value, inner=library.class_names(job.name)
         )
+        entry = library.entry(job.name)
+        disorder = tuple(check_order(entry)) if entry is not None else ()
+        if disorder:
+            return replace(finding, verdict=Verdict.BAD, diagnostics=disorder)
         if definition.partial or definition.kind not in _COMPLETE:
             return finding
         from planarc.stages import flatten

@@ -79,7 +79,7 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
     found = tuple(d for d in diagnostics if _volume or d.severity is Severity.ERROR)
     if not found:
         return
-    text = render_all(found, may_colour(sys.stderr))
+    text = render_all(found, may_colour(sys.stderr), is_verbose())
     if may_colour(sys.stderr):
         _rich_print(text, sys.stderr)
     else:

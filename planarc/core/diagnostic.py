@@ -16,7 +16,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.mend import Meant, Mend
+from planarc.core.mend import Declare, Meant, Mend
 from planarc.core.render import render_all
 from planarc.core.source import Span
 
@@ -69,6 +69,10 @@ class UngivenOnce(Ungiven, Once):
     pass
 
 
+class Loose(Diagnostic):
+    """Parts that nothing joins to the ground."""
+
+
 class Miscounted(Diagnostic):
     """Equations are too many or too few, as they may be where a part of the text is broken."""
 
@@ -108,10 +112,18 @@ class PlanarcError(Exception):
 
 
 def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Warnings, then errors; a warning of a place that an error points at tells its reason."""
+    """Warnings, then errors; a warning of a place that an error points at tells its reason, and
+    so does one of a value that is missing where no start is found."""
     errors = list(errors)
     told = {(e.code, e.span) for e in errors}
     others = []
+    warnings = list(warnings)
+    lacking = [w for w in warnings if isinstance(w, UngivenOnce) and w.span is not None]
+    if lacking and errors and errors[0].code.startswith("R41"):
+        # A start that cannot be found with a length of 0, say, which nobody wrote.
+        notes = (*(Related(w.message, w.span) for w in lacking), *errors[0].related)
+        errors[0] = replace(errors[0], related=notes, hint=f"first {lacking[0].hint}")
+        warnings = [w for w in warnings if w not in lacking]
     for w in warnings:
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:
@@ -121,6 +133,19 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         else:
             others.append(w)
     return (*others, *errors)
+
+
+def in_one(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Warnings; that a world is missing and that nothing stands on it is one of them."""
+    found = list(warnings)
+    declared = (k for k, w in enumerate(found) if isinstance(w.mend, Declare))
+    world, loose = next(declared, None), [w for w in found if isinstance(w, Loose)]
+    if world is None or not loose:
+        return tuple(found)
+    notes = tuple(Related(w.message, w.span) for w in loose)
+    hint = f"{found[world].hint}, and {loose[0].hint}"
+    found[world] = replace(found[world], related=(*found[world].related, *notes), hint=hint)
+    return tuple(w for w in found if w not in loose)
 
 
 def _names(error: Diagnostic, span: Span | None) -> bool:

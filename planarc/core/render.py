@@ -16,6 +16,7 @@ import unicodedata
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from planarc.core.resources import stdlib
 from planarc.core.source import NOWHERE, Span
 
 if TYPE_CHECKING:
@@ -28,9 +29,11 @@ _COLORS = {"error": "\033[1;31m", "warning": "\033[1;33m", "note": "\033[1m"}
 _BLUE, _BOLD, _RESET = "\033[1;34m", "\033[1m", "\033[0m"
 
 
-def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
+def render_all(
+    diagnostics: Iterable[Diagnostic], color: bool = False, verbose: bool = False
+) -> str:
     """All diagnostics in source order, each once, an empty line between them."""
-    return "\n".join(render(d, color) for d in _folded(in_order(diagnostics)))
+    return "\n".join(render(d, color, verbose) for d in _folded(in_order(diagnostics)))
 
 
 def _folded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -51,21 +54,31 @@ def _is_inside(warning: Diagnostic, error: Diagnostic) -> bool:
     return severities == ("warning", "error") and outer.start <= inner.start < outer.end
 
 
-def render(diagnostic: Diagnostic, color: bool = False) -> str:
-    """One diagnostic as lines that end with a line feed; `color` adds ANSI sequences."""
+def render(diagnostic: Diagnostic, color: bool = False, verbose: bool = False) -> str:
+    """One diagnostic as lines that end with a line feed; `color` adds ANSI sequences, `verbose`
+    the notes about libraries' insides, which tell whoever only uses them little."""
     head = f"{diagnostic.severity.value}[{diagnostic.code}]"
     paint = _COLORS[diagnostic.severity.value] if color else ""
     message = _printable(diagnostic.message)
     lines = [f"{_painted(head, paint)}{_painted(f': {message}', _BOLD if color else '')}"]
     if diagnostic.span is not None:
         lines += _place(diagnostic.span, color, paint)
+    inside_hidden = not verbose and not _is_shipped(diagnostic.span)
     for related in diagnostic.related:
+        if inside_hidden and _is_shipped(related.span):
+            continue
         lines.append(f"  note: {_printable(related.message)}")
         if related.span is not None:
             lines += _place(related.span, color, _BLUE if color else "")
     if diagnostic.hint:
         lines.append(f"  {_painted('hint', _BOLD if color else '')}: {_printable(diagnostic.hint)}")
     return "\n".join(lines) + "\n"
+
+
+def _is_shipped(span: Span | None) -> bool:
+    """Whether a place is in a library that planarc brings along."""
+    path = span.source.path if span is not None else None
+    return path is not None and path.is_relative_to(stdlib())
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, str | int | None]:

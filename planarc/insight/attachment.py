@@ -18,12 +18,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Loose, Related, Severity
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import be, listed, shortened
+from planarc.core.prose import be, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
+from planarc.insight.idle import idle_parts
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.flat import StateSelect
@@ -43,7 +44,8 @@ class Group(Data):
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
     """Warnings of what a user may not have meant, though the equations fit."""
     groups = find_floating(dae, mechanism)
-    return tuple(_floats(dae, group) for group in groups if not _is_flown(dae, group))
+    floating = (_floats(dae, group) for group in groups if not _is_flown(dae, group))
+    return (*floating, *idle_parts(dae, mechanism))
 
 
 def attachment_error(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
@@ -115,7 +117,7 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
-    return Diagnostic("S321", message, place(dae, _part(first)), severity, hint=hint)
+    return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
 
 
 def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
@@ -126,14 +128,18 @@ def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
     if welds:
-        pairs = listed([f"`{a}` and `{b}`" for a, b in welds[:3]])
-        hint += f": {pairs} {'are' if len(welds) == 1 else 'are each'} connected without one"
+        hint = f"put a joint between {'them' if len(welds) == 1 else 'one pair'}, "
+        hint += "unless a structure is meant"
     return Diagnostic(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
         place(dae, _part(welds[0][0] if welds else mechanism.joints[-1].name)),
         Severity.WARNING,
         hint=hint,
+        related=tuple(
+            Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
+            for a, b in welds[:3]
+        ),
     )
 
 
@@ -149,6 +155,7 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
     found = []
     for names in dae.connections:
         rigid = [n for n in names if n in link_of and ends[owner(n)] > 1]
+        rigid.sort(key=lambda n: -n.count("."))  # as the user connected them, last
         tops = {_part(n): n for n in rigid if owner(n) not in joints}
         if len(tops) > 1:
             first, second = list(tops.values())[:2]

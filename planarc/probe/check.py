@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from planarc import stages
 from planarc.core.clock import Clock
 from planarc.core.data import Data, without_collection
-from planarc.core.diagnostic import PlanarcError, Severity
+from planarc.core.diagnostic import PlanarcError, Severity, in_one
 from planarc.core.options import Backend
 from planarc.core.prose import counted
 from planarc.ir.mechanism import Mobility
@@ -66,7 +66,7 @@ def look_at(target: Target, clock: Clock) -> Seen:
     model = stages.to_sorted(dae, clock)
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
-    warnings = (*dae.warnings, *stages.attachment_warnings(dae, mechanism))
+    warnings = in_one((*dae.warnings, *stages.attachment_warnings(dae, mechanism)))
     return Seen(Checked(flat.name, *sizes, warnings, mechanism), flat, dae, model)
 
 

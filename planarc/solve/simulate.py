@@ -88,8 +88,12 @@ def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
     if not isinstance(problem, NotAssembled):
         return problem
     first, *others = problem.diagnostics
-    told = Related(f"{lock.message}; {lock.hint}", lock.span)
-    return NotAssembled((replace(first, related=(*first.related, told)), *others))
+    if lock.related:  # parts are connected without a joint: lengths are hardly the reason
+        notes, hint = (Related(lock.message, lock.span), *lock.related), lock.hint
+    else:
+        notes, hint = (Related(f"{lock.message}; {lock.hint}", lock.span),), first.hint
+    found = replace(first, related=(*first.related, *notes), hint=hint)
+    return NotAssembled((found, *others))
 
 
 def _nothing_moves(run: Run) -> tuple[Diagnostic, ...]:

@@ -139,17 +139,18 @@ def _check_fixed(
         first = fixed[0]
         a, b = first.start(table) or table.zero, other.start(table) or table.zero
         if numbers.differ(a, b):
+            one, two = first.variable, other.variable
+            if one.start_written and not two.start_written:
+                one, two = two, one  # whoever wrote a start finds it told there
+            free = f"`{two.name}`" if two.start_written > one.start_written else "one of them"
             sign = "-" if first.sign != other.sign else ""
-            place = Related(
-                f"`{first.variable.name}` is held here", owner_span(dae, first.variable.name)
-            )
+            place = Related(f"`{one.name}` is held here", owner_span(dae, one.name))
             yield Diagnostic(
                 "S304",
-                f"`{first.variable.name}` and `{other.variable.name}` are held at starts that "
-                f"disagree: `{first.variable.name} = {sign}{other.variable.name}`, but "
-                f"{_held(first.variable)} and {_held(other.variable)}",
-                owner_span(dae, other.variable.name),
-                hint="remove `fixed=true` from one of them",
+                f"`{one.name}` and `{two.name}` are held at starts that "
+                f"disagree: `{one.name} = {sign}{two.name}`, but {_held(one)} and {_held(two)}",
+                owner_span(dae, two.name),
+                hint=f"remove `fixed=true` from {free}",
                 related=(place,),
             )
 

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from msgspec.structs import replace
-
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import counted, listed, shortened
@@ -39,6 +37,10 @@ class Repeated(Diagnostic):
     """A constraint repeats others, which leaves the forces of some components open."""
 
     holders: tuple[str, ...] = ()
+
+
+class Held(Diagnostic):
+    """What components hold is held already."""
 
 
 class StructurallySingular(PlanarcError):
@@ -66,10 +68,8 @@ def _explain(dae: Dae, elimination: Elimination, parts: Parts) -> tuple[Diagnost
         over = (_over(dae, elimination, parts.over_equations, parts.over_variables),)
         chosen = _equations(dae, elimination, parts.over_equations)
         # Of libraries' parts one too many leaves its forces open: that is one mistake.
-        if parts.under_variables and not under and all(e.component for e in chosen):
-            left = _under(dae, elimination, parts.under_equations, parts.under_variables)
-            open_forces = Related(f"therefore {left.message}", left.span)
-            return (replace(over[0], related=(open_forces, *over[0].related)),)
+        if not under and all(e.component for e in chosen):
+            return over
     if parts.under_variables and not under:
         under = (_under(dae, elimination, parts.under_equations, parts.under_variables),)
     return (*over, *under)
@@ -115,7 +115,7 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
         several = len(parts) > 1
         shown = listed(f"`{part.name}`" for part in parts)
         between = "them" if several else "it and what it is connected to"
-        yield Diagnostic(
+        yield Held(
             "S301",
             f"what {shown} {'hold' if several else 'holds'} is held already",
             parts[-1].span,
@@ -161,14 +161,18 @@ def _over(
     chosen = _equations(dae, elimination, equations)
     surplus = len(equations) - len(variables)
     owners = own_names(dae, (e.component for e in chosen if e.component))
-    parts = listed(f"`{n}`" for n in owners)
-    head = f"{parts} decide the same: " if 2 <= len(owners) <= 4 else ""
+    unknowns = _names([elimination.kept[v] for v in variables])
+    what = "these equations or connections"
+    message = f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
+    message += f"({unknowns}): {surplus} too many"
+    if 2 <= len(owners) <= 4:
+        parts, what = listed(f"`{n}`" for n in owners), "them"
+        message = f"{parts} {'both' if len(owners) == 2 else 'all'} decide {unknowns}"
     return Diagnostic(
         "S302",
-        f"{head}{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
-        f"({_names([elimination.kept[v] for v in variables])}): {surplus} too many",
+        message,
         owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
-        hint=f"remove {'one' if surplus == 1 else surplus} of these equations or connections",
+        hint=f"remove {'one' if surplus == 1 else surplus} of {what}",
         related=_listed(chosen),
     )
 
@@ -219,11 +223,11 @@ def _repeated(names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic
 
 def _hint(dae: Dae, names: Sequence[str]) -> str:
     """The cause in a planar mechanism that leaves such an unknown open."""
-    classes = {p.name: p.class_name for p in dae.parts}
+    parameters = {p.name for p in dae.parameters}
     owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
-    masses = [o for o in owners if classes.get(o, "").endswith(".PointMass")]
-    if masses:
-        return f"set `fixAngle=true` in `{masses[0]}`, or connect it to a part that turns with it"
+    points = [o for o in owners if f"{o}.fixAngle" in parameters]
+    if points:
+        return f"set `fixAngle=true` in `{points[0]}`, or connect it to a part that turns with it"
     if owners:
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"

@@ -62,6 +62,7 @@ def prepare(section: Section, folder: Path) -> Section:
     target = folder / section.name
     match section.kind:
         case "file":
+            target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text(section.body, encoding="utf-8", newline="\n")
         case "example":
             text = (EXAMPLES / section.name).read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
-from planarc.ir.dae import Dae
+from planarc.ir.dae import Dae, Kind, Parameter
 from planarc.ir.flat import Part
 from planarc.structure.pipeline import structure
 
@@ -66,7 +66,8 @@ def test_parameters_alone_are_no_unknowns(make: Make) -> None:
 
 def test_a_point_mass_whose_angle_is_open(make: Make) -> None:
     dae = make("der(ball.x) = 1", "ball.frame_a.phi = rod.phi + 0*ball.x", "rod.t = 0")
-    dae = replace(dae, parts=(Part("ball", "PlanarMultiBody.Parts.PointMass"),))
+    switch = Parameter("ball.fixAngle", Kind.BOOLEAN, dae.table.zero, False, True)
+    dae = replace(dae, parts=(Part("ball", "Anybodys.Point"),), parameters=(switch,))
     (d,) = _diagnostics(dae)
     assert d.message == "nothing determines `ball.frame_a.phi`"
     assert d.hint == "set `fixAngle=true` in `ball`, or connect it to a part that turns with it"

@@ -6,6 +6,8 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from planarc.core.diagnostic import (
     Diagnostic,
     PlanarcError,
@@ -109,28 +111,33 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
 
 def check_ranges(pairs: list[tuple[Leaf, flat.Variable | None]], session: Session) -> None:
     """Warn of values that their own declaration does not allow (F265), and of degrees (F331)."""
-    told: set[str] = set()
-    for leaf, v in pairs:
-        if v is None:
-            continue
-        what, value = "start value", v.attributes.start
-        if v.variability <= flat.Variability.PARAMETER and v.binding is not None:
-            what, value = "value", v.binding
+    values = {leaf.name: (v, *_value(v)) for leaf, v in pairs if v is not None}
+    outside: dict[str, tuple[flat.Expression, str]] = {}
+    for name, (v, what, value) in values.items():
         if value is None:
             continue
-        if isinstance(value, flat.Reference) and value.name in told:
-            told.add(leaf.name)  # a part hands its value on to a part in it
-            continue
         if v.attributes.quantity == "Angle":
-            _check_angle(f"the {what} {{}} of `{leaf.name}`", value, session)
+            _check_angle(f"the {what} {{}} of `{name}`", value, session)
         if v.attributes.min is None and v.attributes.max is None:
             continue
         found = _outside(value, v.attributes, session)
         if found is not None:
-            told.add(leaf.name)
             number, side, bound = found
-            message = f"the {what} {number:.6g} of `{leaf.name}` lies {side} its {bound}"
+            outside[name] = value, f"the {what} {number:.6g} of `{name}` lies {side} its {bound}"
+    for value, message in outside.values():
+        if not _is_handed_on(value, outside):
             session.warn("F265", message, value.span)
+
+
+def _value(v: flat.Variable) -> tuple[str, flat.Expression | None]:
+    if v.variability <= flat.Variability.PARAMETER and v.binding is not None:
+        return "value", v.binding
+    return "start value", v.attributes.start
+
+
+def _is_handed_on(value: flat.Expression, known: Container[str]) -> bool:
+    """Whether a part hands its value on to a part in it, or to one of its other parameters."""
+    return isinstance(value, flat.Reference) and value.name in known
 
 
 def _check_angle(subject: str, value: flat.Expression, session: Session) -> None:

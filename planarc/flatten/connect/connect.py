@@ -18,7 +18,8 @@ from collections import deque
 from collections.abc import Iterator
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.diagnostic import Once, PlanarcError, Related, error
+from planarc.core.prose import either
 from planarc.core.source import Span
 from planarc.flatten.connect.sides import Side, both_sides, entry_name, warn_absent
 from planarc.flatten.terms.conform import base_conforms, type_text
@@ -170,23 +171,33 @@ def _converter(source: Member, target: Member) -> str | None:
 
 
 def _unlike(left: Side, right: Side, why: str, span: Span, hint: str | None = None) -> PlanarcError:
-    return error(
-        "F312",
-        f"`{left.name}` and `{right.name}` cannot be connected: {why}",
-        span,
-        related=[
-            Related(f"`{side.name}` is declared here", side.node.span) for side in (left, right)
-        ],
-        hint=hint
-        or _flange_hint(left, right)
-        or _flange_hint(right, left)
-        or _kinds_hint(left, right),
+    hint = (
+        hint or _flange_hint(left, right) or _flange_hint(right, left) or _kinds_hint(left, right)
+    )
+    sides = (left, right)
+    return PlanarcError(
+        Once(
+            "F312",
+            f"`{left.name}` and `{right.name}` cannot be connected: {why}",
+            span,
+            hint=hint,
+            related=tuple(Related(f"`{s.name}` is declared here", s.node.span) for s in sides),
+            kind=hint or f"{left.name} {right.name}",  # once for both ends of a damper
+        )
     )
 
 
 def _kinds_hint(left: Side, right: Side) -> str | None:
     """What stands between connectors of two kinds."""
-    kinds = {_kind(side): side.name for side in (left, right)}
+    for connector, signal in ((left.node, right), (right.node, left)):
+        part = connector.parent
+        if isinstance(signal.node, Leaf) and isinstance(connector, Instance) and part is not None:
+            # A sensor's frame in the place of what it measures.
+            leaves = [e.node for e in part.elements.values() if isinstance(e.node, Leaf)]
+            given = [n.name for n in leaves if n.causality is syntax.Causality.OUTPUT]
+            if given:
+                return f"`{signal.name}` is a signal: connect {either(given)} to it"
+    kinds = {_kind(side.node) or side.name: side.name for side in (left, right)}
     if kinds.keys() == {"turns", "slides"}:
         return (
             f"`{kinds['turns']}` turns and `{kinds['slides']}` slides: put a rack and pinion "
@@ -201,11 +212,11 @@ def _kinds_hint(left: Side, right: Side) -> str | None:
     return None
 
 
-def _kind(side: Side) -> str:
-    if isinstance(side.node, Leaf):
+def _kind(connector: Leaf | Instance) -> str | None:
+    if isinstance(connector, Leaf):
         return "signal"
     kinds = {frozenset(("phi", "tau")): "turns", frozenset(("s", "f")): "slides"}
-    return kinds.get(frozenset(component_names(side.node)), side.name)
+    return kinds.get(frozenset(component_names(connector)))
 
 
 def _flange_hint(flange: Side, frame: Side) -> str | None:
@@ -219,5 +230,12 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
         return None
     if "drivenFlange" not in joint.layout.members:
         return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
-    name = joint.name
+    name, part = joint.name, flange.node.parent
+    of_part = (e.node for e in part.elements.values()) if part else ()
+    kinds = [_kind(n) for n in of_part if isinstance(n, Instance)]
+    if kinds.count(_kind(flange.node)) > 1:  # a damper, say, between the joint's two parts
+        return (
+            f"connect it to `{name}.axis`, which moves with `{name}.frame_b`, or `{name}.support`, "
+            f"which stays with `{name}.frame_a`: both are there with `{name}(drivenFlange=true)`"
+        )
     return f"write `connect({flange.name}, {name}.axis)`, and `{name}(drivenFlange=true)`"

@@ -42,7 +42,7 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
             names = [*builtins.names(), *naming.names_in_sight(env.scope)]
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
             raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
-        raise naming.unknown(env.scope, ref.parts[0].name, ref.span)
+        raise lookup.unknown(env.scope, ref.parts[0].name, ref.span)
     try:
         view = references.resolve(ref, env)
     except PlanarcError:

@@ -229,7 +229,8 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
         return type_terminate(call, env)
     if names == ("reinit",):
         if not env.in_when:
-            raise error("F304", "`reinit` may stand in a when-equation only", node.span)
+            hint = "write `when ... then` around it: it acts at the instant when that becomes true"
+            raise error("F304", "`reinit` may stand in a when-equation only", node.span, hint=hint)
         return type_reinit(call, env)
     if names == ("impact",) and is_builtin(call.function, env):
         if not env.in_when:

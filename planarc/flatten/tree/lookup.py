@@ -17,10 +17,11 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
-from planarc.core.diagnostic import Related, error
-from planarc.core.nearest import did_you_mean
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
+from planarc.core.mend import Meant
+from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance
@@ -201,6 +202,40 @@ def import_target(
     return element
 
 
+def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ()) -> PlanarcError:
+    """The error of a name that is not found. `counters` are those of the loops around."""
+    wrong = _misspelt_import(scope, name)
+    return PlanarcError(wrong) if wrong else naming.unknown(scope, name, span, counters)
+
+
+def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:
+    """An import of nothing that was to give this name: told once, not wherever the name stands."""
+    current: Scope | None = scope
+    while current is not None:
+        for clause in current.part.imports:
+            path = ".".join(clause.path)
+            package, _, last = path.rpartition(".")
+            meant = not (clause.alias or clause.names or clause.wildcard) and nearest(
+                last, [name], cutoff=0.5
+            )
+            inside = _names_in(scope, package) if meant else ()
+            if name in inside and last not in inside:
+                message = f"`{path}` cannot be imported: it does not exist"
+                near = Meant(path, (f"{package}.{name}",))
+                return Once("F210", message, clause.span, hint=str(near), mend=near, kind=path)
+        current = current.parent
+    return None
+
+
+def _names_in(scope: Scope, package: str) -> list[str]:
+    """The classes and constants of a package that is named in full."""
+    try:
+        element = import_target(scope, tuple(package.split(".")), scope.instance.cls.span)
+    except PlanarcError:
+        return []
+    return naming.member_names(static_instance(class_of(element, scope.instance.cls.span)))
+
+
 def _package(element: Element, name: str, span: Span) -> Class:
     cls = class_of(element, span)
     if layout_of(cls).kind is not syntax.ClassKind.PACKAGE:
@@ -269,7 +304,7 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
         return element
     found = find(scope, name)
     if found is None:
-        raise naming.unknown(scope, name, ref.span)
+        raise unknown(scope, name, ref.span)
     return found[0]
 
 

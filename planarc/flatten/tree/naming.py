@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 
-from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, error, said
+from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
-from planarc.core.nearest import did_you_mean, nearest
+from planarc.core.nearest import did_you_mean
 from planarc.core.prose import either, shortened
 from planarc.core.source import Span
 from planarc.flatten.tree import predefined
@@ -21,19 +21,24 @@ def name_span(element: syntax.Declaration) -> Span:
     return element.name_span if isinstance(element, syntax.ClassDef) else element.span
 
 
-def unknown(scope: Scope, name: str, span: Span, what: str = "name") -> PlanarcError:
+def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ()) -> PlanarcError:
+    """The error of a name that nothing in sight has. `counters` are those of the loops around."""
     where = scope.instance.cls.name
-    wrong = _misspelt_import(scope, name)
-    if wrong is not None:
-        return PlanarcError(wrong)
-    message = f"unknown {what} `{name}`" + (f" in `{where}`" if where else "")
+    message = f"unknown name `{name}`" + (f" in `{where}`" if where else "")
     known = names_in_sight(scope)
     moving = _differentiated(name, known)
     if moving is not None:
         told = f"write `der({moving})` for the derivative of `{moving}`"
         return PlanarcError(Once("F210", message, span, hint=told, kind="derivative"))
-    hint = f"write {_WHOLE[name]}" if name in _WHOLE else _elsewhere(scope, name)
-    return error("F210", message, span, hint=hint or did_you_mean(name, known))
+    elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else _elsewhere(scope, name)
+    near = did_you_mean(name, [*counters, *known])
+    if near is None and counters:
+        near = Meant(name, tuple(sorted(counters)))
+    # A name that is used is used again: once for a class.
+    mend, kind = None if elsewhere else near, f"{where} {name}"
+    return PlanarcError(
+        Once("F210", message, span, hint=elsewhere or said(near), mend=mend, kind=kind)
+    )
 
 
 def _differentiated(name: str, known: Collection[str]) -> str | None:
@@ -59,25 +64,6 @@ _WHOLE = {
     **dict.fromkeys(("str", "string"), "`String`"),
     "world": "`inner PlanarMultiBody.World world;` among the declarations",
 }
-
-
-def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:
-    """An import of nothing that was to give this name: told once, not wherever the name stands."""
-    library = scope.session.library
-    current: Scope | None = scope
-    while current is not None:
-        for clause in current.part.imports:
-            path = ".".join(clause.path)
-            package, _, last = path.rpartition(".")
-            meant = not (clause.alias or clause.names or clause.wildcard) and nearest(last, [name])
-            if not (meant and package and name in library.class_names(package)):
-                continue
-            if library.entry(path) is None:
-                message = f"`{path}` cannot be imported: it does not exist"
-                near = Meant(path, (f"{package}.{name}",))
-                return Once("F210", message, clause.span, hint=str(near), mend=near, kind=path)
-        current = current.parent
-    return None
 
 
 def _elsewhere(scope: Scope, name: str) -> str | None:
@@ -107,8 +93,18 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     instance = static_instance(cls)
     near = did_you_mean(name, member_names(instance))
     hint = said(near or _offered(instance.layout.members, False))
+    if hint is None and 0 < len(inside := member_names(instance)) <= _MOST_OFFERED:
+        hint = f"it holds {either(inside)}"
+    if near is not None and (switch := _switch(instance.layout.members.get(near.names[0]))):
+        hint = f"{hint} It is there with `{switch}=true`"
     kind = f"{cls.name}.{name}"
     return PlanarcError(Once("F213", message, span, hint=hint, mend=near, kind=kind))
+
+
+def _switch(slot: tuple[int, syntax.Declaration] | None) -> str | None:
+    """The parameter that must be true for a component to be there."""
+    condition = slot[1].condition if slot and isinstance(slot[1], syntax.Component) else None
+    return str(condition) if isinstance(condition, syntax.Ref) else None
 
 
 def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:

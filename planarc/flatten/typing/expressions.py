@@ -122,7 +122,9 @@ def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:
 def _tuple(node: syntax.Tuple, env: Env) -> flat.Expression:
     if len(node.items) == 1 and node.items[0] is not None:
         return type_expression(node.items[0], env)
-    raise error("F273", "a list in parentheses may stand only left of a function call", node.span)
+    message = "a list in parentheses may stand only left of a function call"
+    vector = f"{{{node.span.text[1:-1].strip()}}}"
+    raise error("F273", message, node.span, hint=f"write `{vector}` for a vector")
 
 
 def _refused(code: str, message: str) -> Callable[[syntax.Expression, Env], flat.Expression]:

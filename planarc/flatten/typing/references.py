@@ -18,12 +18,12 @@ from typing import TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
-from planarc.core.prose import counted
+from planarc.core.prose import counted, listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import NotThere, unsupported
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
-from planarc.flatten.tree import lookup, naming
+from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
 from planarc.flatten.tree.nodes import (
     Absent,
@@ -98,7 +98,7 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
         found = lookup.find(env.scope, first.name)
         element, own = found if found is not None else (None, False)
     if element is None:
-        raise naming.unknown(env.scope, first.name, ref.span)
+        raise lookup.unknown(env.scope, first.name, ref.span, env.iterators if env.end else ())
     view = _open(element, own, first, ref, env)
     for part in ref.parts[1:]:
         view = step(view, part, ref, env)
@@ -213,13 +213,17 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int
     indices = value if isinstance(value, list) else [value]
     for index in indices:
         if not isinstance(index, int) or not 1 <= index <= node.dims[k]:
-            raise out_of_range(node.name, index, node.dims[k], subscript.span)
+            raise out_of_range(node.name, index, node.dims[k], subscript.span, env)
     chosen = [i for i in indices if isinstance(i, int)]
     return chosen if isinstance(value, list) else chosen[0]
 
 
-def out_of_range(name: str, index: object, size: int, span: Span) -> PlanarcError:
+def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> PlanarcError:
     hint = "the first index is 1" if index == 0 else None
+    counted_by = [(n, env.locals[n]) for n in sorted(env.iterators)]
+    at = [f"`{n}` = {v.value}" for n, v in counted_by if isinstance(v, flat.Literal)]
+    if at:
+        hint = f"this is at {listed(at)}: let the loop run over fewer values"
     message = f"the index {index} of `{name}` is outside of 1 to {size}"
     return error("F219", message, span, hint=hint)
 
@@ -257,7 +261,7 @@ def with_subscripts(
             typed.append(flat.Slice(flat.INTEGER.with_dims((dims[k],)), subscript.span))
             continue
         index = type_subscript(subscript, env.with_end(value, k))
-        _check_range(index, dims[k], name.strip("`"))
+        _check_range(index, dims[k], name.strip("`"), env)
         typed.append(index)
     return subscripted(value, tuple(typed), span)
 
@@ -283,13 +287,13 @@ def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
     return folded
 
 
-def _check_range(index: flat.Expression, size: int | None, name: str) -> None:
+def _check_range(index: flat.Expression, size: int | None, name: str, env: Env) -> None:
     if size is None:
         return
     values = index.items if isinstance(index, flat.Array) else (index,)
     for value in values:
         if isinstance(value, flat.Literal) and not 1 <= int(value.value) <= size:
-            raise out_of_range(name, value.value, size, index.span)
+            raise out_of_range(name, value.value, size, index.span, env)
 
 
 # Values ------------------------------------------------------------------------------------------

@@ -13,6 +13,8 @@ Example: `Position(exact=true)` on a step.
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.prose import listed
+from planarc.ir.flat import Part
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_part, owner
 from planarc.ir.program import Program
@@ -44,15 +46,34 @@ class Jumps:
         return ()
 
     def _jumped(self, name: str, old: float, new: float, t: float) -> Diagnostic:
-        part = own_part(self._program, owner(name))
+        program = self._program
+        part, drives = own_part(program, owner(name)), _drives(program, self._watched[name])
+        given = listed(f"`{p.name}`" for p in drives)
         return Diagnostic(
             "R438",
             f"`{name}` jumps from {old:.4g} to {new:.4g} at t = {t:.6g} s: "
             "the forces that this takes are infinite, and not counted",
-            part.span if part else None,
+            drives[0].span if drives else part.span if part else None,
             Severity.WARNING,
-            hint="move it without jumps, for example by `KinematicPTP2`",
+            hint=f"let {given or 'what drives it'} move it without jumps, for example by "
+            "`KinematicPTP2`",
         )
+
+
+def _drives(program: Program, slot: int) -> list[Part]:
+    """The user's parts beside the mechanism that have this position for a variable: the drive, and
+    the block with its signal."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return []
+    frames = [f for link in mechanism.links for f in link.frames]
+    frames += [f for joint in mechanism.joints for f in joint.frames]
+    inside = {*map(owner, frames), *(j.name for j in mechanism.joints)}
+    inside |= {name.partition(".")[0] for name in inside}
+    owners = dict.fromkeys(owner(c.name) for c in program.columns if c.slot == slot)
+    parts = (own_part(program, o) for o in owners)
+    found = {p.name: p for p in parts if p is not None and p.name not in inside}
+    return list(found.values())
 
 
 @once

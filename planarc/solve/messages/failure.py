@@ -53,7 +53,8 @@ def stopped(
         elif cause is not Cause.BLOCK or block < 0:
             if scene.way is not None:
                 return _creeps(program, place, scene.way, scene.span, worst)
-            return _given_up(program, place, cause or Cause.STEP, worst)
+            away = max(trouble.paces(y, ydot), default=0.0) * scene.span
+            return _given_up(program, place, cause or Cause.STEP, worst, away > _RUNAWAY)
     if flag < 0:
         return not_finite(program, kernel, place, t)
     stretched = _stretched(program, kernel, scene.selection)
@@ -171,13 +172,25 @@ def _finite(values: Sequence[float]) -> bool:
 
 
 def _given_up(
-    program: Program, place: Place, cause: Cause, worst: tuple[str, EquationInfo] | None
+    program: Program,
+    place: Place,
+    cause: Cause,
+    worst: tuple[str, EquationInfo] | None,
+    runs_away: bool,
 ) -> Diagnostic:
     """The integrator found no step, though everything has a value."""
     message = f"the integration stopped {place}: {cause.value}{_moved_by(worst)}"
     code = "R421" if cause is Cause.NOT_FINITE else "R420"
-    found = Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint())
+    advice = ""
+    if runs_away and worst:
+        way = "keep what is divided by away from 0" if "/" in worst[1].text else "bound its growth"
+        advice = f"`{worst[0]}` grows beyond all bounds here, a pole: end the run before, or {way}"
+    found = Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint(advice))
     return point_home(program, found, worst[1].component if worst else "")
+
+
+#: A state that moves by so many times its size in a run of this rate has a pole.
+_RUNAWAY = 1e6
 
 
 def _creeps(

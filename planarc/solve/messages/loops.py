@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
 from planarc.ir.places import own_names
@@ -28,6 +28,14 @@ def loop_names(program: Program, components: Sequence[str]) -> str:
         return trouble.names(names)
     kind = "joint" if len(names) == 1 else "joints"
     return f"{trouble.names(bars)} ({kind} {trouble.names(names)})"
+
+
+def is_closed(program: Program, components: Collection[str]) -> bool:
+    """Whether one of these components is a joint in a closed loop of the mechanism."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return False
+    return any(j.name in components and shortest_loop(mechanism, j) for j in mechanism.joints)
 
 
 def shortest_loop(mechanism: Mechanism, joint: Joint) -> list[Joint]:

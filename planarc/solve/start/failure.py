@@ -15,7 +15,7 @@ from planarc.ir.expr import Op, postorder
 from planarc.ir.places import declaration, is_own, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import loop_names
+from planarc.solve.messages.loops import is_closed, loop_names
 from planarc.solve.rescue.rescue import Account
 from planarc.solve.start import newton
 from planarc.solve.start.held import Choice, places, weakness
@@ -178,6 +178,11 @@ def _start(value: float) -> str:
 
 
 def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> str:
+    """The loop of the blocks that hold the worst equations, in words."""
+    return loop_names(system.program, _parts(system, rows, columns, r))
+
+
+def _parts(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> Sequence[str]:
     """The components of the blocks that hold the worst equations."""
     program = system.program
     worst = {rows[k] for k in range(len(r)) if abs(r[k]) >= 0.5 * max(abs(r))} if len(r) else set()
@@ -188,7 +193,7 @@ def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector
                 names[owner(c.display)] = None
             names |= dict.fromkeys(program.equations[e].component for e in block.equations)
     names.pop("", None)
-    return loop_names(program, list(names))
+    return list(names)
 
 
 def _not_assembled(
@@ -199,7 +204,8 @@ def _not_assembled(
     held = _held_against(system, rows, root.residuals)
     if held is not None and not loop:
         return held
-    is_loop = bool(loop) and system.program.mechanism is not None
+    is_loop = is_closed(system.program, _parts(system, rows, columns, root.residuals))
+    twice = system.program.mechanism is not None and not is_loop
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
@@ -211,9 +217,11 @@ def _not_assembled(
             hint=(
                 "check lengths: the parts do not reach each other"
                 if is_loop
+                else "leave out what holds the same motion twice, such as a second gear"
+                if twice
                 else "change a parameter, or start nearer to a solution"
             )
-            + _largest_move(system.program, columns, root.point, u0),
+            + ("" if twice else _largest_move(system.program, columns, root.point, u0)),
         ),
         worst,
     )
