@@ -9,7 +9,14 @@ from msgspec.structs import replace
 
 from planarc.api.values import finite
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import Backend, Redundant, RunOptions, Solver, fastest_backend
+from planarc.core.options import (
+    Backend,
+    Contacts,
+    Redundant,
+    RunOptions,
+    Solver,
+    fastest_backend,
+)
 from planarc.core.unknown import unknown_name
 
 C = TypeVar("C", bound=StrEnum)
@@ -39,6 +46,7 @@ def integrated(
     options: RunOptions,
     solver: str | Solver,
     fixed_step: float | None,
+    contact: str | Contacts | None,
     backend: str | Backend | None,
 ) -> RunOptions:
     """The options with the choices that a run and a stepper share; `fixed_step` in s."""
@@ -46,5 +54,6 @@ def integrated(
         options,
         backend=options.backend if backend is None else backend_of(backend),
         solver=chosen(Solver, "solver", solver),
+        contact=None if contact is None else chosen(Contacts, "treatment of contacts", contact),
         fixed_step=None if fixed_step is None else finite("fixed_step", fixed_step, "s"),
     )

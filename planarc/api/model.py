@@ -21,7 +21,7 @@ from planarc.api.variant import Recompiled, recompiled, texts_of, variant_of
 from planarc.compiled import Compiled
 from planarc.compiler import run
 from planarc.core.diagnostic import PlanarcError, Severity, usage_error
-from planarc.core.options import Backend, Redundant, RunOptions, Solver
+from planarc.core.options import Backend, Contacts, Redundant, RunOptions, Solver
 from planarc.core.unknown import telling_keywords, unknown_attribute
 from planarc.request.request import Request
 
@@ -127,6 +127,7 @@ class Model(Loaded):
         inputs: Mapping[str, Signal] | None = None,
         solver: str | Solver = Solver.AUTO,
         fixed_step: float | None = None,
+        contact: str | Contacts | None = None,
         backend: str | Backend | None = None,
         redundant: str | Redundant | None = None,
         progress: Callable[[float], None] | None = None,
@@ -140,8 +141,10 @@ class Model(Loaded):
         Result or of a file. `inputs` are numbers, functions of time or tables; what the model needs
         of their derivatives follows, or is given as `der(u)`.
         `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf` and, with a
-        `fixed_step` (s), `euler` and `rk4`. `redundant`: see `planarc.load`; by default as the
-        model was loaded. `progress` is called with the time that is reached.
+        `fixed_step` (s), `euler` and `rk4`. `contact="stepping"` takes rigid contacts by steps of
+        that length instead of at events, as a model with a crowd does by itself. `redundant`: see
+        `planarc.load`; by default as the model was loaded. `progress` is called with the time that
+        is reached.
 
         Raises UnknownName for a name that is not there, UsageError for a wrong request,
         PlanarcError where there is no start, RunStopped (with the `result` so far) where the run
@@ -158,7 +161,7 @@ class Model(Loaded):
             interval=None if interval is None else finite("interval", interval, "s"),
             redundant=None if redundant is None else treatment_of(redundant),
         )
-        options = integrated(options, solver, fixed_step, backend)
+        options = integrated(options, solver, fixed_step, contact, backend)
         return model.run(_placed(model, options, start_from, inputs), inputs, progress)
 
     @telling_keywords
@@ -174,6 +177,7 @@ class Model(Loaded):
         start_from: Place | None = None,
         solver: str | Solver = Solver.AUTO,
         fixed_step: float | None = None,
+        contact: str | Contacts | None = None,
         backend: str | Backend | None = None,
     ) -> Stepper:
         """A run that goes on step by step: set inputs, step, read. For controllers and learning.
@@ -187,7 +191,7 @@ class Model(Loaded):
         from planarc.api.analysis.stepper import open_stepper
 
         model, options = self.asked(parameters, start, start_time, stop_time, tolerance, None)
-        options = integrated(replace(options, intervals=1), solver, fixed_step, backend)
+        options = integrated(replace(options, intervals=1), solver, fixed_step, contact, backend)
         return open_stepper(model, _placed(model, options, start_from, None), step)
 
     def asked(

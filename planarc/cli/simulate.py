@@ -10,10 +10,10 @@ import typer
 from planarc.cli import arguments as arg
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import FIXED_STEP, Backend, Redundant, RunOptions, Solver
+from planarc.core.options import FIXED_STEP, Backend, Contacts, Redundant, RunOptions, Solver
 from planarc.core.prose import listed
 
-_FIXED_STEP = f"Steps of this length, with {listed(FIXED_STEP, 'or')}."
+_FIXED_STEP = f"Steps of this length, with {listed(FIXED_STEP, 'or')}, or of contacts."
 
 
 def simulate(
@@ -32,6 +32,13 @@ def simulate(
     fixed_step: Annotated[
         float | None,
         arg.time_option(help=_FIXED_STEP),
+    ] = None,
+    contact: Annotated[
+        Contacts | None,
+        typer.Option(
+            help="What rigid contacts do is found at events, or step by step, for very many of "
+            "them: by default where the model has a crowd."
+        ),
     ] = None,
     backend: Annotated[
         Backend | None,
@@ -97,6 +104,7 @@ def simulate(
         fixed_step=fixed_step,
         backend=arg.choose_backend(backend),
         redundant=redundant,
+        contact=contact,
     )
     job = Job(
         arg.make_request(target, class_name, library, redundant),

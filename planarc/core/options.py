@@ -66,12 +66,19 @@ class Redundant(StrEnum):
 ACCEPTING = '`--redundant accept` (in Python `redundant="accept"`)'
 
 
+class Contacts(StrEnum):
+    """The treatment of rigid contacts."""
+
+    EVENTS = "events"
+    STEPPING = "stepping"  # steps of one length, with the impulses of all contacts at once
+
+
 class RunOptions(Data):
     """Times in seconds. None takes what the model's `experiment` annotation says.
 
-    `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`). `near` are values
-    of all candidates for states where a run like this one began: better guesses than start values
-    that nothing holds.
+    `values` sets parameters (`rod.L`), `starts` start values (`x` of `x.start`). Without a choice
+    of `contact`, crowds are stepped. `near` are values of all candidates for states where a run
+    like this one began: better guesses than start values that nothing holds.
     """
 
     start: float | None = None
@@ -83,6 +90,7 @@ class RunOptions(Data):
     fixed_step: float | None = None  # seconds; `auto` is then `rk4`
     backend: Backend = Backend.NATIVE
     redundant: Redundant | None = None  # None: as the model was compiled
+    contact: Contacts | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
     near: tuple[float, ...] | None = None

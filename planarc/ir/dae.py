@@ -185,11 +185,13 @@ class Terminate(Located):
 
 
 class Impact(Located):
-    """A touch whose velocity jumps, whose modes are set: its arguments are those of `ir.impact`."""
+    """A touch whose velocity jumps, whose modes are set, or a body of a crowd: its arguments are
+    those of `ir.impact`."""
 
     arguments: tuple[Expr, ...]
     component: str = ""
     span: Span = NOWHERE
+    crowd: bool = False
 
 
 Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate | Impact

@@ -317,9 +317,10 @@ class Reinit(EquationNode):
 
 
 class Impact(EquationNode):
-    """`impact(...)`: its arguments in the order of `ir.impact.NAMES`."""
+    """`impact(...)` or `crowd(...)`: its arguments in the order of `ir.impact`."""
 
     arguments: tuple[Expression, ...]
+    crowd: bool = False
 
 
 Equation: TypeAlias = Equality | IfEquation | WhenEquation | Assert | Terminate | Reinit | Impact

@@ -79,12 +79,20 @@ class Addresses(Data):
     workspace: int
 
 
+#: `planarc.codegen.native.sweeps`, on arrays: starts, columns and entries of the rows, rest, mu,
+#: inverse, x; the most sweeps, the tolerance.
+Sweep: TypeAlias = "Callable[..., int]"
+
+
 class Machine(Protocol):
     """Machine code that an integrator in C calls without a way back through Python."""
 
     def addresses(self, vector_numbers: int) -> Addresses:
         """The addresses for machine code. `vector_numbers` is the address of SUNDIALS' function
         that gives a vector's numbers."""
+
+    def sweep(self, *given: Any) -> int:
+        """See `Sweep`."""
 
     def shift(self, shifts: Sequence[float]) -> None:
         """Move what `cv_roots` gives by so much; by nothing where none are given."""

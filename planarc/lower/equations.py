@@ -254,7 +254,7 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
             case flat.Impact():
                 told = scope.without_events()
                 arguments = tuple(expr(lower_expression(told, a)) for a in e.arguments)
-                yield dae.Impact(arguments, e.component, e.span)
+                yield dae.Impact(arguments, e.component, e.span, e.crowd)
             case flat.IfEquation():
                 yield from _conditional(scope, e)
             case _:
@@ -306,7 +306,9 @@ def _conditional(scope: Scope, e: flat.IfEquation) -> Iterator[dae.Action]:
                 case dae.Assertion():
                     yield action
                 case dae.Terminate() | dae.Impact():
-                    message = "`terminate` and `impact` under an `if` inside of a when-clause"
+                    message = (
+                        "`terminate`, `impact` and `crowd` under an `if` inside of a when-clause"
+                    )
                     hint = "put the condition into the `when`"
                     raise error("L349", message, action.span, hint=hint)
         earlier = t.or_(earlier, own)

@@ -6,6 +6,7 @@ begun       its start: values that fit together, the first row
 bench       its parts, and what it does at every stop
 start       consistent values: a loop is put together, what is held is held
 events      what switches at an instant, iterated until it rests
+stepping    steps with contacts, for very many of them, instead of events
 contact     what touches of rigid bodies do next: impacts, sticking, sliding, letting go
 states      which candidates are states, watched and exchanged on the way
 messages    why a run cannot go on, in words

@@ -61,9 +61,15 @@ class Bench:
             any(r.waves for r in program.relations),
         )
         self.integrator: Integrator
-        self.integrator, self.reason = make_integrator(
-            request.solver, kernel, program.state_count, settings
-        )
+        if request.stepping:
+            from planarc.solve.stepping.moreau import Moreau
+
+            self.integrator = Moreau(program, kernel, program.state_count, settings)
+            self.reason = "steps with contacts"
+        else:
+            self.integrator, self.reason = make_integrator(
+                request.solver, kernel, program.state_count, settings
+            )
         looks, delayed = self.integrator.looks, self.delays.present
         self.effort = Effort(program, looks, request.start, request.span)
         self.states = States(program, kernel, self.recorder, delayed, looks)

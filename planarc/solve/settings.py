@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
-from planarc.core.options import FIXED_STEP, RunOptions, Solver
+from planarc.core.options import FIXED_STEP, Contacts, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
-from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Kind
+from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
 from planarc.solve.once import once
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 #: More rows than this are a mistake in the options rather than a wish.
 MOST_ROWS = 20_000_000
 DEFAULT_INTERVALS = 500
+#: Steps with contacts in a run, where their length is not given.
+DEFAULT_STEPS = 1000
 
 
 class Request(Data):
@@ -40,6 +42,7 @@ class Request(Data):
     values: Mapping[int, float]  # slot of a parameter -> value
     starts: Mapping[int, float]  # slot of a start value -> value
     near: tuple[float, ...] | None = None  # of the candidates, a good guess
+    stepping: bool = False  # contacts by steps of the fixed length
 
     @property
     def span(self) -> float:
@@ -66,16 +69,21 @@ def resolve(program: Program, options: RunOptions) -> Request:
             f"the tolerance must lie between 1e-14 and 1, not {tolerance:g}",
             "choose for example 1e-6",
         )
+    stepping = _stepping(program, options)
+    solver, length = _solver(options, stepping), options.fixed_step
+    if stepping and length is None:
+        length = (stop - start) / DEFAULT_STEPS or 1.0
     return Request(
         start=start,
         stop=stop,
         grid=_grid(start, stop, given.interval, options),
         tolerance=tolerance,
-        solver=_solver(options),
-        fixed_step=options.fixed_step,
+        solver=solver,
+        fixed_step=length,
         values=_start_time(program, start) | _parameter_values(program, options.values),
         starts=_start_values(program, options.starts),
         near=options.near if len(options.near or ()) == len(program.candidates) else None,
+        stepping=stepping,
     )
 
 
@@ -102,9 +110,36 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     return tuple(Diagnostic("R409", m, None, Severity.WARNING, hint) for m, hint in found)
 
 
-def _solver(options: RunOptions) -> Solver:
+def _stepping(program: Program, options: RunOptions) -> bool:
+    """Whether contacts are stepped: where that is asked for, and where a crowd needs it."""
+    crowd = _crowd(program)
+    if crowd and options.contact is Contacts.EVENTS:
+        from planarc.ir.places import own_part
+
+        part = own_part(program, crowd.component)
+        message = f"`{crowd.component}` knows no events: a crowd is run step by step"
+        hint = "leave `--contact events` out, or write a Contact for each pair"
+        raise UsageError(Diagnostic("R483", message, part.span if part else crowd.span, hint=hint))
+    return options.contact is Contacts.STEPPING or crowd is not None
+
+
+@once
+def _crowd(program: Program) -> Impact | None:
+    """The first body of a crowd."""
+    branches = (b for when in program.whens for b in when.branches)
+    actions = (a for *_, found in branches for a in found)
+    return next((a for a in actions if isinstance(a, Impact) and a.crowd), None)
+
+
+def _solver(options: RunOptions, stepping: bool) -> Solver:
     """The solver, where a step of fixed length and its method agree."""
     length, solver = options.fixed_step, options.solver
+    if stepping and solver is not Solver.AUTO:
+        raise _usage(
+            "R407",
+            f"the solver `{solver}` knows no steps with contacts",
+            "leave `--solver` out: stepping has a method of its own",
+        )
     if length is None:
         if solver in FIXED_STEP:
             raise _usage(

@@ -336,6 +336,19 @@ def runs_down_and_sticks(r: Any) -> None:
     assert any("sticks" in cause for cause in r.events[-1].causes)
 
 
+def rests_on_the_floor_of_its_box(r: Any) -> None:
+    weight = 24 * 9.81
+    assert np.mean(r["crowd.f_b[2]"][-50:]) == pytest.approx(-weight, rel=0.02)
+    assert max(abs(r[f"body[{i}].v[2]"][-1]) for i in range(1, 25)) < 0.05
+    energy = sum(
+        (r[f"body[{i}].v[1]"] ** 2 + r[f"body[{i}].v[2]"] ** 2) / 2
+        + 0.001 * r[f"body[{i}].w"] ** 2
+        + 9.81 * r[f"body[{i}].r[2]"]
+        for i in range(1, 25)
+    )
+    assert np.diff(energy).max() < 1e-4 * energy[0]
+
+
 LAWS: dict[str, Callable[[Any], None]] = {
     "Elementary.Pendulum": swings_back,
     "Elementary.DoublePendulum": keeps_the_energy_of_both_links,
@@ -355,6 +368,7 @@ LAWS: dict[str, Callable[[Any], None]] = {
     "Contacts.SwingDoor": closes_on_its_stop,
     "Contacts.WornSliderCrank": rattles_in_its_clearance,
     "Contacts.RattlingGears": rattles_where_the_load_cannot_follow,
+    "Contacts.FullBox": rests_on_the_floor_of_its_box,
     "Loops.FourBar": keeps_the_energy_of_its_bars,
     "Loops.CrankSlider": slides_by_its_formula,
     "Loops.RubbingCrankSlider": runs_down_and_sticks,

@@ -47,6 +47,8 @@ TAKEN = {
     "Joints.CurveCurveJoint": NONE,
     "Joints.Assemblies.JointRRP": NONE,
     "Contacts.Contact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
+    "Contacts.Crowd": "-{0}.f_b*der({0}.frame_b.r) - {0}.t_b*der({0}.frame_b.phi)"
+    " - sum({0}.f[i,:]*der({0}.frame_a[i].r) + {0}.t[i]*der({0}.frame_a[i].phi) for i in 1:{0}.n)",
     "Contacts.CurveCurveContact": "-{0}.f_n*der({0}.gap) - {0}.f_t*{0}.slip",
     "Contacts.ClearanceRevolute": "-{0}.touch.f_n*der({0}.gap) - {0}.touch.f_t*{0}.slip",
     "Contacts.GearPair": "-{0}.f*der({0}.play) - {0}.press*der({0}.apart)",
@@ -71,7 +73,9 @@ def frames_of(program: Any) -> dict[str, list[str]]:
     """The frames of each component of a model, not of what is inside of components."""
     found: dict[str, list[str]] = {}
     for column in program.columns:
-        match = re.fullmatch(r"(\w+(?:\[\d+\])?)\.((?:frame_|bearing)\w*)\.f\[1\]", column.name)
+        match = re.fullmatch(
+            r"(\w+(?:\[\d+\])?)\.((?:frame_|bearing)\w*(?:\[\d+\])?)\.f\[1\]", column.name
+        )
         if match:
             found.setdefault(match[1], []).append(match[2])
     return found

@@ -15,6 +15,7 @@ from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
 from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.runtime.history import DEGREE, TERMS, Memory
 
@@ -45,6 +46,7 @@ def runtime_text() -> str:
         _cv_roots(),
         _past(),
         march_function(),
+        sweep_function(),
     )
     return _DECLARED + "\n".join(functions)
 

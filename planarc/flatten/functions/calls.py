@@ -206,14 +206,18 @@ def type_terminate(call: syntax.Call, env: Env) -> tuple[flat.Terminate, ...]:
 
 
 def type_impact(call: syntax.Call, env: Env) -> tuple[flat.Impact, ...]:
-    found = _arguments(call, impact.NAMES, len(impact.NAMES))
+    """`impact(...)` or `crowd(...)`."""
+    crowd = call.function.names == ("crowd",)
+    names = impact.CROWD_NAMES if crowd else impact.NAMES
+    kept = impact.CROWD_KEPT if crowd else impact.KEPT
+    found = _arguments(call, names, len(names))
     typed = tuple(env.typed(value) for value in found if value is not None)
-    for name, value in zip(impact.NAMES, typed, strict=True):
+    for name, value in zip(names, typed, strict=True):
         bases = impact.BASES.get(name, (flat.Base.REAL,))
-        expect_scalar(value, bases, f"`{name}` of `impact`")
-        if name in impact.KEPT and not isinstance(value, flat.Reference):
-            raise error("F304", f"`{name}` of `impact` must be a variable", value.span)
-    return (flat.Impact(call.span, env.component, typed),)
+        expect_scalar(value, bases, f"`{name}` of `{call.function}`")
+        if name in kept and not isinstance(value, flat.Reference):
+            raise error("F304", f"`{name}` of `{call.function}` must be a variable", value.span)
+    return (flat.Impact(call.span, env.component, typed, crowd),)
 
 
 def type_reinit(call: syntax.Call, env: Env) -> tuple[flat.Reinit, ...]:

@@ -232,9 +232,9 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
             hint = "write `when ... then` around it: it acts at the instant when that becomes true"
             raise error("F304", "`reinit` may stand in a when-equation only", node.span, hint=hint)
         return type_reinit(call, env)
-    if names == ("impact",) and is_builtin(call.function, env):
+    if names in (("impact",), ("crowd",)) and is_builtin(call.function, env):
         if not env.in_when:
-            raise error("F304", "`impact` may stand in a when-equation only", node.span)
+            raise error("F304", f"`{names[0]}` may stand in a when-equation only", node.span)
         return type_impact(call, env)
     if is_connection_operator(call):
         if env.in_when:

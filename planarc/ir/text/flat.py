@@ -278,8 +278,10 @@ def _plain(item: flat.Equation | flat.Statement, records: frozenset[str]) -> str
             return f"assert({print_expression(condition)}, {print_expression(message)}{level});"
         case flat.Terminate(message=message):
             return f"terminate({print_expression(message)});"
-        case flat.Impact(arguments=arguments):
-            return f"impact({', '.join(map(print_expression, arguments))});"
+        case flat.Impact(arguments=arguments, crowd=crowd):
+            return (
+                f"{'crowd' if crowd else 'impact'}({', '.join(map(print_expression, arguments))});"
+            )
         case flat.Reinit(variable=variable, value=value):
             return f"reinit({print_expression(variable)}, {print_expression(value)});"
     raise TypeError(f"not an equation: {item!r}")

@@ -28,6 +28,8 @@ from planarc.solve.messages.text import Reader
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
 
+#: A gap that is never reached, in m.
+NEVER = -1e30
 #: A force whose effect is a smaller part of what acts is made larger, so that it is seen.
 SEEN = 1e-3
 
@@ -84,6 +86,12 @@ class Touches:
     def put(self, name: str, values: Iterable[float]) -> None:
         for touch, value in zip(self.all, values, strict=True):
             self.kernel.w[touch.slots[name]] = value
+
+    def ignore(self) -> None:
+        """Let no touch make an event, from the start of a run on: none is ever low enough."""
+        starts = {d.slot: d.start for d in self.program.discretes}
+        for touch in self.all:
+            self.kernel.w[starts[touch.slots["low"]]] = NEVER
 
     def evaluate(self, t: float, y: Sequence[float]) -> bool:
         self._read.t = t
@@ -143,7 +151,7 @@ def _touches(program: Program) -> Iterable[Touch]:
     for when in program.whens:
         for _, _, actions in when.branches:
             for action in actions:
-                if isinstance(action, Impact) and action.component not in seen:
+                if isinstance(action, Impact) and not action.crowd and action.component not in seen:
                     seen.add(action.component)
                     read = dict(zip(NAMES, action.arguments, strict=True))
                     slots = {n: program.slots[repr(read[n])] for n in KEPT}

@@ -50,7 +50,7 @@ class Whens:
 
     def __init__(self, program: Program, kernel: Kernel, request: Request) -> None:
         self.program, self.kernel = program, kernel
-        self.impacts = _impacts(program, kernel, request)
+        self.impacts = None if request.stepping else _impacts(program, kernel, request)
         self._at_start = _initial_conditions(program)
         self._slots = _own_slots(program)
         self._read = Reader(program, kernel, 0.0)
@@ -152,7 +152,9 @@ class Whens:
 
 
 def _strikes(edges: list[tuple[Action, ...]]) -> bool:
-    return any(isinstance(action, Impact) for actions in edges for action in actions)
+    return any(
+        isinstance(action, Impact) and not action.crowd for actions in edges for action in actions
+    )
 
 
 def _impacts(program: Program, kernel: Kernel, request: Request) -> Impacts | None:

@@ -26,7 +26,7 @@ from planarc.solve.solvers.stepping import SteppingIntegrator, Unsolved
 from planarc.solve.solvers.sundials import Unavailable
 
 #: A rest shorter than this part of a step is added to the step before it.
-_REST = 1e-9
+REST = 1e-9
 
 Values = list[float]
 
@@ -67,7 +67,7 @@ class FixedStep(SteppingIntegrator):
     def step(self, limit: float) -> March:
         begin = self._t
         t = self._origin + (self._index + 1) * self._length
-        if t > limit - _REST * self._length:
+        if t > limit - REST * self._length:
             t = limit
         try:
             y = self._advance(begin, t - begin)

@@ -6,6 +6,7 @@ import ctypes
 import math
 import sys
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -92,6 +93,14 @@ class Engine:
             "pc_gather": (ctypes.c_int, _POINTER, _POINTER, ctypes.c_int64, _POINTER),
         }
         return tuple(ctypes.CFUNCTYPE(*shape)(self.address(name)) for name, shape in shapes.items())
+
+    @cached_property
+    def sweep(self) -> Callable[..., int]:
+        """`pc_sweep`."""
+        shape = ctypes.CFUNCTYPE(
+            ctypes.c_int, *[_POINTER] * 7, ctypes.c_int64, ctypes.c_int64, _REAL
+        )
+        return shape(self.address("pc_sweep"))
 
     def _function(self, name: str) -> Callable[..., int]:
         made = ctypes.CFUNCTYPE(ctypes.c_int, *_SIGNATURES[name])

@@ -265,6 +265,10 @@ class NativeKernel(Derived):
 
     # Derivatives
 
+    def sweep(self, *given: Any) -> int:
+        *arrays, most, tolerance = given
+        return self._engine.sweep(*map(address, arrays), len(arrays[4]), most, tolerance)
+
     def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
         found = self._of("RATES")
         if found is None:

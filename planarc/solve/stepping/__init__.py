@@ -1,0 +1,8 @@
+"""Contacts by steps of one length instead of events, for models with very many of them.
+
+moreau     a step: free motion, then the impulses that keep all gaps
+ports      where contacts push: touches and bodies of crowds, and what forces there do
+crowd      which bodies of a crowd are near each other, and where they would touch
+impulses   the impulses of all contacts at once, by projected Gauss-Seidel
+refusal    what cannot be stepped, in words
+"""
