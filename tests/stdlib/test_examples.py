@@ -108,3 +108,25 @@ def test_the_geneva_drive_steps_by_its_closed_form_within_its_play(backend: str)
     impacts = [e.causes[0].split()[0].rstrip(":") for e in result.events if "impact" in e.causes[0]]
     assert set(impacts[:5]) == {"`geneva.ahead`"}
     assert set(impacts[5:10]) == {"`geneva.behind`"}
+
+
+@both_backends
+def test_the_pawl_keeps_whole_teeth_of_each_push(backend: str) -> None:
+    result = example("ratchet_and_pawl", backend)
+    wheel, pawl = result["shaft.phi"], result["hinge.phi"]
+    rests = [int(np.searchsorted(result["time"], t)) for t in (0.29, 1.29, 2.29)]
+    np.testing.assert_allclose(np.diff(wheel[rests]), np.pi / 3, atol=1e-6)
+    # There the nose lies 1.5 mm from the face, which is radial: behind it on the wheel.
+    nose = 0.07 - 0.07 * np.cos(pawl) + 1j * (0.055 - 0.07 * np.sin(pawl))
+    seen = np.abs(nose) * np.exp(1j * (np.angle(nose) - wheel))
+    turn = np.exp(2j * np.pi / 12 * np.ceil(np.angle(seen) / (2 * np.pi / 12)))
+    np.testing.assert_allclose(-(seen / turn).imag[rests], 0.0015, atol=1e-8)
+    # Held by the face, the pawl bears the load of 0.1 N.m about the shaft.
+    force = result["ratchet.f[1]"] + 1j * result["ratchet.f[2]"]
+    np.testing.assert_allclose((nose.conjugate() * force).imag[rests], -0.1, rtol=1e-6)
+    # Falling in, it strikes twice in each push; its weight alone moves it in between.
+    flies = np.abs(force) < 1e-9
+    bends = result["hinge.z"][flies]
+    weight = 0.05 * 9.81 * 0.035 / (2e-5 + 0.05 * 0.035**2)
+    np.testing.assert_allclose(bends, weight * np.cos(pawl[flies]), rtol=1e-6)
+    assert flies.sum() > 20
