@@ -52,8 +52,8 @@ def export(
 ) -> int:
     """Write a model as an FMU, which other simulators run.
 
-    It holds the model as machine code for Linux (x86-64; with FMI 3 also ARM64), for model
-    exchange and co-simulation. It begins in the assembly that `planarc simulate` finds.
+    It holds the model as machine code for Linux, Windows and macOS, for model exchange and
+    co-simulation. It begins in the assembly that `planarc simulate` finds.
     """
     from planarc.cli.files import check_writable, file_stem, save
     from planarc.compiler import compile_model

@@ -4,7 +4,7 @@ In:   Compiled, Wishes
 Out:  bytes of the archive
 
     modelDescription.xml            names, units, start values
-    binaries/PLATFORM/NAME.so       the model as machine code
+    binaries/PLATFORM/NAME.so       the model as machine code; .dll, .dylib
 
 Needs:     llvmlite
 Promises:  the same model and wishes give the same bytes.
@@ -16,6 +16,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+from collections.abc import Sequence
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
@@ -25,14 +26,24 @@ from planarc.export.refusal import refuse
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
 
-#: Platforms as the standard calls them, with LLVM's name.
+
+class Platform(Data):
+    """A system and its processor: LLVM's name, the ending of its libraries, and what FMI 2.0 calls
+    it, which knows no ARM64. All objects are ELF, with the calling convention of the system."""
+
+    triple: str
+    ending: str
+    older: str = ""
+
+
+#: Platforms as FMI 3.0 calls them.
 PLATFORMS = {
-    "x86_64-linux": "x86_64-unknown-linux-gnu",
-    "aarch64-linux": "aarch64-unknown-linux-gnu",
+    "x86_64-linux": Platform("x86_64-unknown-linux-gnu", "so", "linux64"),
+    "aarch64-linux": Platform("aarch64-unknown-linux-gnu", "so"),
+    "x86_64-windows": Platform("x86_64-pc-windows-msvc-elf", "dll", "win64"),
+    "x86_64-darwin": Platform("x86_64-apple-macosx11.0.0-elf", "dylib", "darwin64"),
+    "aarch64-darwin": Platform("arm64-apple-macosx11.0.0-elf", "dylib"),
 }
-#: The names that FMI 2.0 has for them: it knows no ARM64.
-OLDER = {"x86_64-linux": "linux64"}
-_LIBRARIES = ("libm.so.6", "libc.so.6")
 #: Co-simulation has errors of this part of the experiment's tolerance, or less.
 _FINER, _FINEST = 0.01, 1e-8
 #: Files have the oldest date that an archive can tell, so that archives are the same.
@@ -64,16 +75,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.variables import interface
     from planarc.export.image import take_image
-    from planarc.export.link.elf import write_library
-    from planarc.export.link.objects import read_object
-    from planarc.export.module import compile_library, errors, message_text
+    from planarc.export.module import compile_library
 
     program = compiled.program
     refuse(program)
     image = take_image(compiled)
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
     version = three if wishes.version == 3 else two
-    entries = version.functions([message_text(a) for a in errors(program)])
+    entries = version.functions()
     tolerance = min(_FINER * program.experiment.tolerance, _FINEST)
     identifier = _identifier(program.name)
     draft = describe(program, shown, Told(wishes.version, identifier, "", _tool()))
@@ -81,13 +90,12 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     text = describe(program, shown, Told(wishes.version, identifier, token, _tool()))
     files = {"modelDescription.xml": text.encode()}
     for platform in wishes.platforms:
-        folder = platform if wishes.version == 3 else OLDER.get(platform)
-        if folder is None:
-            continue
-        code = compile_library(program, image, entries, token, tolerance, PLATFORMS[platform])
-        name = f"{identifier}.so"
-        library = write_library(read_object(code), name, entries.names, _LIBRARIES)
-        files[f"binaries/{folder}/{name}"] = library
+        kind = PLATFORMS[platform]
+        folder = platform if wishes.version == 3 else kind.older
+        if folder:
+            code = compile_library(program, image, entries, token, tolerance, kind.triple)
+            name = f"{identifier}.{kind.ending}"
+            files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
     causes = [v.causality for v in shown.variables]
     return Fmu(
         _archive(files),
@@ -96,6 +104,19 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         causes.count("parameter"),
         program.state_count,
     )
+
+
+def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:
+    """A shared library; elementary functions are those of the system."""
+    from planarc.export.link import elf, macho, pe
+    from planarc.export.link.objects import put_together, read_object
+
+    found = put_together([read_object(part) for part in code])
+    if kind.ending == "dll":
+        return pe.write_library(found, name, public, "ucrtbase.dll")
+    if kind.ending == "dylib":
+        return macho.write_library(found, name, public, "/usr/lib/libSystem.B.dylib")
+    return elf.write_library(found, name, public, ("libm.so.6", "libc.so.6"))
 
 
 def _identifier(name: str) -> str:

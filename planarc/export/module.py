@@ -1,10 +1,10 @@
-"""The code of an exported model: one module of LLVM, and the object made of it.
+"""The code of an exported model: two modules of LLVM, and the objects made of them.
 
-    the model's own functions          `codegen.native.printer`
-    the kernel's                       `codegen.native.runtime`
-    an instance's                      `export.instance`
-    the interface's                    `export.fmi`
-    tables of the model, its image     here
+    shared    the kernel's functions     `codegen.native.runtime`
+              an instance's              `export.instance`
+              the interface's            `export.fmi`
+    own       the model's functions      `codegen.native.printer`
+              its tables, its image      here
 
 All functions but those of the interface are hidden, so that calls between them need no way
 through a loader.
@@ -14,12 +14,16 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
-from planarc.codegen.native.formulas import bit, declarations, formula
+from planarc.codegen.native.formulas import bit, formula
+from planarc.codegen.native.machine import LARGEST_OPTIMISED
 from planarc.codegen.native.printer import ir
 from planarc.codegen.native.runtime import runtime_text
+from planarc.core import cache as store
+from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
 from planarc.export.instance.start import start_functions
@@ -35,22 +39,6 @@ from planarc.ir.program import Program
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
 
-_DECLARED = """
-declare ptr @calloc(i64, i64)
-declare void @free(ptr)
-declare double @llvm.fabs.f64(double)
-declare i32 @pc_parameters(ptr, double)
-declare i32 @pc_rhs(ptr, double, ptr, ptr)
-declare i32 @pc_rest(ptr, double)
-declare i32 @pc_accept(ptr, double)
-declare double @pc_look(ptr, ptr, i64, ptr)
-declare i32 @pc_point(ptr, ptr, ptr)
-declare i32 @pc_differences(ptr, ptr, ptr)
-declare i32 @pc_solve(ptr, ptr, ptr, ptr, i64)
-@pc_blocks = external constant [0 x i64]
-"""
-_PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
-
 
 def errors(program: Program) -> tuple[Assertion, ...]:
     """The assertions that end a run."""
@@ -62,64 +50,89 @@ def message_text(assertion: Assertion) -> str:
     return "".join(p if isinstance(p, str) else "..." for p in assertion.message.parts)
 
 
+#: What the functions that all models share call of a model's own, and its tables.
+_MODEL = """
+declare i32 @pc_parameters(ptr, double)
+declare i32 @px_asserts(ptr, double)
+declare ptr @px_message(i32)
+declare ptr @calloc(i64, i64)
+declare void @free(ptr)
+declare double @pow(double, double)
+"""
+_TABLES = (
+    *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
+    *("wanted", "starts"),
+)
+_PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
+
+
 def compile_library(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
-) -> bytes:
-    """The object of an exported model for a system and its processor."""
+) -> tuple[bytes, bytes]:
+    """The objects of an exported model for a system and its processor: what is the same for all
+    models, kept for the next one, and its own."""
+    shared = _shared(entries)
+    name = store.key("exported", version("llvmlite"), triple, shared)
+    known = store.load("native", name)
+    if known is None:
+        known = _compiled(shared, triple, 1, True)
+        store.store("native", name, known)
+    own = _own(program, image, entries, token, tolerance)
+    level = 1 if own.count("\n") <= LARGEST_OPTIMISED else 0
+    return known, _compiled(own, triple, level, False)
+
+
+def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
     import llvmlite.binding as llvm
 
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(triple).create_target_machine(
-        opt=1, reloc="pic", codemodel="small"
+        opt=level, reloc="pic", codemodel="small"
     )
-    texts = (ir(program), runtime_text(), _own(program, image, entries, token, tolerance))
-    whole = None
-    for text in texts:
-        module = llvm.parse_assembly(text)
-        module.triple, module.data_layout = triple, str(machine.target_data)
-        if whole is None:
-            whole = module
-        else:
-            whole.link_in(module)
-    assert whole is not None
-    public = set(entries.names)
-    for each in (*whole.functions, *whole.global_variables):
-        if not each.is_declaration and each.linkage.name == "external" and each.name not in public:
+    module = llvm.parse_assembly(text)
+    module.triple, module.data_layout = triple, str(machine.target_data)
+    for each in (*module.functions, *module.global_variables):
+        if each.name.startswith(("pc_", "px_")) and each.linkage.name == "external":
             each.visibility = "hidden"
-    whole.verify()
-    _tidy(llvm, whole, machine)
-    return bytes(machine.emit_object(whole))
+    module.verify()
+    if tidied:
+        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
+        manager = llvm.create_new_module_pass_manager()
+        for name in _PASSES:
+            getattr(manager, f"add_{name}_pass")()
+        manager.run(module, builder)
+    return bytes(machine.emit_object(module))
 
 
-def _tidy(llvm: Any, module: Any, machine: Any) -> None:
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
-    manager = llvm.create_new_module_pass_manager()
-    for name in _PASSES:
-        getattr(manager, f"add_{name}_pass")()
-    manager.run(module, builder)
-
-
-def _own(program: Program, image: Image, entries: Entries, token: str, tolerance: float) -> str:
-    """The module of the instance, the interface, and the model's tables."""
-    made = make_plan(program, image.held, len(image.scales))
+def _shared(entries: Entries) -> str:
+    """The kernel's functions, the instance's and the interface's."""
     functions = (
         *block_functions(),
         *start_functions(),
         *state_functions(),
         *step_functions(),
-        _asserts(program),
         entries.text(),
     )
-    tables = _tables(program, image, made, tolerance)
+    tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
+    return "\n".join((runtime_text(), _MODEL, tables, *functions))
+
+
+def _own(program: Program, image: Image, entries: Entries, token: str, tolerance: float) -> str:
+    """The model's functions, its tables and its messages."""
     name = program.name.encode("ascii", "replace").decode()
-    texts = "".join(
-        f'@{key} = constant [{len(value) + 1} x i8] c"{value}\\00"\n'
-        for key, value in (("px_token", token), ("px_name", name))
+    messages = [entries.as_shown(message_text(a)) for a in errors(program)]
+    texts = [("token", token), ("name", name)]
+    texts += [(f"message_{i}", text) for i, text in enumerate(messages, 1)]
+    return "\n".join(
+        (
+            ir(program),
+            *(text_constant(f"px_{key}", text) for key, text in texts),
+            _tables(program, image, make_plan(program, image.held, len(image.scales)), tolerance),
+            _asserts(program),
+            _message(len(messages)),
+        )
     )
-    heads = declarations() + _DECLARED
-    lines = dict.fromkeys(heads.splitlines())
-    return "\n".join((*lines, texts, tables, *functions))
 
 
 def _table(name: str, numbers: Iterable[int]) -> str:
@@ -200,4 +213,14 @@ def _asserts(program: Program) -> str:
         with c.when(~truth, leaves=True):
             c.give(i)
     c.give(0)
+    return c.text("noinline optnone ")
+
+
+def _message(count: int) -> str:
+    """The message of an assertion."""
+    c = Code("px_message", POINTER, ((FLAG, "number"),))
+    for i in range(1, count + 1):
+        with c.when(c.arguments[0].equals(i), leaves=True):
+            c.give(Value(c, POINTER, f"@px_message_{i}"))
+    c.give(Value(c, POINTER, "null"))
     return c.text("noinline optnone ")

@@ -12,8 +12,10 @@ from contextlib import contextmanager
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.newton import open_frame
+from planarc.export.fmi.text import text_constant
 from planarc.export.instance.block import (
     BYTE,
+    constant,
     load_narrow,
     load_signed,
     plan,
@@ -42,7 +44,7 @@ class Entries:
         log: Callable[[Code, Value, Value, Value, Value], None],
         plain: Callable[[str], str] = str,
     ) -> None:
-        self._plain = plain
+        self.as_shown = plain
         self.names: list[str] = []
         self._texts: list[str] = []
         self._strings: dict[str, str] = {}
@@ -50,20 +52,21 @@ class Entries:
         m, status, message = c.arguments
         given = c.emit("i1", f"icmp ne ptr {m.load(POINTER, Own.LOGGER).text}, null")
         with c.when(given):
-            log(c, m, status, Value(c, POINTER, self.string("logStatusError")), message)
+            log(c, m, status, constant(c, self.string("logStatusError")), message)
         c.give()
         self._texts.append(c.text("noinline optnone "))
 
     def text(self) -> str:
         """The functions and their messages."""
-        strings = (
-            f'{name} = private constant [{len(text.encode()) + 1} x i8] c"{_bytes(text)}"\n'
-            for text, name in self._strings.items()
-        )
-        return "".join(strings) + "\n".join(self._texts)
+        strings = (text_constant(name, text) for text, name in self._strings.items())
+        return "\n".join((*strings, *self._texts))
+
+    def also(self, text: str) -> None:
+        """Put something else into the module."""
+        self._texts.append(text)
 
     def string(self, text: str) -> str:
-        return self._strings.setdefault(text, f"@px_text_{len(self._strings)}")
+        return self._strings.setdefault(text, f"px_text_{len(self._strings)}")
 
     @contextmanager
     def entry(
@@ -105,7 +108,7 @@ class Entries:
         c.give(status)
 
     def tell(self, c: Code, m: Value, message: str, status: int = ERROR) -> None:
-        text = Value(c, POINTER, self.string(self._plain(message)))
+        text = constant(c, self.string(self.as_shown(message)))
         c.run("px_log", m, c.constant(status, FLAG), text)
 
     # What both versions do
@@ -128,14 +131,14 @@ class Entries:
                 )
             self.fail(c, m, "the equations have no solution at this point", DISCARD)
 
-    def check(self, c: Code, m: Value, messages: Iterable[str]) -> None:
+    def check(self, c: Code, m: Value) -> None:
         """The assertions of the model, at a point that was evaluated to the end."""
         w, _, _, _ = open_frame(m)
         found = c.call(FLAG, "px_asserts", m, w.load(REAL))
-        for i, message in enumerate(messages, 1):
-            with c.when(found.equals(i), leaves=True):
-                self.enter(c, m, Phase.FAILED)
-                self.fail(c, m, message)
+        with c.when(found > 0, leaves=True):
+            self.enter(c, m, Phase.FAILED)
+            c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", found))
+            c.give(ERROR)
 
     def getter(self, name: str, kind: int, type: str, counted: bool) -> None:
         """`counted`: the number of values stands behind them, too."""
@@ -277,19 +280,19 @@ class Entries:
         """A number of 4 bytes in its place of a structure."""
         store_narrow(c, "i32", to, value, place)
 
-    def started(self, c: Code, m: Value, messages: Iterable[str]) -> None:
+    def started(self, c: Code, m: Value) -> None:
         """The end of the initialization."""
         self.refresh(c, m, Stale.NOTHING)
-        self.check(c, m, messages)
+        self.check(c, m)
         m.store(m.load(INT, Own.BEGUN), Own.PHASE)
 
-    def accept(self, c: Code, m: Value, messages: Iterable[str]) -> Value:
+    def accept(self, c: Code, m: Value) -> Value:
         """A step was accepted; 1 where other states are to be taken."""
         from planarc.export.instance.block import hold
 
         self.refresh(c, m, Stale.NOTHING)
         hold(c, m)
-        self.check(c, m, messages)
+        self.check(c, m)
         bad = c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)
         with c.when(bad):
             m.store(whole(c, 1), Own.WAITING)
@@ -307,7 +310,7 @@ class Entries:
                 m.store(whole(c, Stale.ALL), Own.STALE)
         return changed.get()
 
-    def step(self, c: Code, m: Value, t: Value, h: Value, messages: Iterable[str]) -> None:
+    def step(self, c: Code, m: Value, t: Value, h: Value) -> None:
         """A step of co-simulation."""
         w, _, _, _ = open_frame(m)
         now = w.load(REAL)
@@ -324,7 +327,7 @@ class Entries:
             self.fail(c, m, "no step leads on from here: the equations have no solution, or the "
                       "motion is too quick for an explicit method", DISCARD)  # fmt: skip
         self.refresh(c, m, Stale.NOTHING)
-        self.check(c, m, messages)
+        self.check(c, m)
 
 
 def indicator_count(c: Code) -> Value:
@@ -374,8 +377,3 @@ def same_text(c: Code, a: Value, b: Value) -> Value:
     c.branch(done.get().equals(0), again, behind)
     c.begin(behind)
     return same.get().equals(1)
-
-
-def _bytes(text: str) -> str:
-    return "".join(chr(b) if 32 <= b < 127 and b not in (34, 92) else f"\\{b:02X}"
-                   for b in text.encode()) + "\\00"  # fmt: skip

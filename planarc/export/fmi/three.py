@@ -8,8 +8,6 @@ Reference: FMI 3.0.2, headers fmi3FunctionTypes.h and chapters 2 to 4.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from planarc.codegen.native.assembly import INT, POINTER, Code, Value
 from planarc.export.fmi.entries import (
     ANYWHERE,
@@ -41,18 +39,18 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(asserts: Sequence[str]) -> Entries:
-    """All of them, for a model with these messages of assertions."""
+def functions() -> Entries:
+    """All of them."""
     e = Entries(_log)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
-        c.give(Value(c, POINTER, e.string("3.0")))
-    _life(e, asserts)
+        c.give(constant(c, e.string("3.0")))
+    _life(e)
     for name, kind, type in (("Float64", NUMBER, "double"), ("Int32", INTEGER, "i32"),
                              ("Boolean", TRUTH, BYTE)):  # fmt: skip
         e.getter(f"fmi3Get{name}", kind, type, True)
         e.setter(f"fmi3Set{name}", kind, type, True)
-    _model_exchange(e, asserts)
-    _steps(e, asserts)
+    _model_exchange(e)
+    _steps(e)
     e.save("fmi3GetFMUState")
     e.restore("fmi3SetFMUState")
     e.forget("fmi3FreeFMUState")
@@ -67,7 +65,7 @@ def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> N
     c.line(f"call void {logger.text}({given})")
 
 
-def _life(e: Entries, asserts: Sequence[str]) -> None:
+def _life(e: Entries) -> None:
     """Made, initialized, ended."""
     with e.plain("px_instantiate", "ptr token, i8 logging, ptr host, ptr logger", POINTER) as (
         c,
@@ -110,14 +108,14 @@ def _life(e: Entries, asserts: Sequence[str]) -> None:
         e.experiment(c, *a)
         e.enter(c, a[0], Phase.INITIALIZATION)
     with e.entry("fmi3ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
-        e.started(c, m, asserts)
+        e.started(c, m)
     with e.entry("fmi3Terminate", "", ANYWHERE) as (c, (m,)):
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi3Reset", "", tuple(Phase)) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
 
 
-def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
+def _model_exchange(e: Entries) -> None:
     events = (Phase.CONTINUOUS, Phase.STEP)
     with e.entry("fmi3EnterEventMode", "", (*events, Phase.EVENT)) as (c, (m,)):
         e.enter(c, m, Phase.EVENT)
@@ -147,10 +145,10 @@ def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
     with e.entry("fmi3CompletedIntegratorStep", "i8 final, ptr event, ptr ended",
                  (Phase.CONTINUOUS,)) as (c, (m, _, event, ended)):  # fmt: skip
         give_flag(c, ended, 0)
-        give_flag(c, event, e.accept(c, m, asserts))
+        give_flag(c, event, e.accept(c, m))
 
 
-def _steps(e: Entries, asserts: Sequence[str]) -> None:
+def _steps(e: Entries) -> None:
     with e.entry("fmi3EnterStepMode", "", (Phase.EVENT, Phase.STEP)) as (c, (m,)):
         e.enter(c, m, Phase.STEP)
     arguments = "double t, double h, i8 final, ptr event, ptr ended, ptr early, ptr last"
@@ -158,5 +156,5 @@ def _steps(e: Entries, asserts: Sequence[str]) -> None:
         for place in flags:
             give_flag(c, place, 0)
         last.store(t)
-        e.step(c, m, t, h, asserts)
+        e.step(c, m, t, h)
         last.store(t + h)

@@ -7,8 +7,6 @@ Reference: FMI 2.0.4, headers fmi2FunctionTypes.h and chapters 2 to 4.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
 from planarc.export.fmi.entries import (
     INTEGER,
@@ -32,21 +30,21 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(asserts: Sequence[str]) -> Entries:
-    """All of them, for a model with these messages of assertions."""
+def functions() -> Entries:
+    """All of them."""
     e = Entries(_log, _plain)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
-            c.give(Value(c, POINTER, e.string(text)))
-    _life(e, asserts)
+            c.give(constant(c, e.string(text)))
+    _life(e)
     for name, kind, type in (("Real", NUMBER, "double"), ("Integer", INTEGER, WORD),
                              ("Boolean", TRUTH, WORD)):  # fmt: skip
         e.getter(f"fmi2Get{name}", kind, type, False)
         e.setter(f"fmi2Set{name}", kind, type, False)
-    _model_exchange(e, asserts)
+    _model_exchange(e)
     with e.entry("fmi2DoStep", "double t, double h, i32 final", (Phase.STEP,)) as (c, given):
         m, t, h, _ = given
-        e.step(c, m, t, h, asserts)
+        e.step(c, m, t, h)
     e.save("fmi2GetFMUstate")
     e.restore("fmi2SetFMUstate")
     e.forget("fmi2FreeFMUstate")
@@ -66,7 +64,7 @@ def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> N
     c.line(f"call void (ptr, ptr, i32, ptr, ptr, ...) {logger.text}({given}, ptr {message.text})")
 
 
-def _life(e: Entries, asserts: Sequence[str]) -> None:
+def _life(e: Entries) -> None:
     """Made, initialized, ended."""
     made = "ptr name, i32 type, ptr token, ptr resources, ptr host, i32 visible, i32 logging"
     with e.plain("fmi2Instantiate", made, POINTER) as (c, (_, type, token, _, host, _, logging)):
@@ -94,14 +92,14 @@ def _life(e: Entries, asserts: Sequence[str]) -> None:
     with e.entry("fmi2EnterInitializationMode", "", (Phase.INSTANTIATED,)) as (c, (m,)):
         e.enter(c, m, Phase.INITIALIZATION)
     with e.entry("fmi2ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
-        e.started(c, m, asserts)
+        e.started(c, m)
     with e.entry("fmi2Terminate", "") as (c, (m,)):
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi2Reset", "", tuple(Phase)) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
 
 
-def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
+def _model_exchange(e: Entries) -> None:
     with e.entry("fmi2EnterEventMode", "", (Phase.EVENT, Phase.CONTINUOUS)) as (c, (m,)):
         e.enter(c, m, Phase.EVENT)
     with e.entry("fmi2EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
@@ -122,4 +120,4 @@ def _model_exchange(e: Entries, asserts: Sequence[str]) -> None:
     with e.entry("fmi2CompletedIntegratorStep", "i32 final, ptr event, ptr ended",
                  (Phase.CONTINUOUS,)) as (c, (m, _, event, ended)):  # fmt: skip
         give_flag(c, ended, 0, WORD)
-        give_flag(c, event, e.accept(c, m, asserts), WORD)
+        give_flag(c, event, e.accept(c, m), WORD)

@@ -12,7 +12,9 @@ Reference: System V Application Binary Interface, chapter 4, "Object Files".
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 
@@ -100,3 +102,22 @@ def _symbols(
 def _relocations(body: bytes) -> Iterator[Relocation]:
     for offset, info, addend in struct.iter_unpack("<QQq", body):
         yield Relocation(offset, info & 0xFFFFFFFF, info >> 32, addend)
+
+
+def put_together(objects: Sequence[Object]) -> Object:
+    """Several objects as one: what one lacks, another has."""
+    sections: list[Section] = []
+    symbols: list[Symbol] = []
+    for found in objects:
+        first, number = len(sections), len(symbols)
+        for s in found.sections:
+            moved = (replace(r, symbol=r.symbol + number) for r in s.relocations)
+            sections.append(replace(s, relocations=tuple(moved)))
+        for symbol in found.symbols:
+            home = symbol.section
+            symbols.append(replace(symbol, section=None if home is None else home + first))
+    known = {s.name: s for s in symbols if s.public and s.section is not None}
+    return Object(
+        objects[0].processor, tuple(sections), tuple(known.get(s.name, s) if s.public else s
+                                                     for s in symbols)
+    )  # fmt: skip
