@@ -148,6 +148,24 @@ def test_a_pin_with_play_strikes_its_slot(e: float, backend: str) -> None:
 
 
 @both_backends
+@pytest.mark.parametrize("law", ["backlash=0", "backlash=1e-3, e=0.5"])
+@pytest.mark.parametrize(
+    ("phi", "at", "n"),
+    [(-8.17, 0.12, 8), (0.13, 0.58, 6), (-8.27, -1.34, 4), (-9.63, -1.98, 4), (20.0, 2.0, 5)],
+)
+def test_a_drive_starts_at_any_angle(phi: float, at: float, n: int, law: str, backend: str) -> None:
+    """Whatever turns the driver has behind it, and wherever its wheel is."""
+    start = "(phi(fixed=true), w(fixed=true))" if "e=" in law else ""
+    motor = f"ConstantSpeed motor(w_fixed=-7, phi(start={phi}, fixed=true))"
+    r = run(drive(f"n={n}, {law}", motor, at=at, start=start), 2, backend, FREE)
+    assert not r.warnings
+    expected = wheel(r["shaft.phi"] - at, n)
+    off = r["axis.phi"] - r["axis.phi"][0] - expected + expected[0]
+    play = 0.0 if law == "backlash=0" else 5e-4
+    np.testing.assert_allclose(off, 0, atol=play / (0.1 * cos(pi / n)) + 1e-7)
+
+
+@both_backends
 def test_the_disc_holds_the_wheel_against_a_torque(backend: str) -> None:
     """Through the axis of the driver, which does not feel it."""
     body = drive(
