@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import planarc
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(EXAMPLES.glob("*.pmo"))
 
@@ -130,3 +132,46 @@ def test_the_pawl_keeps_whole_teeth_of_each_push(backend: str) -> None:
     weight = 0.05 * 9.81 * 0.035 / (2e-5 + 0.05 * 0.035**2)
     np.testing.assert_allclose(bends, weight * np.cos(pawl[flies]), rtol=1e-6)
     assert flies.sum() > 20
+
+
+@both_backends
+def test_the_dominoes_fall_one_by_the_other_and_lean_on_each_other(backend: str) -> None:
+    """The first one turns about its lower edge: phi' = sqrt(w0^2 + 2*m*g*r*(cos(a0) - cos(a))/I).
+    In the end each leans where the next one's face is: cos(phi) = b/(b + gap)."""
+    r = example("dominoes", backend)
+    h, b, gap = 0.05, 0.01, 0.03
+    reach, start = np.hypot(h, b) / 2, -np.arctan(b / h)
+    a = start + np.linspace(0, np.arcsin(gap / h), 100_001)
+    rate = np.sqrt(25 + 6 * 9.81 * reach * (np.cos(start) - np.cos(a)) / (h**2 + b**2))
+    strikes = [
+        next(e.time for e in r.events if f"`front[{i}]`" in str(e.causes)) for i in range(1, 5)
+    ]
+    assert strikes[0] == pytest.approx(np.trapezoid(1 / rate, a), rel=1e-6)
+    assert (np.diff(strikes) > 0.01).all()
+    energy = 0.0
+    for i in range(1, 6):
+        v2 = r[f"domino[{i}].v[1]"] ** 2 + r[f"domino[{i}].v[2]"] ** 2
+        turns = (h**2 + b**2) / 12 * r[f"domino[{i}].w"] ** 2
+        energy = energy + 0.02 * (v2 / 2 + turns / 2 + 9.81 * r[f"domino[{i}].r[2]"])
+        assert abs(r[f"domino[{i}].w"][-1]) < 1e-3
+    assert np.diff(energy).max() < 1e-6 * energy[0]
+    for i in (1, 2, 3):
+        assert r[f"domino[{i}].phi"][-1] == pytest.approx(-np.arccos(b / (b + gap)), abs=2e-3)
+    assert r["domino[5].phi"][-1] == pytest.approx(-np.pi / 2, abs=1e-6)
+
+
+@both_backends
+def test_the_gripper_holds_what_both_sides_of_its_jaws_bear(backend: str) -> None:
+    """m*(g + a) = 2*mu*F at the limit; below, the box lags by (2*mu*F/m - g - a)*t^2/2. On the
+    floor nothing needs the jaws' friction: it must wake when they begin to lift."""
+    r = example("gripper", backend)
+    assert np.abs(r["box.r[2]"] - r["lift.s"] - 0.05).max() < 1e-6
+    assert r["box.r[2]"][-1] == pytest.approx(0.05 + 0.18, abs=1e-6)
+    model = planarc.load(EXAMPLES / "gripper.pmo", backend=backend)
+    limit = (9.81 + 2) / 40
+    for part, holds in ((1.001, True), (0.999, False), (0.95, False)):
+        r = model.simulate(0.6, parameters={"mu": part * limit}, tolerance=1e-10)
+        t = r.time[-2] - 0.3
+        lag = (r["box.r[2]"] - r["lift.s"] - 0.05)[-2]
+        law = 0.0 if holds else (part - 1) * 40 * limit / 2 * t**2
+        assert lag == pytest.approx(law, abs=1e-5)

@@ -35,8 +35,8 @@ from planarc.solve.contact.touches import Response, Touches
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
 
-#: Gaps below this, in m, are none; overlaps beyond that are mistakes of a start, or that many times
-#: deeper than errors of a run were before.
+#: Gaps below this, in m, are none; overlaps beyond that are mistakes of a start. Later what counts
+#: is the tolerance, in m, where it is more; or that many times the depth of errors before.
 NEAR, DEEP, MORE = 1e-10, 1e-7, 10.0
 #: What opens meets again only this much deeper, in m: by then it has a speed. At an instant without
 #: impacts that is the tolerance, in m: what opens is so slow that errors are larger.
@@ -77,6 +77,7 @@ class Impacts:
         self._first = np.zeros(len(self._touches.all))  # greatest speeds of impacts
         self._falls = np.zeros(len(self._touches.all))  # accelerations after the last ones
         self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
+        self._begins = True
         self._most = 1e-300  # acceleration by 1 N that was seen
         self.components = self._touches.components
 
@@ -89,7 +90,8 @@ class Impacts:
             return [], messages.unsolved(self._touches, t)
         before = {name: self._touches.get(name) for name in READ}
         gap, speed = before["gap"] - before["low"], np.abs(before["v"])
-        deepest = MORE * np.minimum(before["low"], 0.0) - DEEP
+        least = DEEP if self._begins else max(DEEP, self._tolerance)
+        deepest, self._begins = MORE * np.minimum(before["low"], 0.0) - least, False
         deep = np.flatnonzero((before["held"] == 0) & (gap < deepest))
         if len(deep):
             return [], messages.overlap(self._touches, int(deep[0]), -float(gap[deep[0]]), t)
