@@ -1,4 +1,4 @@
-"""What pulls and never pushes, by law, with both back ends: `Rope`, `Belt`."""
+"""What pulls and never pushes, by law, with both back ends: `Rope`, `Belt`, `SerpentineBelt`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from math import acos, asin, cos, exp, pi, sqrt
 import numpy as np
 import pytest
 
+import planarc
 from tests.stdlib import small
 from tests.stdlib.small import G, both_backends
 
@@ -110,3 +111,89 @@ def test_a_belt_that_slips_grips_again(backend: str) -> None:
     w = 0.02 * 30 / (0.02 + 0.3 / 9)
     assert r["axis1.w"][-1] == pytest.approx(w, rel=1e-8)
     assert r["axis2.w"][-1] == pytest.approx(w / 3, rel=1e-8)
+
+
+MANY = """
+  Parts.FixedTranslation place[{n}](r={places}, each animation=false);
+  Joints.Revolute axis[{n}](each phi(fixed=true), each w(fixed=true));
+  Parts.Body wheel[{n}](each m=1, I={inertias});
+  Forces.WorldTorque drive(torque={torque});
+  Contacts.SerpentineBelt belt(n={n}, R={radii}, side={sides}, T0=100, mu=0.3, m={mass},
+    v(fixed=true));
+equation
+  connect(drive.frame_b, wheel[1].frame_a);
+  for i in 1:{n} loop
+    connect(world.frame_b, place[i].frame_a);
+    connect(place[i].frame_b, axis[i].frame_a);
+    connect(axis[i].frame_b, wheel[i].frame_a);
+    connect(wheel[i].frame_a, belt.frame[i]);
+  end for;
+"""
+#: Two pulleys in the belt, and one that its back turns.
+BACK = {
+    "n": 3,
+    "places": "{{0, 0}, {0.4, 0}, {0.2, 0.12}}",
+    "inertias": "{0.02, 0.3, 0.01}",
+    "radii": "{0.05, 0.15, 0.05}",
+    "sides": "{1, 1, -1}",
+}
+
+
+@both_backends
+def test_a_belt_turns_many_pulleys_like_gears_with_its_back_the_other_way(backend: str) -> None:
+    r = run(MANY.format(**BACK, torque=0.5, mass=0.1), 1, backend)
+    assert not r.events
+    rho, inertia = (0.05, 0.15, -0.05), (0.02, 0.3, 0.01)
+    shares = [i / q**2 for i, q in zip(inertia, rho, strict=True)]
+    a = 0.5 / 0.05 / (sum(shares) + 0.1)
+    assert r["belt.v"][-1] == pytest.approx(a, rel=1e-9)
+    for i in (1, 2, 3):
+        assert r[f"axis[{i}].w"][-1] == pytest.approx(a / rho[i - 1], rel=1e-9)
+    tension = [float(np.ravel(r[f"belt.T[{i}]"])[-1]) for i in (1, 2, 3)]
+    assert tension[1] - tension[0] == pytest.approx((shares[1] + 0.1 / 3) * a, rel=1e-9)
+    assert tension[2] - tension[1] == pytest.approx((shares[2] + 0.1 / 3) * a, rel=1e-9)
+
+
+@both_backends
+def test_a_belt_slips_on_each_pulley_by_its_own_angle_of_contact(backend: str) -> None:
+    """T2/T1 = exp(mu*beta) at the motor and at the little angle of the pulley on its back; the
+    other one is turned by what is left."""
+    r = run(MANY.format(**BACK, torque=50, mass=1e-6), 0.1, backend)
+    t1, t2, t3 = (float(np.ravel(r[f"belt.T[{i}]"])[-1]) for i in (1, 2, 3))
+    wrap = [float(np.ravel(r[f"belt.wrap[{i}]"])[-1]) for i in (1, 2, 3)]
+    assert wrap[0] - wrap[2] + wrap[1] == pytest.approx(2 * pi, rel=1e-12)
+    assert t3 / t1 == pytest.approx(exp(0.3 * wrap[0]), rel=1e-6)
+    assert t3 / t2 == pytest.approx(exp(0.3 * wrap[2]), rel=1e-6)
+    assert [np.sign(np.round(r[f"belt.slip[{i}]"][-1], 7)) for i in (1, 2, 3)] == [1, 0, -1]
+    for i, pull, rho, inertia in ((2, t2 - t1, 0.15, 0.3), (3, t3 - t2, -0.05, 0.01)):
+        assert r[f"axis[{i}].w"][-1] == pytest.approx(rho * pull / inertia * 0.1, rel=1e-5)
+    assert r["axis[1].w"][-1] == pytest.approx((50 - 0.05 * (t3 - t1)) / 0.02 * 0.1, rel=1e-6)
+
+
+@both_backends
+@pytest.mark.parametrize("torque", [0.5, 50.0])
+def test_a_belt_over_two_pulleys_is_the_belt_for_two(backend: str, torque: float) -> None:
+    two = {"n": 2, "places": "{{0, 0}, {0.4, 0}}", "inertias": "{0.02, 0.3}"}
+    two |= {"radii": "{0.05, 0.15}", "sides": "{1, 1}"}
+    many = run(MANY.format(**two, torque=torque, mass=1e-7), 0.2, backend)
+    one = run(BELT.format(w=0, w2=0.0, torque=torque), 0.2, backend)
+    for i in (1, 2):
+        assert many[f"axis[{i}].w"][-1] == pytest.approx(one[f"axis{i}.w"][-1], rel=1e-6)
+    assert np.ravel(many["belt.wrap[1]"])[-1] == pytest.approx(one["belt.wrap"][-1], rel=1e-12)
+    assert np.ravel(many["belt.T[1]"])[-1] == pytest.approx(one["belt.T2"][-1], rel=1e-6)
+
+
+@both_backends
+def test_the_length_of_a_belt_round_a_triangle_is_its_sides_and_one_circle(backend: str) -> None:
+    three = {"n": 3, "places": f"{{{{0, 0}}, {{0.4, 0}}, {{0.2, {0.2 * sqrt(3)!r}}}}}"}
+    three |= {"inertias": "{1, 1, 1}", "radii": "{0.1, 0.1, 0.1}", "sides": "{1, 1, 1}"}
+    r = run(MANY.format(**three, torque=1, mass=0.1), 0.1, backend)
+    assert r["belt.length"] == pytest.approx(3 * 0.4 + 2 * pi * 0.1, rel=1e-12)
+    for i in (1, 2, 3):
+        assert r[f"belt.wrap[{i}]"] == pytest.approx(2 * pi / 3, rel=1e-12)
+
+
+def test_a_belt_that_does_not_reach_a_pulley_says_so() -> None:
+    away = BACK | {"places": "{{0, 0}, {0.4, 0}, {0.1, 0.13}}", "radii": "{0.05, 0.15, 0.03}"}
+    with pytest.raises(planarc.PlanarcError, match="nearly once round a pulley"):
+        run(MANY.format(**away, torque=1, mass=0.1), 0.1, "native")
