@@ -39,7 +39,7 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
     """The class that the name of a called function means."""
     if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
         if len(ref.parts) == 1:
-            names = [*builtins.names(), *naming.names_in_sight(env.scope)]
+            names = [*builtins.names(), *naming.names_in_sight(env.scope), "annotation"]
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
             raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
         raise lookup.unknown(env.scope, ref.parts[0].name, ref.span)

@@ -10,6 +10,7 @@ from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import either, shortened
 from planarc.core.source import Span
+from planarc.flatten.library.library import Library
 from planarc.flatten.tree import predefined
 from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.nodes import Class, Instance, Scope
@@ -30,7 +31,9 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     if moving is not None:
         told = f"write `der({moving})` for the derivative of `{moving}`"
         return PlanarcError(Once("F210", message, span, hint=told, kind="derivative"))
-    elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else _elsewhere(scope, name)
+    elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else None
+    if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
+        elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known])
     if near is None and counters:
         near = Meant(name, tuple(sorted(counters)))
@@ -66,15 +69,14 @@ _WHOLE = {
 }
 
 
-def _elsewhere(scope: Scope, name: str) -> str | None:
-    """The place of a class of this name in a library, if not too deep."""
-    library = scope.session.library
+def _elsewhere(library: Library, name: str) -> str | None:
+    """The places of classes of this name in the libraries, if not too deep."""
     packages, found = ["PlanarMultiBody", "Modelica"], []
     for _ in range(_DEEPEST):
         inside = [f"{p}.{c}" for p in packages for c in library.class_names(p)]
         found += [full for full in inside if full.rpartition(".")[2] == name]
         packages = [f for f in inside if ".Examples" not in f and library.may_hold(f, name)]
-    return f"import it, or write {either(found[:3])}" if found else None
+    return f"write {either(found[:3])}" if found else None
 
 
 _DEEPEST = 4  # packages inside of a library in which a name is looked for
@@ -93,6 +95,7 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     instance = static_instance(cls)
     near = did_you_mean(name, member_names(instance))
     hint = said(near or _offered(instance.layout.members, False))
+    hint = hint or _elsewhere(instance.session.library, name)
     if hint is None and 0 < len(inside := member_names(instance)) <= _MOST_OFFERED:
         hint = f"it holds {either(inside)}"
     if near is not None and (switch := _switch(instance.layout.members.get(near.names[0]))):
