@@ -45,7 +45,7 @@ PLATFORMS = {
     "aarch64-darwin": Platform("arm64-apple-macosx11.0.0-elf", "dylib"),
 }
 #: Co-simulation has errors of this part of the experiment's tolerance, or less.
-_FINER, _FINEST = 0.01, 1e-8
+_FINER, _FINEST = 0.01, 1e-10
 #: Files have the oldest date that an archive can tell, so that archives are the same.
 _DATE = (1980, 1, 1, 0, 0, 0)
 

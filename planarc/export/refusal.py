@@ -43,9 +43,8 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
         yield "a mechanism with redundant joints", program.span
     lists = (program.parameters, *program.levels, program.rest, program.initial)
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]
-    lets += [s for block in program.blocks for s in block.body]
-    called = dict.fromkeys(
-        e.data[0] for s in lets for e in postorder((s.value,)) if e.op is Op.APPLY
-    )
+    lets += [s for block in program.blocks for s in (*block.body, *block.jacobian_body)]
+    formulas = (*(s.value for s in lets), *(a.condition for a in program.assertions))
+    called = dict.fromkeys(e.data[0] for e in postorder(formulas) if e.op is Op.APPLY)
     for name in called:
         yield f"the function `{name}`, which planarc computes in Python,", program.span

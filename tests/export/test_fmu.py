@@ -167,6 +167,46 @@ class Instance:
 
 
 @runs_here
+def test_inputs_act_at_once(folder: Path) -> None:
+    """Held over each step of the host: a mass on a spring under a force that is 1, then -2."""
+    text = """
+model Driven
+  input Real f(start=1);
+  output Real y;
+  parameter Real m=2;
+  Real x(start=0, fixed=true);
+  Real v(start=0, fixed=true);
+equation
+  der(x) = v;
+  m*der(v) = f - 8*x;
+  y = x + f;
+end Driven;
+"""
+    source, path = folder / "driven.pmo", folder / "driven.fmu"
+    source.write_text(text)
+    path.write_bytes(make_fmu(compile_model(Request(source)), Wishes()).data)
+    assert validate_fmu(str(path)) == []
+    description = fmpy.read_model_description(path)
+    names = {v.name: v.valueReference for v in description.modelVariables}
+    fmu = FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(path),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
+    fmu.instantiate()
+    fmu.enterInitializationMode()
+    assert fmu.getFloat64([names["y"]]) == [1.0]
+    fmu.exitInitializationMode()
+    fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.7)
+    x, v = (1 - np.cos(1.4)) / 8, np.sin(1.4) / 4
+    fmu.setFloat64([names["f"]], [-2.0])
+    assert fmu.getFloat64([names["y"]])[0] == pytest.approx(x - 2, abs=1e-7)
+    fmu.doStep(currentCommunicationPoint=0.7, communicationStepSize=0.5)
+    x = -0.25 + (x + 0.25) * np.cos(1.0) + v / 2 * np.sin(1.0)
+    assert fmu.getFloat64([names["y"]])[0] == pytest.approx(x - 2, abs=1e-7)
+
+
+@runs_here
 def test_a_state_that_was_saved_leads_to_the_same_end(folder: Path) -> None:
     path = archive(folder, "four_bar")
     unpacked = fmpy.extract(path)
