@@ -213,9 +213,9 @@ class Moreau(FixedStep):
         key, ports, along, across, gap, e, mu = (
             np.concatenate(parts) for parts in zip(*found, strict=True)
         )
-        places = np.repeat(ports, 2, axis=0)
+        places = np.repeat(ports, 2, axis=0).astype(np.int32)
         values = np.stack([along, across], axis=1)
-        starts = np.arange(0, 12 * len(key) + 1, 6)
+        starts = np.arange(0, 12 * len(key) + 1, 6, dtype=np.int32)
         jacobian = csr_array(
             (values.ravel(), places.ravel(), starts), shape=(2 * len(key), self._ports.count)
         )
@@ -294,7 +294,8 @@ class _Struck:
         if found is None:
             raise Unsolved(1)
         self._states = found.states
-        self._a = (contacts.jacobian @ found.velocity @ contacts.jacobian.T).tocsr()
+        self._to_ports = contacts.jacobian.T.tocsr()
+        self._a = contacts.jacobian @ (found.velocity @ self._to_ports)
         self.impulse = np.zeros(ports.count)
         self.known: tuple[Array, Vector] = (contacts.key, np.zeros((0, 2)))
         machine = ports.kernel.capabilities.machine
@@ -328,7 +329,7 @@ class _Struck:
                 break  # the work of the impulses is none, but for what a step gains and loses
         order = np.argsort(c.key)
         self.known = c.key[order], x.reshape(-1, 2)[order]
-        self.impulse = c.jacobian.T @ x
+        self.impulse = self._to_ports @ x
         found: Vector = free + self._states @ self.impulse
         return found
 
@@ -342,5 +343,5 @@ class _Struck:
             return new
         x = np.zeros(len(rest))
         x = solve_impulses(self._a, rest, np.zeros(len(c.gap)), x, self._left, self._sweep)
-        found: Vector = new + self._states @ (c.jacobian.T @ x)
+        found: Vector = new + self._states @ (self._to_ports @ x)
         return found
