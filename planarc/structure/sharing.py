@@ -37,6 +37,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import SHARING, Dae, Equation, Kind, Parameter, Variable
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.flat import StateSelect
+from planarc.ir.places import point_home
 from planarc.structure.alias import Elimination
 from planarc.structure.expand import expand_equations
 from planarc.structure.linear import coefficients
@@ -94,7 +95,7 @@ def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:
         for symbol in (open_[v] for v in active[e] if v in open_):
             factor = factors[symbol]
             if factor is None or not unknown.isdisjoint(reduced.contents(factor)):
-                raise _not_linear(dae.equations[i], symbol)
+                raise _not_linear(dae, dae.equations[i], symbol)
             sums[symbol].append(dae.table.mul(factor, dae.table.symbol(multiplier.name)))
     stationary = (
         Equation(dae.table.add(*terms), dae.table.zero, component=_owner(symbol))
@@ -165,13 +166,12 @@ def _owner(symbol: Expr) -> str:
     return symbol.name.rpartition(".")[0].rpartition(".")[0]
 
 
-def _not_linear(equation: Equation, symbol: Expr) -> PlanarcError:
-    return PlanarcError(
-        Diagnostic(
-            "S316",
-            f"redundant joints leave forces open, and {equation.shown} is not linear in "
-            f"`{symbol.name}`: the motion depends on how they are shared",
-            equation.span,
-            hint="replace a joint by a freer one, so that the equations determine its forces",
-        )
+def _not_linear(dae: Dae, equation: Equation, symbol: Expr) -> PlanarcError:
+    found = Diagnostic(
+        "S316",
+        f"redundant joints leave forces open, and {equation.shown} is not linear in "
+        f"`{symbol.name}`: the motion depends on how they are shared",
+        equation.span,
+        hint="replace a joint by a freer one, so that the equations determine its forces",
     )
+    return PlanarcError(point_home(dae, found, equation.component))

@@ -318,3 +318,31 @@ equation
     assert [c.partition(": ")[0] for c in meets.causes] == [
         "`meet` (point 1) of `bar` and `ball`", "`meet` (point 2) of `bar` and `ball`",
     ]  # fmt: skip
+
+
+@both_backends
+def test_a_carriage_on_redundant_guides_strikes_a_wall(backend: str) -> None:
+    """As on one guide, and without a word about what the guides share at the blow."""
+    body = """
+  Joints.Prismatic lower(n={1, 0}, s(start=0, fixed=true), v(start=1, fixed=true));
+  Joints.Prismatic upper(n={1, 0});
+  Parts.FixedTranslation up(r={0, 1}), side(r={0, 1});
+  Parts.Body carriage(m=2, I=1);
+  Contacts.Contact contact(redeclare Contacts.Point contour1,
+    redeclare Contacts.HalfPlane contour2(r={0.5, 0}, angle=Modelica.Constants.pi/2), e=0.5);
+equation
+  connect(world.frame_b, lower.frame_a);
+  connect(world.frame_b, up.frame_a);
+  connect(up.frame_b, upper.frame_a);
+  connect(lower.frame_b, carriage.frame_a);
+  connect(lower.frame_b, side.frame_a);
+  connect(side.frame_b, upper.frame_b);
+  connect(carriage.frame_a, contact.frame_a);
+  connect(world.frame_b, contact.frame_b);
+"""
+    text = f"model Test\n  import PlanarMultiBody.*;\n  inner World world;\n{body}end Test;\n"
+    carriage = planarc.load(text, backend=backend, redundant="accept")
+    r = carriage.simulate(stop_time=1, backend=backend)
+    assert r.events[0].causes == ("`contact` of `carriage` and the ground: impact of 3 N.s",)
+    assert r["lower.v"][-1] == pytest.approx(-0.5, abs=1e-12)
+    assert [w.code for w in r.warnings] == ["R416"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from planarc.ir.mechanism import GROUND, Link
 from planarc.ir.program import Program
 
@@ -20,6 +22,16 @@ def bodies(program: Program, component: str) -> tuple[str, ...]:
             return (*moving, *["the ground"] * (GROUND in own))
         component = component.rpartition(".")[0]
     return ()
+
+
+def fixed_together(program: Program, components: Iterable[str]) -> str | None:
+    """The first component all of whose frames, two or more, are on one body."""
+    links = program.mechanism.links if program.mechanism else ()
+    on: dict[str, list[int]] = {}
+    for n, link in enumerate(links):
+        for frame in link.frames:
+            on.setdefault(_owner(frame), []).append(n)
+    return next((c for c in components if len(on.get(c, ())) > 1 == len(set(on[c]))), None)
 
 
 def _body(program: Program, link: Link, component: str) -> str:

@@ -80,6 +80,7 @@ class Impacts:
         self._begins = True
         self._most = 1e-300  # acceleration by 1 N that was seen
         self.components = self._touches.components
+        self._begun = False
 
     def resolve(
         self, t: float, y: list[float], states: Mapping[int, int]
@@ -88,6 +89,10 @@ class Impacts:
         go on, if so."""
         if not self._touches.evaluate(t, y):
             return [], messages.unsolved(self._touches, t)
+        if not self._begun:
+            self._begun = True
+            if (wrong := messages.begun_wrong(self._touches, t)) is not None:
+                return [], wrong
         before = {name: self._touches.get(name) for name in READ}
         gap, speed = before["gap"] - before["low"], np.abs(before["v"])
         least = DEEP if self._begins else max(DEEP, self._tolerance)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.places import own_part
-from planarc.solve.contact.bodies import bodies
+from planarc.solve.contact.bodies import bodies, fixed_together
 from planarc.solve.contact.touches import Touches
 from planarc.solve.messages import event
 
@@ -81,9 +81,20 @@ def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
     )
 
 
+def begun_wrong(touches: Touches, t: float) -> Diagnostic | None:
+    """Why a run cannot begin: both contours of a contact are on one body."""
+    owners = {n: touch.name.rpartition(".")[0] for n, touch in enumerate(touches.all)}
+    alone = fixed_together(touches.program, dict.fromkeys(owners.values()))
+    found = next((n for n, owner in owners.items() if owner == alone), None)
+    return None if found is None or touches.bound[found] else one_body(touches, found, t)
+
+
 def one_body(touches: Touches, i: int, t: float) -> Diagnostic:
     message = f"the contours of {named(touches, i)} cannot move against each other"
-    hint = "connect its frames to bodies that move: a force at the contact moves neither"
+    met = bodies(touches.program, touches.all[i].name)
+    if len(met) == 1:
+        message = f"both contours of {named(touches, i)} are fixed to {met[0]}"
+    hint = "connect its frames to bodies that move against each other"
     return _found(touches, i, "R481", message, hint)
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.ir.dae import SHARING
 from planarc.ir.expr import text
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
@@ -47,8 +48,9 @@ def judge_open(
     depends = any(
         abs(a - b) > DEPENDS * max(1.0, abs(a)) for a, b in zip(rates, moved_rates, strict=True)
     )
-    if not depends and block in known:
-        return None
+    accepted = any(SHARING in text(tear) for tear in program.blocks[block].tears)
+    if not depends and (accepted or block in known):
+        return None  # redundant joints that are accepted are told once, with what they share
     tears = zip(program.blocks[block].tears, moved, strict=True)
     names = trouble.names([text(tear) for tear, m in tears if m])
     infos = [program.equations[e] for e in program.blocks[block].equations]
