@@ -19,6 +19,9 @@ from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.pantelides import Offsets
 from planarc.structure.signs import Signs
 
+#: A number of an equation that is smaller beside another one may be nothing but rounding.
+ROUNDING = 1e-15
+
 
 class Scalar(Data):
     """An equation with its unknowns and, for those it can be solved for, the factor."""
@@ -86,7 +89,7 @@ class Systems(Struct):
             elif self.signs.never_zero(factor):
                 factors[number[v]] = factor
         unknowns = tuple(number[v] for v in self.active[e])
-        return Scalar(form, unknowns, factors, solved)
+        return Scalar(form, unknowns, _without_rounding(factors), solved)
 
     def _closed_form(self, e: int, order: int, v: int) -> Expr | None:
         if order:
@@ -111,3 +114,10 @@ class Systems(Struct):
             found = coefficients(self.table, self.contents, residual)
             self._factors[e, order] = found
         return found
+
+
+def _without_rounding(factors: dict[int, Expr]) -> dict[int, Expr]:
+    """The factors that may be divided by: a number beside a much larger one may stand for zero, as
+    cos(pi/2) = 6e-17 does beside sin(pi/2)."""
+    largest = max((abs(f.data) for f in factors.values() if f.is_const), default=0.0)
+    return {v: f for v, f in factors.items() if not f.is_const or abs(f.data) >= ROUNDING * largest}

@@ -346,3 +346,31 @@ equation
     assert r.events[0].causes == ("`contact` of `carriage` and the ground: impact of 3 N.s",)
     assert r["lower.v"][-1] == pytest.approx(-0.5, abs=1e-12)
     assert [w.code for w in r.warnings] == ["R416"]
+
+
+@both_backends
+def test_a_pendulum_strikes_a_wall_that_stands_upright(backend: str) -> None:
+    """cos(pi/2) is 6e-17 to a computer: nothing may be divided by it. The wall is met as the rod
+    hangs down, with the energy of the fall, and left with e times the speed."""
+    result = run(
+        """
+  Joints.Revolute hinge(phi(start=-0.5, fixed=true), w(fixed=true));
+  Parts.FixedTranslation rod(r={1, 0});
+  Parts.Body bob(m=2, I=0.01);
+  Contacts.Contact wall(redeclare Contacts.Circle contour1(R=0.1), e=0.5,
+    redeclare Contacts.HalfPlane contour2(r={-0.1, 0}, angle=-Modelica.Constants.pi/2));
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+  connect(rod.frame_b, bob.frame_a);
+  connect(bob.frame_a, wall.frame_a);
+  connect(world.frame_b, wall.frame_b);
+""",
+        1.5,
+        backend,
+    )
+    first = result.events[0].time
+    at = result.time.searchsorted(first)
+    assert result["hinge.phi"][at] == pytest.approx(-np.pi / 2, abs=1e-9)
+    speed = sqrt(2 * 2 * G * (1 - sin(0.5)) / (2 + 0.01))
+    assert result["hinge.w"][at : at + 2] == pytest.approx([-speed, 0.5 * speed], rel=1e-8)
