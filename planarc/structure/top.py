@@ -17,7 +17,7 @@ Needs:     a complete matching.
 
 from __future__ import annotations
 
-from planarc.ir.expr import Expr
+from planarc.ir.expr import Expr, Op
 from planarc.ir.sorted import Step
 from planarc.structure.blocks import sort_blocks
 from planarc.structure.matching import Matching
@@ -40,10 +40,32 @@ def sort_top(
     steps: list[Step] = []
     for block in sort_blocks(needs):
         part = _part(system, block, matching)
-        rank = [0 if s in favoured else 1 if s.order else 2 for s in part.unknowns]
+        modal = _modal(part)
+        rank = [
+            0 if s in favoured else 1 if s.order else 2 if v in modal else 3
+            for v, s in enumerate(part.unknowns)
+        ]
         torn = tear_system([s.row() for s in part.equations], rank)
         steps.extend(make_steps(systems, part, torn))
     return tuple(steps)
+
+
+def _modal(part: System) -> set[int]:
+    """The unknowns of equations that are another one in each mode: these are left as residuals,
+    whatever is torn."""
+    return {
+        v
+        for s in part.equations
+        if not (s.factors or s.solved) and _chooses(s.form.residual)
+        for v in s.unknowns
+    }
+
+
+def _chooses(e: Expr) -> bool:
+    """Whether an equation's residual is an if-expression, but for its sign."""
+    while e.op is Op.NEG:
+        (e,) = e.args
+    return e.op is Op.IF
 
 
 def _part(system: System, block: list[int], matching: Matching) -> System:

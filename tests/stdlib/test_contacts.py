@@ -374,3 +374,25 @@ equation
     assert result["hinge.phi"][at] == pytest.approx(-np.pi / 2, abs=1e-9)
     speed = sqrt(2 * 2 * G * (1 - sin(0.5)) / (2 + 0.01))
     assert result["hinge.w"][at : at + 2] == pytest.approx([-speed, 0.5 * speed], rel=1e-8)
+
+
+def test_forces_of_contacts_are_torn_and_those_of_joints_follow() -> None:
+    """Of a chain of three links: an acceleration for each, two forces for each contact."""
+    body = """
+  Joints.Revolute hinge[3](each phi(start=-0.2, fixed=true), each w(fixed=true));
+  Parts.FixedTranslation rod[3](each r={1, 0});
+  Parts.Body bob[3](each m=2, each I=0.01);
+  Contacts.Contact floor[3](redeclare each Contacts.Circle contour1(R=0.1), each mu=0.3,
+    redeclare each Contacts.HalfPlane contour2(r={0, -5}, angle=0.3));
+equation
+  connect(world.frame_b, hinge[1].frame_a);
+  connect(rod[1:2].frame_b, hinge[2:3].frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+  connect(rod.frame_b, bob.frame_a);
+  connect(bob.frame_a, floor.frame_a);
+  for i in 1:3 loop
+    connect(world.frame_b, floor[i].frame_b);
+  end for;
+"""
+    blocks = run(body, 0.01, "native").rows.program.blocks
+    assert [len(b.tears) for b in blocks if not b.height] == [9]
