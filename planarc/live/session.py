@@ -30,6 +30,7 @@ from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import be, both
 from planarc.core.render import render_all
 from planarc.flatten.library.library import Library
+from planarc.ir.dae import Kind
 from planarc.ir.result import Result as Rows
 from planarc.live.choices import choices_of, numbers_of
 from planarc.live.grip import Grip
@@ -311,6 +312,8 @@ class Session:
         for component, class_name in choices.items():
             allowed = numbers_of(self._library, class_name)
             for p in slots:
+                if p.kind not in (Kind.REAL, Kind.INTEGER):
+                    continue
                 owner, _, name = p.name.rpartition(".")
                 if owner == component and name in allowed and p.default is not None:
                     found[p.name] = repr(p.default)

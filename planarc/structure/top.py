@@ -6,9 +6,10 @@ Out:  steps, each block with as many tears as residuals
 The equations are put into block lower triangular form. An equation alone in its block
 that can be solved becomes an assignment. A larger block is torn: the derivatives of
 candidates first, then other derivatives (in a mechanism angular accelerations, from
-which motion and inertia forces follow outwards), then the unknown that makes most
-equations solvable (a cut force of each loop); the residuals are the joints' force laws
-and the loops' closing conditions, linear in the tears.
+which motion and inertia forces follow outwards), then, where that leaves fewer tears, the
+forces of equations with modes (a contact's), then the unknown that makes most equations
+solvable (a cut force of each loop); the residuals are the joints' force laws and the
+loops' closing conditions, linear in the tears.
 
 Example: pendulum    der(w) torn, a := ..., f := m*(a - g), residual I*der(w) - ...
 
@@ -40,12 +41,14 @@ def sort_top(
     steps: list[Step] = []
     for block in sort_blocks(needs):
         part = _part(system, block, matching)
-        modal = _modal(part)
-        rank = [
-            0 if s in favoured else 1 if s.order else 2 if v in modal else 3
-            for v, s in enumerate(part.unknowns)
-        ]
-        torn = tear_system([s.row() for s in part.equations], rank)
+        rows = [s.row() for s in part.equations]
+        rank = [0 if s in favoured else 1 if s.order else 3 for s in part.unknowns]
+        torn = tear_system(rows, rank)
+        if modal := _modal(part):
+            earlier = tear_system(
+                rows, [2 if v in modal and r == 3 else r for v, r in enumerate(rank)]
+            )
+            torn = min(torn, earlier, key=lambda t: len(t.tears))
         steps.extend(make_steps(systems, part, torn))
     return tuple(steps)
 

@@ -14,7 +14,7 @@ HOUSE = Path(planarc.__file__).parent
 _CODE = re.compile(r"[A-Z]\d{3}")
 #: Where the codes of a stage may be made: what a code means belongs to one stage.
 ROOMS = {
-    "C": {"editor", "api", "catalog", "cli", "core", "live", "request", "study"},
+    "C": {"editor", "api", "catalog", "cli", "core", "export", "live", "request", "study"},
     "P": {"parse"},
     "F": {"flatten"},
     "L": {"lower"},

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 import planarc
+from tests.stdlib.small import BEGINNINGS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(EXAMPLES.glob("*.pmo"))
 
 both_backends = pytest.mark.parametrize("backend", ["native", "numpy"])
-
-#: Examples that take minutes with NumPy: where these runs end, in seconds.
-BEGINNINGS = {"chain_over_peg": 0.02}
 
 
 @cache
