@@ -268,7 +268,7 @@ def test_every_example_runs(path: Path, backend: str, capsys: pytest.CaptureFixt
     stop = ["--stop", str(BEGINNINGS[path.stem])] if short else []
     code, found = answer(capsys, str(path), "--backend", backend, *stop)
     assert code == 0, found["diagnostics"]
-    assert short or found["rows"] >= 300
+    assert short or found["rows"] >= 400
     assert found["diagnostics"] == []
 
 
