@@ -7,5 +7,6 @@ image       its first content: the assembly found here, at export
 module      the code as one LLVM module, its object
 instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
+page        the model in a page: what the page calls, and how
 link        shared libraries from objects
 """

@@ -25,6 +25,7 @@ from planarc.export.refusal import refuse
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
+    from planarc.ir.program import Program
 
 
 class Platform(Data):
@@ -83,7 +84,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
     version = three if wishes.version == 3 else two
     entries = version.functions()
-    tolerance = min(_FINER * program.experiment.tolerance, _FINEST)
+    tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
     draft = describe(program, shown, Told(wishes.version, identifier, "", _tool()))
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
@@ -104,6 +105,11 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         causes.count("parameter"),
         program.state_count,
     )
+
+
+def tolerance_of(program: Program) -> float:
+    """The tolerance of an exported model's own integrator."""
+    return min(_FINER * program.experiment.tolerance, _FINEST)
 
 
 def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:

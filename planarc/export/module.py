@@ -87,8 +87,9 @@ def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
 
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
+    fixed = triple.startswith("wasm")  # there constants have addresses of their own
     machine = llvm.Target.from_triple(triple).create_target_machine(
-        opt=level, reloc="pic", codemodel="small"
+        opt=level, reloc="static" if fixed else "pic", codemodel="small"
     )
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = triple, str(machine.target_data)

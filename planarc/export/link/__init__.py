@@ -5,4 +5,5 @@ join        its sections put together, relocations applied, ways to imported fun
 elf         a library for Linux
 pe          one for Windows
 macho       one for macOS, signed
+wasm        a module for WebAssembly, from its own kind of objects
 """

@@ -1,0 +1,63 @@
+"""What a page calls of a model, in LLVM. Only 32-bit numbers and pointers cross the border, which
+JavaScript knows as its own numbers.
+
+    page_new() -> block                     an instance as it was exported
+    page_set(block, slot, value) -> flag    a parameter or a start value, before it begins
+    page_begin(block) -> flag               start values that fit together; 1 where there are none
+    page_rows(block, times, first, last, slots, width, out) -> rows
+                                            run on, and keep a row at each time
+
+A row is `width` numbers of the workspace, out[row*width + i] = w[slots[i]]. Fewer rows than were
+asked for: a run ended; `page_rows` leaves the reason in the word behind the last row that there is
+room for: 0, or the number of the assertion that failed.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.newton import open_frame
+from planarc.export.fmi.entries import Entries
+from planarc.export.instance.block import whole
+from planarc.export.plan import Phase, Stale
+
+
+def functions() -> Entries:
+    """All of them."""
+    e = Entries(lambda *_: None)
+    with e.plain("page_new", "", POINTER) as (c, _):
+        null = Value(c, POINTER, "null")
+        c.give(c.call(POINTER, "px_new", null, null, whole(c, 0)))
+    with e.plain("page_set", "ptr m, i32 slot, double value") as (c, (m, slot, value)):
+        c.give(c.call(FLAG, "px_set", m, _long(c, slot) * 8, whole(c, 0), value))
+    with e.plain("page_begin", "ptr m") as (c, (m,)):
+        flag = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
+        e.enter(c, m, Phase.STEP)
+        c.give(flag)
+    _rows(e)
+    return e
+
+
+def _long(c: Code, value: Value) -> Value:
+    return c.emit(INT, f"sext i32 {value.text} to i64")
+
+
+def _rows(e: Entries) -> None:
+    arguments = "ptr m, ptr times, i32 first, i32 last, ptr slots, i32 width, ptr out"
+    with e.plain("page_rows", arguments) as (c, (m, times, first, last, slots, width, out)):
+        begin, end, wide = (_long(c, v) for v in (first, last, width))
+        w, _, _, _ = open_frame(m)
+        reason = out.at(end * wide)
+        reason.store(whole(c, 0))
+        with c.loop(end, begin) as i:
+            flag = c.call(FLAG, "px_advance", m, times.load(REAL, i))
+            rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
+            with c.when(~flag.equals(0) | ~rest.equals(0), leaves=True):
+                c.give(c.flag(i))
+            row = out.at(i * wide)
+            with c.loop(wide) as k:
+                row.store(w.load(REAL, slots.load(INT, k)), k)
+            failed = c.call(FLAG, "px_asserts", m, w.load(REAL))
+            with c.when(failed > 0, leaves=True):
+                reason.store(c.emit(INT, f"sext i32 {failed.text} to i64"))
+                c.give(c.flag(i + 1))
+        c.give(last)
