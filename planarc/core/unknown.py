@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 from functools import wraps
-from typing import ParamSpec, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from planarc.core.diagnostic import Diagnostic, UsageError, said
-from planarc.core.nearest import did_you_mean
 from planarc.core.prose import shortened, ticked
+
+if TYPE_CHECKING:
+    from planarc.core.mend import Meant
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -24,7 +26,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
         return UnknownName(
             Diagnostic("C202", f"the name of a {kind} is a text, not {type(name).__name__}")
         )
-    hint = said(did_you_mean(name, names))
+    hint = said(_meant(name, names))
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
     none = "" if names else f": the model has no {kind}s"
@@ -34,7 +36,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
 def unknown_attribute(owner: object, name: str, others: Iterable[str] = ()) -> AttributeError:
     """What Python says of an attribute that is not there, with the nearest ones that are."""
     names = [*(n for n in dir(type(owner)) if n[0] != "_"), *others]
-    hint = None if name[:1] == "_" else did_you_mean(name, names)
+    hint = None if name[:1] == "_" else _meant(name, names)
     message = f"`{type(owner).__name__}` has no attribute `{name}`"
     return AttributeError(f"{message}: {hint}" if hint else message, name=name, obj=owner)
 
@@ -80,5 +82,12 @@ _SHOWN = 6  # keywords in a hint
 
 def _unknown_keyword(function: str, name: str, known: Iterable[str]) -> UnknownKeyword:
     names = [n for n in known if n != "self"]
-    hint = said(did_you_mean(name, names)) or f"choose among {ticked(names)}"
+    hint = said(_meant(name, names)) or f"choose among {ticked(names)}"
     return UnknownKeyword(Diagnostic("C201", f"`{function}` has no keyword `{name}`", hint=hint))
+
+
+def _meant(name: str, names: Iterable[str]) -> Meant | None:
+    # A run without a mistake looks for no nearest name, and does not import the search.
+    from planarc.core.nearest import did_you_mean
+
+    return did_you_mean(name, names)

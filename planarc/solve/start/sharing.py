@@ -22,7 +22,6 @@ from planarc.ir.dae import MISFIT, SHARING
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
 from planarc.ir.program import Condition, Program
-from planarc.solve.messages import trouble
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -86,7 +85,7 @@ def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]
     sharing = [name for name, size in moved if size > DEPENDS * largest]
     if moving > DEPENDS * max(largest, 1.0):
         raise _depends(program, sharing)
-    return _shared(program, trouble.names(sharing))
+    return _shared(program, sharing)
 
 
 def _moved(program: Program, change: Sequence[float]) -> list[tuple[str, float]]:
@@ -107,12 +106,14 @@ def _moved(program: Program, change: Sequence[float]) -> list[tuple[str, float]]
     ]
 
 
-def _shared(program: Program, names: str) -> Diagnostic:
+def _shared(program: Program, names: Sequence[str]) -> Diagnostic:
+    from planarc.solve.messages import trouble
+
     assert program.sharing is not None
     count = program.sharing.open
     return Diagnostic(
         "R416",
-        f"{names} hold motions more than once: {count} of their forces and torques "
+        f"{trouble.names(names)} hold motions more than once: {count} of their forces and torques "
         f"{be(count)} not determined, and those of the smallest sum of squares "
         "are given; the motion does not depend on them",
         severity=Severity.NOTE,
@@ -120,6 +121,8 @@ def _shared(program: Program, names: str) -> Diagnostic:
 
 
 def _depends(program: Program, names: Sequence[str]) -> PlanarcError:
+    from planarc.solve.messages import trouble
+
     found = Diagnostic(
         "R418",
         f"{trouble.names(names)} hold motions more than once, and the motion depends on how they "
