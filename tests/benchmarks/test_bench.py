@@ -51,3 +51,16 @@ def test_frames_of_a_page_are_measured() -> None:
     _, row = done.stdout.splitlines()
     own, whole = float(row.split()[1]), float(row.split()[3])
     assert 0 < own < whole
+
+
+def test_a_process_is_measured_beside_the_last_release() -> None:
+    command = [sys.executable, str(BENCH.with_name("speed.py")), "--only", "unchanged"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    heads, row = done.stdout.splitlines()
+    assert heads.split()[:4] == ["OpenModelica", "release", "goal", "now"]
+    assert row.startswith("four-bar, unchanged ")
+    _, release, goal, now, ratio, megabytes, _ = row.split()[-7:]
+    assert (release, goal) == ("0.24", "0.15")
+    assert float(now) > 0
+    assert abs(float(ratio) - float(now) / float(goal)) < 0.01
+    assert float(megabytes) > 10
