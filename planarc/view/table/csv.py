@@ -29,10 +29,8 @@ def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool
     names += [f"{c.name} [{c.unit}]" if units and c.unit else c.name for c in columns]
     header = ",".join(map(_quoted, names))
     file.write(header.encode() + _END)
-    rows = max(1, _CHUNK // len(names))
-    for first in range(0, len(result.time), rows):
-        numbers = _numbers(result, columns, slice(first, first + rows))
-        whole = [i for i, c in enumerate(columns, 1) if c.kind is not Kind.REAL]
+    whole = [i for i, c in enumerate(columns, 1) if c.kind is not Kind.REAL]
+    for numbers in _numbers(result, columns):
         file.write(_text(numbers, whole))
 
 
@@ -41,17 +39,23 @@ def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _numbers(result: Result, columns: Sequence[Column], rows: slice) -> Vector:
-    """Time and the columns, side by side."""
-    kept = [(i, c) for i, c in enumerate(columns, 1) if c.slot in result.stored]
-    fixed = [(i, c) for i, c in enumerate(columns, 1) if c.slot not in result.stored]
-    numbers = np.empty((len(result.time[rows]), 1 + len(columns)))
-    numbers[:, 0] = result.time[rows]
-    numbers[:, [i for i, _ in kept]] = result.data[rows, [result.stored[c.slot] for _, c in kept]]
-    numbers[:, [i for i, _ in fixed]] = [result.constants[c.slot] for _, c in fixed]
-    numbers[:, 1:] *= [c.sign for c in columns]
-    numbers += 0.0  # drops -0
-    return numbers
+def _numbers(result: Result, columns: Sequence[Column]) -> Iterator[Vector]:
+    """Time and the columns, side by side, some rows at a time."""
+    signs = np.array([1, *(c.sign for c in columns)], float)
+    kept = [i for i, c in enumerate(columns, 1) if c.slot in result.stored]
+    fixed = [i for i, c in enumerate(columns, 1) if c.slot not in result.stored]
+    sources = np.array([result.stored[columns[i - 1].slot] for i in kept], np.intp)
+    values = [result.constants[columns[i - 1].slot] for i in fixed]
+    count = max(1, _CHUNK // len(signs))
+    for first in range(0, len(result.time), count):
+        rows = slice(first, first + count)
+        numbers = np.empty((len(result.time[rows]), len(signs)))
+        numbers[:, 0] = result.time[rows]
+        numbers[:, kept] = result.data[rows].take(sources, axis=1)
+        numbers[:, fixed] = values
+        numbers *= signs
+        numbers += 0.0  # drops -0
+        yield numbers
 
 
 def _text(numbers: Vector, whole: Sequence[int]) -> bytes:
