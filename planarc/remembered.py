@@ -146,6 +146,7 @@ def _key(request: Request, *more: str) -> str:
         request.class_name or "",
         request.units.value,
         request.redundant.value,
+        repr(request.inputs),
         *(str(r) for r in roots),
         *(str(r.absolute()) for r in roots),
         *more,

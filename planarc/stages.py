@@ -81,12 +81,18 @@ def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
     return (lacking(lack, names, flows),)
 
 
-def to_dae(model: FlatModel, clock: Clock | None = None) -> Dae:
-    """The scalar hybrid system of a flat model. Raises PlanarcError."""
+def to_dae(model: FlatModel, clock: Clock | None = None, inputs: Sequence[str] = ()) -> Dae:
+    """The scalar hybrid system of a flat model, with some variables as inputs. Raises
+    PlanarcError."""
     from planarc.lower.pipeline import lower
 
     with (clock or Clock()).phase("lower"):
-        return lower(model)
+        dae = lower(model)
+    if not inputs:
+        return dae
+    from planarc.request.opened import open_inputs
+
+    return open_inputs(dae, inputs)
 
 
 def to_lead(model: FlatModel, clock: Clock | None = None) -> Program | None:

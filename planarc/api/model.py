@@ -26,6 +26,10 @@ from planarc.core.unknown import telling_keywords, unknown_attribute
 from planarc.request.request import Request
 
 if TYPE_CHECKING:
+    import re
+    from os import PathLike
+    from pathlib import Path
+
     from planarc.api.analysis.assemble import Assembly
     from planarc.api.analysis.drive import Driven
     from planarc.api.analysis.equilibrium import Equilibrium
@@ -388,6 +392,34 @@ class Model(Loaded):
         times = start_time, stop_time, tolerance, intervals
         model, options = self.asked(values, start, *times)
         return sensitivities(model, parameters, options)
+
+    # Files
+
+    @telling_keywords
+    def export_fmu(
+        self,
+        path: str | PathLike[str],
+        *,
+        fmi: int = 3,
+        outputs: str | re.Pattern[str] | Sequence[str] | None = None,
+        inputs: Sequence[str] = (),
+        parameters: str | re.Pattern[str] | Sequence[str] | None = None,
+        platforms: Sequence[str] | None = None,
+    ) -> Path:
+        """Write the model as an FMU, which other simulators run, as `planarc export fmu` does.
+
+            model.export_fmu("FourBar.fmu", outputs="rev.[.](phi|w)", inputs=["revA.tau"])
+
+        `outputs` and `parameters` (those that can be set) are names, or a regular expression that
+        matches anywhere in a name; without, outputs are the model's own, or all coordinates.
+        `inputs` are variables that become inputs: a torque or force that the model gives, the
+        signal of a source, the coordinate of a joint. `fmi` is 3 or 2. Gives the path. Raises
+        UnknownName, UsageError (C301, C302, V501, V505, V506), and PlanarcError C300 with the
+        lines of what cannot be exported.
+        """
+        from planarc.api.analysis.export import export_fmu
+
+        return export_fmu(self, path, fmi, outputs, inputs, parameters, platforms)
 
 
 def _placed(

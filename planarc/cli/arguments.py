@@ -166,15 +166,15 @@ def names_file(target: str) -> bool:
     return not names_class(target) or Path(target).exists()
 
 
-def read_pattern(text: str | None) -> re.Pattern[str] | None:
-    """The regular expression of `--variables`."""
+def read_pattern(text: str | None, option: str = "--variables") -> re.Pattern[str] | None:
+    """The regular expression of an option."""
     try:
         return None if text is None else re.compile(text)
     except re.error as problem:
         raise usage_error(
             "C114",
-            f"`--variables {text}` is no regular expression: {problem}",
-            hint="write e.g. `--variables 'crank|rod'`, and a backslash before `[` or `(`",
+            f"`{option} {text}` is no regular expression: {problem}",
+            hint=f"write e.g. `{option} 'crank|rod'`, and a backslash before `[` or `(`",
         ) from None
 
 

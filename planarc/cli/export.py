@@ -47,6 +47,32 @@ def export(
             "Without, the model's own, or all coordinates where it has none.",
         ),
     ] = None,
+    input: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--input",
+            metavar="NAME",
+            help="Make a variable an input: a torque or force that the model gives, the signal of "
+            "a source, the coordinate of a joint. Repeatable.",
+        ),
+    ] = None,
+    parameters: Annotated[
+        str | None,
+        typer.Option(
+            "--parameters",
+            metavar="REGEX",
+            help="Parameters that can be set: those whose names this matches anywhere. Without, "
+            "all that `--set` takes.",
+        ),
+    ] = None,
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            "--platforms",
+            metavar="NAMES",
+            help="With commas between them, as x86_64-linux,x86_64-windows. Without, all.",
+        ),
+    ] = None,
     fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
     library: Libraries = None,
 ) -> int:
@@ -55,15 +81,23 @@ def export(
     It holds the model as machine code for Linux, Windows and macOS, for model exchange and
     co-simulation. It begins in the assembly that `planarc simulate` finds.
     """
+    from msgspec.structs import replace
+
     from planarc.cli.files import check_writable, file_stem, save
     from planarc.compiler import compile_model
     from planarc.core.prose import counted
     from planarc.export.fmu import Wishes, make_fmu
     from planarc.view.storage import write_bytes
 
-    pattern = read_pattern(outputs)
+    wishes = Wishes(
+        int(fmi),
+        read_pattern(outputs, "--outputs"),
+        read_pattern(parameters, "--parameters"),
+        None if platforms is None else tuple(filter(None, platforms.replace(",", " ").split())),
+    )
     backend = choose_backend(Backend.NATIVE)
-    compiled = compile_model(make_request(target, class_name, library), backend)
+    request = make_request(target, class_name, library)
+    compiled = compile_model(replace(request, inputs=tuple(input or ())), backend)
     path = output or Path(f"{file_stem(compiled.program.name)}.fmu")
     if path.suffix.lower() != ".fmu":
         raise usage_error(
@@ -71,7 +105,7 @@ def export(
         )
     check_writable(path, "--output")
     console.complain(compiled.warnings)
-    made = make_fmu(compiled, Wishes(int(fmi), pattern))
+    made = make_fmu(compiled, wishes)
     save(path, lambda place: write_bytes(place, made.data))
     numbers = (
         counted(made.inputs, "input"),

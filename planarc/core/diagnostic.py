@@ -90,7 +90,10 @@ class PlanarcError(Exception):
         super().__init__(self.diagnostics)
 
     def after(self, warnings: Iterable[Diagnostic]) -> PlanarcError:
-        """The same error behind warnings, of which one may tell what led to it."""
+        """The same error behind warnings, of which one may tell what led to it; a wrong request
+        stays alone."""
+        if isinstance(self, UsageError):
+            return self
         return PlanarcError(led_to(warnings, self.diagnostics))
 
     def __str__(self) -> str:

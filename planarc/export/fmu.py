@@ -8,7 +8,8 @@ Out:  bytes of the archive
 
 Needs:     llvmlite
 Promises:  the same model and wishes give the same bytes.
-Raises:    PlanarcError C300 for what cannot be exported, and what a start may raise.
+Raises:    PlanarcError C300 for what cannot be exported, and what a start may raise; UsageError
+           C302, V505 and UnknownName for wishes that cannot be met.
 """
 
 from __future__ import annotations
@@ -20,8 +21,15 @@ from collections.abc import Sequence
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
+from planarc.core.diagnostic import usage_error
+from planarc.core.prose import ticked
+from planarc.core.unknown import refuse_unknown
+from planarc.export.plan import is_settable
 from planarc.export.refusal import refuse
+from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -53,11 +61,13 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 
 class Wishes(Data):
     """`version` of the standard is 2 or 3; `outputs` matches names of variables that become
-    outputs; None: the model's own, or, where it has none, all coordinates."""
+    outputs; None: the model's own, or, where it has none, all coordinates. `parameters` matches
+    those that a host may set. Without `platforms` all that the version knows."""
 
     version: int = 3
     outputs: re.Pattern[str] | None = None
-    platforms: tuple[str, ...] = tuple(PLATFORMS)
+    parameters: re.Pattern[str] | None = None
+    platforms: tuple[str, ...] | None = None
 
 
 class Fmu(Data):
@@ -78,10 +88,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.image import take_image
     from planarc.export.module import compile_library
 
-    program = compiled.program
+    folders = _folders(wishes)
+    program = restricted(compiled.program, wishes.parameters)
     refuse(program)
     image = take_image(compiled)
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
+    causes = [v.causality for v in shown.variables]
+    if wishes.outputs is not None and "output" not in causes:
+        raise no_match("variable that changes", wishes.outputs)
     version = three if wishes.version == 3 else two
     entries = version.functions()
     tolerance = tolerance_of(program)
@@ -90,14 +104,10 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
     text = describe(program, shown, Told(wishes.version, identifier, token, _tool()))
     files = {"modelDescription.xml": text.encode()}
-    for platform in wishes.platforms:
-        kind = PLATFORMS[platform]
-        folder = platform if wishes.version == 3 else kind.older
-        if folder:
-            code = compile_library(program, image, entries, token, tolerance, kind.triple)
-            name = f"{identifier}.{kind.ending}"
-            files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
-    causes = [v.causality for v in shown.variables]
+    for folder, kind in folders.items():
+        code = compile_library(program, image, entries, token, tolerance, kind.triple)
+        name = f"{identifier}.{kind.ending}"
+        files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
     return Fmu(
         _archive(files),
         causes.count("input"),
@@ -110,6 +120,34 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
 def tolerance_of(program: Program) -> float:
     """The tolerance of an exported model's own integrator."""
     return min(_FINER * program.experiment.tolerance, _FINEST)
+
+
+def _folders(wishes: Wishes) -> dict[str, Platform]:
+    """The folders of the libraries. Raises UsageError C302, UnknownName."""
+    if wishes.version not in (2, 3):
+        raise usage_error("C302", f"there is no version {wishes.version} of FMI to export",
+                          hint="choose 3 or 2")  # fmt: skip
+    of_version = {p: k for p, k in PLATFORMS.items() if wishes.version == 3 or k.older}
+    wanted = tuple(of_version) if wishes.platforms is None else wishes.platforms
+    refuse_unknown("platform", wanted, PLATFORMS)
+    lacking = [p for p in wanted if p not in of_version]
+    if lacking or not wanted:
+        what = f"FMI 2.0 knows no {ticked(lacking)}" if lacking else "an FMU needs a platform"
+        raise usage_error("C302", what, hint=f"choose among {ticked(of_version)}")
+    return {p if wishes.version == 3 else of_version[p].older: of_version[p] for p in wanted}
+
+
+def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
+    """The program with only those parameters left to set that a pattern matches."""
+    if parameters is None:
+        return program
+    slots = tuple(
+        p if parameters.search(p.name) else replace(p, settable=False)
+        for p in program.parameter_slots
+    )
+    if not any(map(is_settable, slots)):
+        raise no_match("parameter that an FMU can set", parameters)
+    return replace(program, parameter_slots=slots)
 
 
 def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:

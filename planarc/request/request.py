@@ -37,7 +37,8 @@ _DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
 class Request(Data):
     """A file, a class of a library, or a class of a file.
 
-    `text` takes the place of the file's content (a model that is no file).
+    `text` takes the place of the file's content (a model that is no file). `inputs` names
+    variables of the model that become inputs.
     """
 
     file: Path | None = None
@@ -46,6 +47,7 @@ class Request(Data):
     text: str | None = None
     units: Units = Units.WARN
     redundant: Redundant = Redundant.REFUSE
+    inputs: tuple[str, ...] = ()
 
 
 class Target(Data):

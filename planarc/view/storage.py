@@ -33,6 +33,8 @@ def with_ending(path: Path, *endings: str) -> Path:
     ending = path.suffix.lower()
     if ending in endings:
         return path
+    if not path.name:
+        raise CannotWrite(Diagnostic("V501", f"cannot write `{path}`: it is a folder", hint=_hint))
     if ending[1:2].isalpha():
         raise usage_error(
             "V506",
@@ -133,8 +135,13 @@ def shown(program: Program, only: re.Pattern[str] | None = None) -> tuple[Column
 def refuse_no_match(program: Program, only: re.Pattern[str] | None) -> None:
     """Refuse, with UsageError V505, a regular expression that matches no name."""
     if only is not None and not shown(program, only):
-        raise usage_error(
-            "V505",
-            f"no variable matches `{only.pattern}`",
-            hint="look at the names in a result, and put a backslash before `[` or `(`",
-        )
+        raise no_match("variable", only)
+
+
+def no_match(kind: str, only: re.Pattern[str]) -> UsageError:
+    """The refusal of a regular expression that matches nothing of a kind."""
+    return usage_error(
+        "V505",
+        f"no {kind} matches `{only.pattern}`",
+        hint="look at the names in a result, and put a backslash before `[` or `(`",
+    )

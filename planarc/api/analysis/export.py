@@ -1,0 +1,82 @@
+"""A model written as an FMU, from Python: the same archive as `planarc export fmu` writes."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from msgspec.structs import replace
+
+from planarc.api.choices import backend_of
+from planarc.compiler import compile_model
+from planarc.core.diagnostic import usage_error
+from planarc.core.options import Backend
+from planarc.core.unknown import refuse_unknown
+from planarc.view.storage import with_ending, write_bytes
+
+if TYPE_CHECKING:
+    from planarc.api.model import Model
+
+#: A regular expression that matches anywhere in a name, or names.
+Names: TypeAlias = "str | re.Pattern[str] | Sequence[str]"
+
+
+def export_fmu(
+    model: Model,
+    path: Any,
+    fmi: int,
+    outputs: Names | None,
+    inputs: Sequence[str],
+    parameters: Names | None,
+    platforms: Sequence[str] | None,
+) -> Path:
+    """See `Model.export_fmu`."""
+    from planarc.export.fmu import Wishes, make_fmu
+
+    if not isinstance(path, str | os.PathLike):
+        raise usage_error("C202", f"a file has a path, not {path!r}", hint='give "crank.fmu"')
+    place = with_ending(Path(path), ".fmu")
+    backend = backend_of(Backend.NATIVE)
+    wanted = _several("inputs", inputs)
+    compiled = (
+        compile_model(replace(model.request, inputs=wanted), backend)
+        if wanted
+        else model.compiled(backend)
+    )
+    program = compiled.program
+    wishes = Wishes(
+        fmi,
+        _pattern("outputs", outputs, [c.name for c in program.columns]),
+        _pattern("parameters", parameters, [p.name for p in program.parameter_slots]),
+        None if platforms is None else _several("platforms", platforms),
+    )
+    if wanted:  # as `take_name` keeps it where the model is a text
+        compiled = replace(compiled, program=replace(program, name=model.program.name))
+    write_bytes(place, make_fmu(compiled, wishes).data)
+    return place
+
+
+def _several(keyword: str, names: Any) -> tuple[str, ...]:
+    if isinstance(names, str):
+        return (names,)
+    found = tuple(names) if isinstance(names, Iterable) else (names,)
+    if all(isinstance(n, str) for n in found):
+        return found
+    raise usage_error("C202", f"`{keyword}` takes names, not `{names!r:.40}`")
+
+
+def _pattern(keyword: str, wanted: Any, known: Sequence[str]) -> re.Pattern[str] | None:
+    if wanted is None or isinstance(wanted, re.Pattern):
+        return wanted
+    if isinstance(wanted, str):
+        try:
+            return re.compile(wanted)
+        except re.error as problem:
+            told = f"`{keyword}={wanted!r}` is no regular expression: {problem}"
+            raise usage_error("C114", told) from None
+    names = _several(keyword, wanted)
+    refuse_unknown(keyword.removesuffix("s"), names, known)
+    return re.compile("|".join(f"^{re.escape(name)}$" for name in names) or r"(?!)")
