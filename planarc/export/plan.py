@@ -43,9 +43,11 @@ class Own(IntEnum):
     STEP = Y + 14  # the integrator's next one
     WAITING = Y + 15  # 1 where other states are to be taken at the next event
     STOP = Y + 16  # the time behind which no step may go
-    EXACT = Y + 17  # 1 where the first slopes are those of the present point
-    MARGIN = Y + 18  # what is left until other states are to be taken
-    FIRST = Y + 19
+    EXACT = Y + 17  # 1 where the present point lies on the last step
+    REACH = Y + 18  # the time at which that ended
+    SPAN = Y + 19  # its length
+    MARGIN = Y + 20  # what is left until other states are to be taken
+    FIRST = Y + 21
 
 
 class Phase(IntEnum):

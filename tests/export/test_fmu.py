@@ -167,6 +167,27 @@ class Instance:
 
 
 @runs_here
+def test_states_between_steps_are_as_exact_as_at_their_ends(folder: Path) -> None:
+    """Of an oscillator, whose closed form is known, at 5,000 points and at 7."""
+    source, path = folder / "swings.pmo", folder / "swings.fmu"
+    source.write_text("""
+model Swings
+  output Real x(start=1, fixed=true);
+  Real v(start=0, fixed=true);
+equation
+  der(x) = v;
+  der(v) = -9*x;
+end Swings;
+""")
+    path.write_bytes(make_fmu(compile_model(Request(source)), Wishes()).data)
+    for points in (5_000, 7):
+        table = fmpy.simulate_fmu(path, fmi_type="CoSimulation", stop_time=4.0,
+                                  output_interval=4 / points)  # fmt: skip
+        assert len(table) > points
+        assert table["x"] == pytest.approx(np.cos(3 * table["time"]), abs=2e-8)
+
+
+@runs_here
 def test_inputs_act_at_once(folder: Path) -> None:
     """Held over each step of the host: a mass on a spring under a force that is 1, then -2."""
     text = """

@@ -1,11 +1,16 @@
 """An integrator of the model's own, in LLVM: an explicit pair of order 5 and 4.
 
     px_advance(block, end) -> flag     to a time; 1 where no step leads on
+    px_between(block, t, states)       the states within the last step, of order 4
 
-A step ends at `end` exactly. What is accepted becomes the point that nonlinear blocks start
-from; where the states go bad there, others are taken.
+A step is as long as its errors allow, and the states at `end` are looked up within it: many
+short steps of a host cost as much as few long ones. After the host has set something the first
+step ends at `end` at the latest. What is accepted becomes the point that nonlinear blocks start
+from; where the states go bad there, others are taken before the next step.
 
-Reference: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6(1), 1980, 19-26.
+Reference: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6(1), 1980, 19-26; the states
+within a step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+2nd ed., Springer 1993, section II.6.
 """
 
 from __future__ import annotations
@@ -29,23 +34,34 @@ _ROWS = (
 #: The result of order 5 minus that of order 4.
 _ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 _SAFETY, _LEAST, _MOST, _FAILED = 0.9, 0.2, 5.0, 0.25
+#: What the slopes add to a cubic polynomial through both ends.
+_DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -10690763975 / 1880347072,
+          701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423)  # fmt: skip
+#: Behind the slopes: the states of a trial, at the begin and at the end of the last step.
+_TRIAL, _BEGIN, _END = 7, 8, 9
 #: First step of all, and steps below this part of the time are none.
 _FIRST, _NONE = 1e-4, 1e-14
 
 
 def step_functions() -> tuple[str, ...]:
-    return _combine(), _stages(), _error(), _advance()
+    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _advance()
 
 
-@function("void px_combine(ptr m, double h, ptr weights, i64 count, ptr out)")
-def _combine(c: Code, m: Value, h: Value, weights: Value, count: Value, out: Value) -> None:
-    """out = y + h*(sum of weighted slopes)"""
-    n, y, slopes = plan(c, Table.STATES), m.load(POINTER, Own.Y), m.load(POINTER, Own.STAGES)
+def _vector(c: Code, m: Value, place: int) -> Value:
+    """One of the arrays of slopes and states."""
+    return m.load(POINTER, Own.STAGES).at(plan(c, Table.STATES) * place)
+
+
+@function("void px_combine(ptr m, double h, ptr weights, i64 count)")
+def _combine(c: Code, m: Value, h: Value, weights: Value, count: Value) -> None:
+    """trial = begin + h*(sum of weighted slopes)"""
+    n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
+    begin, trial = _vector(c, m, _BEGIN), _vector(c, m, _TRIAL)
     with c.loop(n) as i:
         total = c.variable(0.0)
         with c.loop(count) as k:
             total.set(total.get() + weights.load(REAL, k) * slopes.load(REAL, k * n + i))
-        out.store(y.load(REAL, i) + h * total.get(), i)
+        trial.store(begin.load(REAL, i) + h * total.get(), i)
     c.give()
 
 
@@ -58,13 +74,11 @@ def _weights(c: Code, row: tuple[float, ...]) -> Value:
 
 @function("i32 px_stages(ptr m, double t, double h)")
 def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
-    """All slopes of a step; the trial values stand behind them."""
-    n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
-    trial = slopes.at(n * 7)
+    """All slopes of a step but the first; the trial values stand behind them."""
+    trial = _vector(c, m, _TRIAL)
     for k in range(1, 7):
-        weights = _weights(c, _ROWS[k])
-        c.run("px_combine", m, h, weights, whole(c, k), trial)
-        flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, slopes.at(n * k))
+        c.run("px_combine", m, h, _weights(c, _ROWS[k]), whole(c, k))
+        flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, _vector(c, m, k))
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
     c.give(0)
@@ -73,17 +87,39 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
 @function("double px_error(ptr m, double h)")
 def _error(c: Code, m: Value, h: Value) -> None:
     """The largest error of a step beside what is allowed."""
-    n, y, slopes = plan(c, Table.STATES), m.load(POINTER, Own.Y), m.load(POINTER, Own.STAGES)
-    trial, tolerance = slopes.at(n * 7), m.load(REAL, Own.TOLERANCE)
+    n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
+    begin, trial = _vector(c, m, _BEGIN), _vector(c, m, _TRIAL)
+    tolerance = m.load(REAL, Own.TOLERANCE)
     worst = c.variable(0.0)
     with c.loop(n) as i:
         total = c.variable(0.0)
         for k, weight in enumerate(_ERROR):
             total.set(total.get() + slopes.load(REAL, n * k + i) * weight)
-        size = c.largest(c.absolute(y.load(REAL, i)), c.absolute(trial.load(REAL, i)))
+        size = c.largest(c.absolute(begin.load(REAL, i)), c.absolute(trial.load(REAL, i)))
         allowed = tolerance * (size + nominal_of(c, m, i))
         worst.set(c.largest(c.absolute(total.get() * h) / allowed, worst.get()))
     c.give(worst.get(), REAL)
+
+
+@function("void px_between(ptr m, double t, ptr out)")
+def _between(c: Code, m: Value, t: Value, out: Value) -> None:
+    """The polynomial of the last step."""
+    n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
+    begin, end = _vector(c, m, _BEGIN), _vector(c, m, _END)
+    h = m.load(REAL, Own.SPAN)
+    rest = (m.load(REAL, Own.REACH) - t) / h  # from 1 down to 0
+    part = 1.0 - rest
+    with c.loop(n) as i:
+        more = c.variable(0.0)
+        for k, weight in enumerate(_DENSE):
+            if weight:
+                more.set(more.get() + slopes.load(REAL, n * k + i) * weight)
+        change = end.load(REAL, i) - begin.load(REAL, i)
+        bend = h * slopes.load(REAL, i) - change
+        other = change - h * slopes.load(REAL, n * 6 + i) - bend
+        inner = bend + part * (other + rest * (h * more.get()))
+        out.store(begin.load(REAL, i) + part * (change + rest * inner), i)
+    c.give()
 
 
 def nominal_of(c: Code, m: Value, i: Value) -> Value:
@@ -98,67 +134,118 @@ def nominal_of(c: Code, m: Value, i: Value) -> Value:
     return found.get()
 
 
-@function("i32 px_advance(ptr m, double end)")
-def _advance(c: Code, m: Value, end: Value) -> None:
-    n, y, slopes = plan(c, Table.STATES), m.load(POINTER, Own.Y), m.load(POINTER, Own.STAGES)
-    trial, last = slopes.at(n * 7), slopes.at(n * 6)
-    w, _, _, _ = open_frame(m)
-    step = c.variable(m.load(REAL, Own.STEP))
-    again, work, behind = c.label(), c.label(), c.label()
-    with c.when(n.equals(0), leaves=True):
-        w.store(end)
-        flag = c.call(FLAG, "pc_rhs", m, end, y, slopes)
-        hold(c, m)
-        m.store(whole(c, Stale.REST), Own.STALE)
-        c.give(flag)
-    t = c.variable(w.load(REAL))
-    c.enter(again)
-    c.branch(t.get() < end, work, behind)
-    c.begin(work)
-    with c.when(m.load(INT, Own.EXACT).equals(0)):
-        flag = c.call(FLAG, "pc_rhs", m, t.get(), y, slopes)
-        with c.when(~flag.equals(0), leaves=True):
+@function("i32 px_begin(ptr m)")
+def _begin(c: Code, m: Value) -> None:
+    """The first slopes of a step: those at the end of the last one, or new ones."""
+    n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
+    begin, end = _vector(c, m, _BEGIN), _vector(c, m, _END)
+    slopes, last = _vector(c, m, 0), _vector(c, m, 6)
+    exact = m.load(INT, Own.EXACT).equals(1)
+    reach = m.load(REAL, Own.REACH)
+    with c.when(exact & m.load(INT, Own.WAITING).equals(1)):
+        with c.when(~c.call(FLAG, "pc_rhs", m, reach, end, slopes).equals(0), leaves=True):
             c.give(1)
-        m.store(whole(c, 1), Own.EXACT)
+        c.call(FLAG, "px_exchange", m)
+    with c.when(m.load(INT, Own.EXACT).equals(1), leaves=True):
+        with c.loop(n) as i:
+            begin.store(end.load(REAL, i), i)
+            slopes.store(last.load(REAL, i), i)
+        c.give(0)
+    w, _, _, _ = open_frame(m)
+    t = w.load(REAL)
+    m.store(t, Own.REACH)
+    with c.when(~c.call(FLAG, "pc_rhs", m, t, y, slopes).equals(0), leaves=True):
+        c.give(1)
+    with c.loop(n) as i:
+        begin.store(y.load(REAL, i), i)
+    c.give(0)
+
+
+@function("i32 px_try(ptr m, double most)")
+def _try(c: Code, m: Value, most: Value) -> None:
+    """A step from `Own.REACH` on that ends at `most` at the latest: 0 where one is found."""
+    t = m.load(REAL, Own.REACH)
+    step = c.variable(m.load(REAL, Own.STEP))
     with c.when(~(step.get() > 0.0)):
         step.set(c.constant(_FIRST, REAL))
-    least = c.largest(c.absolute(t.get()), c.constant(1.0, REAL)) * _NONE
-    rest = end - t.get()
+    least = c.largest(c.absolute(t), c.constant(1.0, REAL)) * _NONE
+    again = c.label()
+    c.enter(again)
+    rest = most - t
     whole_way = step.get() * 1.05 >= rest
     h = c.select(whole_way, rest, step.get())
     ratio = c.variable(1e300)
-    with c.when(c.call(FLAG, "px_stages", m, t.get(), h).equals(0)):
+    with c.when(c.call(FLAG, "px_stages", m, t, h).equals(0)):
         ratio.set(c.call(REAL, "px_error", m, h))
-    good = ratio.get() <= 1.0
     accepted, refused = c.label(), c.label()
-    c.branch(good, accepted, refused)
+    c.branch(ratio.get() <= 1.0, accepted, refused)
     c.begin(refused)
     smaller = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL))
     part = smaller * _SAFETY
     part = c.select((part > _FAILED) & (ratio.get() < 1e300), part, _FAILED)
     step.set(h * part)
     with c.when(step.get() < least, leaves=True):
-        w.store(t.get())
-        m.store(whole(c, Stale.ALL), Own.STALE)
-        m.store(whole(c, 0), Own.EXACT)
         c.give(1)
     c.jump(again)
     c.begin(accepted)
-    t.set(c.select(whole_way, end, t.get() + h))
-    w.store(t.get())
-    with c.loop(n) as i:
-        y.store(trial.load(REAL, i), i)
-        slopes.store(last.load(REAL, i), i)
-    hold(c, m)
-    m.store(whole(c, Stale.REST), Own.STALE)
+    trial, end = _vector(c, m, _TRIAL), _vector(c, m, _END)
+    with c.loop(plan(c, Table.STATES)) as i:
+        end.store(trial.load(REAL, i), i)
+    m.store(c.select(whole_way, most, t + h), Own.REACH)
+    m.store(h, Own.SPAN)
+    m.store(whole(c, 1), Own.EXACT)
     more = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
     more = c.select(more < _MOST, more, _MOST)
     more = c.select(more > _LEAST, more, _LEAST)
     with c.when((~whole_way) | (h * more > step.get())):
         step.set(h * more)
     m.store(step.get(), Own.STEP)
+    hold(c, m)
     with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
-        c.call(FLAG, "px_exchange", m)
+        m.store(whole(c, 1), Own.WAITING)
+    c.give(0)
+
+
+@function("i32 px_advance(ptr m, double end)")
+def _advance(c: Code, m: Value, end: Value) -> None:
+    n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
+    w, _, _, _ = open_frame(m)
+    with c.when(n.equals(0), leaves=True):
+        w.store(end)
+        flag = c.call(FLAG, "pc_rhs", m, end, y, y)
+        hold(c, m)
+        m.store(whole(c, Stale.REST), Own.STALE)
+        c.give(flag)
+    stop = m.load(REAL, Own.STOP)
+    beyond = c.select(stop > end, stop, end)
+    # After something was set a step ends with the host's: more may be set there.
+    bounded = c.variable(m.load(INT, Own.EXACT), INT)
+    there = c.variable(0, INT)  # 1 where the workspace is that of the end
+    again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
+    c.enter(again)
+    reach = m.load(REAL, Own.REACH)
+    c.branch((m.load(INT, Own.EXACT).equals(1)) & (reach >= end), behind, work)
+    c.begin(work)
+    c.leave(~c.call(FLAG, "px_begin", m).equals(0), failed)
+    most = c.select(bounded.get().equals(0), end, beyond)
+    c.leave(~c.call(FLAG, "px_try", m, most).equals(0), failed)
+    there.set(whole(c, 1))
     c.jump(again)
+    c.begin(failed)
+    with c.when(m.load(INT, Own.EXACT).equals(1)):  # as far as steps led
+        c.run("px_copy", y, _vector(c, m, _END), n)
+        w.store(m.load(REAL, Own.REACH))
+    m.store(whole(c, Stale.ALL), Own.STALE)
+    m.store(whole(c, 0), Own.EXACT)
+    c.give(1)
     c.begin(behind)
+    exactly = m.load(REAL, Own.REACH).equals(end)
+    with c.when(exactly):
+        c.run("px_copy", y, _vector(c, m, _END), n)
+    with c.when(~exactly):
+        c.run("px_between", m, end, y)
+    w.store(end)
+    fresh = exactly & there.get().equals(1)
+    stale = c.emit(INT, f"select i1 {fresh.text}, i64 {int(Stale.REST)}, i64 {int(Stale.ALL)}")
+    m.store(stale, Own.STALE)
     c.give(0)
