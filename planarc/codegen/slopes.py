@@ -32,7 +32,7 @@ Reference: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 200
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from msgspec import Struct
 
@@ -74,6 +74,7 @@ class Slopes(Data):
     runs: tuple[Run, ...]
     #: Nodes of each candidate itself and of its derivative (-1: it does not move).
     candidates: tuple[tuple[int, int], ...]
+    wanted: tuple[int, ...]  # slots whose derivatives are asked for
 
     def tape(self) -> list[int]:
         """The numbers of `planarc.ir.derivatives`."""
@@ -118,8 +119,11 @@ class Slopes(Data):
         return [*head, *(n for part in lists for n in part), *table, *listed, *pairs]
 
 
-def derive_slopes(program: Program, scope: Scope = Scope.RATES) -> Slopes | None:
-    return _Deriver(program, scope).derive()
+def derive_slopes(
+    program: Program, scope: Scope = Scope.RATES, wanted: Collection[int] | None = None
+) -> Slopes | None:
+    """`wanted` are the slots of the values asked for, where these are not all of the scope."""
+    return _Deriver(program, scope, wanted).derive()
 
 
 class _Piece(Struct):
@@ -133,8 +137,11 @@ class _Piece(Struct):
 
 
 class _Deriver:
-    def __init__(self, program: Program, scope: Scope) -> None:
+    def __init__(
+        self, program: Program, scope: Scope, wanted: Collection[int] | None = None
+    ) -> None:
         self._program, self._table, self._scope = program, program.table, scope
+        self._asked = wanted
         self._pieces: list[_Piece] = []
         self._partials: dict[Expr, Differentiator] = {}
         self._numbers: dict[Expr, int] = {}  # nodes
@@ -168,6 +175,7 @@ class _Deriver:
             rows,
             runs,
             tuple((places[c.slot], places.get(c.derivative, -1)) for c in program.candidates),
+            tuple(self._wanted_slots()),
         )
 
     def _slot(self, e: Expr) -> int:
@@ -225,8 +233,7 @@ class _Deriver:
     def _needed(self) -> set[Expr]:
         """Targets that what is asked for depends on."""
         wanted = {r for piece in self._pieces for r in piece.residuals}
-        rates = {c.derivative for c in self._program.candidates}
-        slots = range(self._program.size) if self._scope is Scope.ALL else rates
+        slots = self._wanted_slots()
         targets = (let.target for piece in self._pieces for let in piece.lets)
         wanted.update(e for e in targets if self._slot(e) in slots)
         for piece in reversed(self._pieces):
@@ -234,6 +241,12 @@ class _Deriver:
                 if let.target in wanted:
                     wanted.update(symbols(let.value))
         return wanted
+
+    def _wanted_slots(self) -> Collection[int]:
+        rates = dict.fromkeys(c.derivative for c in self._program.candidates)
+        if self._asked is not None:
+            return rates | dict.fromkeys(self._asked)
+        return range(self._program.size) if self._scope is Scope.ALL else rates
 
     def _drop(self, wanted: set[Expr]) -> None:
         for piece in self._pieces:

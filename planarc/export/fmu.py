@@ -27,12 +27,16 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown
+from planarc.export.instance.block import OTHER
 from planarc.export.plan import is_settable
 from planarc.export.refusal import refuse
+from planarc.ir.derivatives import Scope
 from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
     from planarc.compiled import Compiled
+    from planarc.export.fmi.variables import Interface
     from planarc.ir.program import Program
 
 
@@ -96,16 +100,18 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)
+    slopes = _slopes(program, shown)
     version = three if wishes.version == 3 else two
     entries = version.functions()
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
-    draft = describe(program, shown, Told(wishes.version, identifier, "", _tool()))
+    told = Told(wishes.version, identifier, "", _tool(), slopes is not None)
+    draft = describe(program, shown, told)
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
-    text = describe(program, shown, Told(wishes.version, identifier, token, _tool()))
+    text = describe(program, shown, replace(told, token=token))
     files = {"modelDescription.xml": text.encode()}
     for folder, kind in folders.items():
-        code = compile_library(program, image, entries, token, tolerance, kind.triple)
+        code = compile_library(program, image, entries, token, tolerance, kind.triple, slopes)
         name = f"{identifier}.{kind.ending}"
         files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
     return Fmu(
@@ -115,6 +121,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         causes.count("parameter"),
         program.state_count,
     )
+
+
+def _slopes(program: Program, shown: Interface) -> Slopes | None:
+    """The derivatives of outputs and of the states' derivatives, by states and inputs."""
+    from planarc.codegen.slopes import derive_slopes
+
+    wanted = [v.reference % OTHER // 8 for v in shown.variables if v.causality == "output"]
+    return derive_slopes(replace(program, parameter_slots=()), Scope.ALL, wanted)
 
 
 def tolerance_of(program: Program) -> float:

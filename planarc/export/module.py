@@ -20,23 +20,26 @@ from typing import TYPE_CHECKING
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.machine import LARGEST_OPTIMISED
-from planarc.codegen.native.printer import ir
+from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
+from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
 from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, make_plan, rules
 from planarc.ir.dae import Assertion
+from planarc.ir.derivatives import Head, Scope
 from planarc.ir.expr import Expr, Op
 from planarc.ir.flat import StateSelect
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import Program
 
 if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
     from planarc.export.fmi.entries import Entries
 
 
@@ -50,6 +53,14 @@ def message_text(assertion: Assertion) -> str:
     return "".join(p if isinstance(p, str) else "..." for p in assertion.message.parts)
 
 
+#: The derivatives of a model that has none.
+_NOTHING = [len(Head), *(0 for _ in range(len(Head) - 1))]
+_NO_SLOPES = f"""
+@pc_tape_all = constant [{len(Head)} x i64] [{", ".join(f"i64 {n}" for n in _NOTHING)}]
+define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
+  ret i32 1
+}}
+"""
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -58,28 +69,33 @@ declare ptr @px_message(i32)
 declare ptr @calloc(i64, i64)
 declare void @free(ptr)
 declare double @pow(double, double)
+declare i32 @pc_slopes_all(ptr, double, ptr)
+@pc_tape_all = external constant [0 x i64]
 """
 _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
-    *("wanted", "starts"),
+    *("wanted", "starts", "nodes"),
 )
 _PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
 def compile_library(
-    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
-) -> tuple[bytes, bytes]:
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str,
+    slopes: Slopes | None = None,
+) -> tuple[bytes, ...]:  # fmt: skip
     """The objects of an exported model for a system and its processor: what is the same for all
-    models, kept for the next one, and its own."""
+    models, kept for the next one, its own, and its derivatives."""
     shared = _shared(entries)
     name = store.key("exported", version("llvmlite"), triple, shared)
     known = store.load("native", name)
     if known is None:
         known = _compiled(shared, triple, 1, True)
         store.store("native", name, known)
-    own = _own(program, image, entries, token, tolerance)
-    level = 1 if own.count("\n") <= LARGEST_OPTIMISED else 0
-    return known, _compiled(own, triple, level, False)
+    own = _own(program, image, entries, token, tolerance, slopes)
+    texts = (own, _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL))
+    levels = (1 if text.count("\n") <= LARGEST_OPTIMISED else 0 for text in texts)
+    made = (_compiled(t, triple, level, False) for t, level in zip(texts, levels, strict=True))
+    return known, *made
 
 
 def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
@@ -113,14 +129,20 @@ def _shared(entries: Entries) -> str:
         *start_functions(),
         *state_functions(),
         *step_functions(),
+        *slope_functions(),
         entries.text(),
     )
     tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
     return "\n".join((runtime_text(), _MODEL, tables, *functions))
 
 
-def _own(program: Program, image: Image, entries: Entries, token: str, tolerance: float) -> str:
+def _own(
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float,
+    slopes: Slopes | None,
+) -> str:  # fmt: skip
     """The model's functions, its tables and its messages."""
+    tape = _NOTHING if slopes is None else slopes.tape()
+    plan = make_plan(program, image.held, len(image.scales), tape)
     name = program.name.encode("ascii", "replace").decode()
     messages = [entries.as_shown(message_text(a)) for a in errors(program)]
     texts = [("token", token), ("name", name)]
@@ -129,11 +151,25 @@ def _own(program: Program, image: Image, entries: Entries, token: str, tolerance
         (
             ir(program),
             *(text_constant(f"px_{key}", text) for key, text in texts),
-            _tables(program, image, make_plan(program, image.held, len(image.scales)), tolerance),
+            _tables(program, image, plan, tolerance),
+            _table("px_nodes", _nodes(program, slopes)),
             _asserts(program),
             _message(len(messages)),
         )
     )
+
+
+def _nodes(program: Program, slopes: Slopes | None) -> list[int]:
+    """The node of each slot. The time is none that a host may ask for."""
+    found = [UNKNOWN] * program.size
+    if slopes is not None:
+        for slot in slopes.wanted:
+            found[slot] = RESTS
+        for node, slot in enumerate(slopes.slots):
+            if slot >= 0:
+                found[slot] = node
+    found[0] = UNKNOWN
+    return found
 
 
 def _table(name: str, numbers: Iterable[int]) -> str:
@@ -163,7 +199,7 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
     w = dict(made.homes)[Frame.W]
     numbers = (made.words, program.state_count, program.size, len(opened), len(made.given),
                len(made.given), image.system[1], rows, len(nominals), w - Own.PHASE,
-               Own.MARGIN - w)  # fmt: skip
+               Own.MARGIN - w, made.room)  # fmt: skip
     return "".join(
         (
             _table("px_plan", (*map(int, numbers), len(made.homes), *homes)),

@@ -19,6 +19,7 @@ from itertools import accumulate
 
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
+from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import ParameterSlot, Program
 
@@ -32,22 +33,23 @@ class Own(IntEnum):
     GIVEN = Y + 3
     STARTS = Y + 4
     STAGES = Y + 5
-    HOST = Y + 6  # what the host wants to be told with each message
-    LOGGER = Y + 7
-    LOGGING = Y + 8
-    BEGUN = Y + 9  # the phase behind initialization
-    PHASE = Y + 10  # from here on the state
-    STALE = Y + 11  # see `Stale`
-    TOLERANCE = Y + 12
-    BOUND = Y + 13  # of the sensitivity at which other states are taken
-    STEP = Y + 14  # the integrator's next one
-    WAITING = Y + 15  # 1 where other states are to be taken at the next event
-    STOP = Y + 16  # the time behind which no step may go
-    EXACT = Y + 17  # 1 where the present point lies on the last step
-    REACH = Y + 18  # the time at which that ended
-    SPAN = Y + 19  # its length
-    MARGIN = Y + 20  # what is left until other states are to be taken
-    FIRST = Y + 21
+    PASSING = Y + 6  # where derivatives are passed on (`ir.derivatives.Passing`): no state
+    HOST = Y + 7  # what the host wants to be told with each message
+    LOGGER = Y + 8
+    LOGGING = Y + 9
+    BEGUN = Y + 10  # the phase behind initialization
+    PHASE = Y + 11  # from here on the state
+    STALE = Y + 12  # see `Stale`
+    TOLERANCE = Y + 13
+    BOUND = Y + 14  # of the sensitivity at which other states are taken
+    STEP = Y + 15  # the integrator's next one
+    WAITING = Y + 16  # 1 where other states are to be taken at the next event
+    STOP = Y + 17  # the time behind which no step may go
+    EXACT = Y + 18  # 1 where the present point lies on the last step
+    REACH = Y + 19  # the time at which that ended
+    SPAN = Y + 20  # its length
+    MARGIN = Y + 21  # what is left until other states are to be taken
+    FIRST = Y + 22
 
 
 class Phase(IntEnum):
@@ -74,7 +76,7 @@ class Stale(IntEnum):
 class Table(IntEnum):
     """Places in `px_plan`."""
 
-    WORDS = 0  # of a block
+    WORDS = 0  # of a block that are saved with its state
     STATES = 1
     SIZE = 2  # of the workspace
     OPEN = 3  # blocks with a choice of states
@@ -85,7 +87,8 @@ class Table(IntEnum):
     NOMINALS = 8
     WORKSPACE = 9  # where it begins in the image
     MARGIN = 10  # the word of the margin, reckoned from the workspace
-    POINTERS = 11  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    ROOM = 11  # words of a block, with those that are no state
+    POINTERS = 12  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 #: Stages of a step of the integrator, and vectors that it needs besides.
@@ -99,12 +102,16 @@ class Plan(Data):
     """`homes` are pairs (word of the pointer, word at which the array begins)."""
 
     words: int
+    room: int
     homes: tuple[tuple[int, int], ...]
     given: tuple[tuple[int, int], ...]  # slots of held values, with those of their starts
 
 
-def make_plan(program: Program, given: tuple[tuple[int, int], ...], scales: int) -> Plan:
-    """`given`: the values held at the start; `scales`: tears of the blocks with a choice."""
+def make_plan(
+    program: Program, given: tuple[tuple[int, int], ...], scales: int, tape: Sequence[int]
+) -> Plan:
+    """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
+    that of the derivatives."""
     placed, n = place(program), program.state_count
     sizes = {
         Own.Y: n,
@@ -119,7 +126,27 @@ def make_plan(program: Program, given: tuple[tuple[int, int], ...], scales: int)
         Frame.AREA: placed.area,
     }
     starts = list(accumulate(sizes.values(), initial=int(Own.FIRST)))
-    return Plan(starts[-1], tuple(zip(map(int, sizes), starts, strict=False)), given)
+    homes = list(zip(map(int, sizes), starts, strict=False))
+    passing = starts[-1]
+    rooms = _passing(tape, n)
+    begins = list(accumulate(rooms.values(), initial=passing + len(Passing)))
+    homes += [(int(Own.PASSING), passing)]
+    homes += [(passing + k, at) for k, at in zip(rooms, begins, strict=False)]
+    return Plan(passing, begins[-1], tuple(homes), given)
+
+
+def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
+    """Sizes of the arrays in which derivatives are passed on, all states' at once."""
+    nodes, largest = tape[Head.NODES], tape[Head.LARGEST]
+    width, stride = (-(-max(n, 1) // CHUNK) * CHUNK for n in (states, largest))
+    return {
+        Passing.VALUES: tape[Head.ENTRIES],
+        Passing.COLUMNS: nodes,
+        Passing.MOTIONS: nodes * width,
+        Passing.RANGES: 2 * nodes,
+        Passing.LOCAL: nodes * stride,
+        Passing.SCRATCH: largest * (largest + width + 1),
+    }
 
 
 def rules(program: Program, given: Sequence[tuple[int, int]]) -> list[int]:

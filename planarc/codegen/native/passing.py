@@ -45,9 +45,12 @@ _WIDE = "<4 x double>"
 
 def passing_text() -> str:
     """The whole module."""
-    return _DECLARED + "\n".join(
-        (_ranges(), _rows(), eliminate_function(), _pass(), _gather(), _cv_jacobian())
-    )
+    return _DECLARED + "\n".join((*passing_functions(), _gather(), _cv_jacobian()))
+
+
+def passing_functions() -> tuple[str, ...]:
+    """What passes motions on, without what reads them."""
+    return _ranges(), _rows(), eliminate_function(), _pass()
 
 
 class _Tape:

@@ -28,12 +28,14 @@ _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
 
 class Told(Data):
-    """`identifier` names the library's file; `version` is 2 or 3."""
+    """`identifier` names the library's file, `version` is 2 or 3; with `slopes` there are
+    derivatives."""
 
     version: int
     identifier: str
     token: str
     tool: str
+    slopes: bool = False
 
 
 def describe(program: Program, shown: Interface, told: Told) -> str:
@@ -56,6 +58,9 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
         f"canGetAndSet{state}": "true",
         f"canSerialize{state}": "true",
     }
+    if told.slopes:
+        given = "DirectionalDerivatives", "AdjointDerivatives"
+        can |= {f"provides{name}": "true" for name in (given if three else (given[0][:-1],))}
     exchange = Xml.SubElement(root, "ModelExchange", can)
     steps = Xml.SubElement(root, "CoSimulation", can, canHandleVariableCommunicationStepSize="true")
     if three:

@@ -30,7 +30,6 @@ _REFUSED = (
     *(f"fmi3{way}{kind}" for kind in (*_OTHER_KINDS, "String", "Binary", "Clock")
       for way in ("Get", "Set")),
     "fmi3GetNumberOfVariableDependencies", "fmi3GetVariableDependencies",
-    "fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative",
     "fmi3EnterConfigurationMode", "fmi3ExitConfigurationMode",
     "fmi3GetIntervalDecimal", "fmi3GetIntervalFraction", "fmi3GetShiftDecimal",
     "fmi3GetShiftFraction", "fmi3SetIntervalDecimal", "fmi3SetIntervalFraction",
@@ -51,6 +50,11 @@ def functions() -> Entries:
         e.setter(f"fmi3Set{name}", kind, type, True)
     _model_exchange(e)
     _steps(e)
+    arrays = (
+        "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, i64 some, ptr results, i64 all"
+    )
+    e.directional("fmi3GetDirectionalDerivative", arrays, 2)
+    e.adjoint("fmi3GetAdjointDerivative", arrays)
     e.save("fmi3GetFMUState")
     e.restore("fmi3SetFMUState")
     e.forget("fmi3FreeFMUState")

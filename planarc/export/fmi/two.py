@@ -23,7 +23,7 @@ from planarc.export.instance.block import WORD, constant, whole
 from planarc.export.plan import Own, Phase
 
 _REFUSED = (
-    "fmi2GetString", "fmi2SetString", "fmi2GetDirectionalDerivative",
+    "fmi2GetString", "fmi2SetString",
     "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2CancelStep",
     "fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus",
     "fmi2GetStringStatus",
@@ -45,6 +45,8 @@ def functions() -> Entries:
     with e.entry("fmi2DoStep", "double t, double h, i32 final", (Phase.STEP,)) as (c, given):
         m, t, h, _ = given
         e.step(c, m, t, h)
+    arrays = "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, ptr results"
+    e.directional("fmi2GetDirectionalDerivative", arrays, 0)
     e.save("fmi2GetFMUstate")
     e.restore("fmi2SetFMUstate")
     e.forget("fmi2FreeFMUstate")

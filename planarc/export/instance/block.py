@@ -87,7 +87,7 @@ def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
 @function("ptr px_new(ptr logger, ptr host, i64 logging)")
 def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
     words = plan(c, Table.WORDS)
-    block = c.call(POINTER, "calloc", words, whole(c, 8))
+    block = c.call(POINTER, "calloc", plan(c, Table.ROOM), whole(c, 8))
     with c.when(is_null(c, block), leaves=True):
         c.give(block)
     state = words - Own.PHASE

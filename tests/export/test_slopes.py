@@ -1,0 +1,127 @@
+"""Derivatives that an FMU gives: against planarc's own, against differences, and transposed."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from msgspec.structs import replace
+
+from planarc.api.model import Model
+from planarc.core.options import Backend
+from planarc.request.request import Request
+from tests.export.test_fmu import EXAMPLES, runs_here
+
+OUTPUTS = ("revA.phi", "revC.w", "coupler.frame_b.f[1]", "revB.z")
+#: An oscillator whose force follows from a nonlinear loop of equations.
+LOOP = """
+model Loop
+  input Real u(start=0.3);
+  output Real y, z;
+  Real x(start=1, fixed=true), v(start=0.5, fixed=true);
+equation
+  der(x) = v;
+  der(v) = -y + 2*z;
+  y + y^3 = x + z*sin(v);
+  z + exp(0.1*y) = x*u;
+end Loop;
+"""
+
+
+@pytest.fixture(scope="module")
+def four_bar() -> Model:
+    request = Request(EXAMPLES / "four_bar.pmo")
+    return Model(replace(request, inputs=("revA.tau",)), Backend.NATIVE)
+
+
+class Exported:
+    """An instance at the start, and what its description tells of references."""
+
+    def __init__(self, model: Model, folder: Path, version: int, outputs: tuple[str, ...]) -> None:
+        wanted = re.compile("|".join(f"^{re.escape(name)}$" for name in outputs))
+        path = model.export_fmu(folder / "a.fmu", fmi=version, outputs=wanted)
+        told = fmpy.read_model_description(path)
+        kind = FMU3Slave if version == 3 else FMU2Slave
+        self.fmu = kind(guid=told.guid, unzipDirectory=fmpy.extract(path),
+                        modelIdentifier=told.coSimulation.modelIdentifier)  # fmt: skip
+        self.fmu.instantiate()
+        if version == 2:
+            self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        self.version, self.told = version, told
+        self.of = {v.name: v.valueReference for v in told.modelVariables}
+        self.states = [v.variable.derivative.valueReference for v in told.derivatives]
+        self.rates = [v.variable.valueReference for v in told.derivatives]
+
+    def along(self, unknowns: list[int], knowns: list[int], seed: list[float]) -> list[float]:
+        if self.version == 3:
+            return self.fmu.getDirectionalDerivative(unknowns, knowns, seed)
+        u, k = (
+            (ctypes.c_uint32 * len(unknowns))(*unknowns),
+            (ctypes.c_uint32 * len(knowns))(*knowns),
+        )
+        out = (ctypes.c_double * len(unknowns))()
+        given = (ctypes.c_double * len(knowns))(*seed)
+        self.fmu.fmi2GetDirectionalDerivative(
+            self.fmu.component, u, len(unknowns), k, len(knowns), given, out
+        )
+        return list(out)
+
+    def jacobian(self, unknowns: list[int], knowns: list[int]) -> np.ndarray:
+        return np.array([self.along(unknowns, [k], [1.0]) for k in knowns]).T
+
+
+@runs_here
+@pytest.mark.parametrize("version", (2, 3))
+def test_they_are_those_of_planarc(four_bar: Model, tmp_path: Path, version: int) -> None:
+    one = Exported(four_bar, tmp_path, version, OUTPUTS)
+    linear = four_bar.linearize(outputs=OUTPUTS)
+    knowns = [*one.states, one.of["revA.tau"]]
+    unknowns = [*one.rates, *(one.of[name] for name in OUTPUTS)]
+    wanted = np.block([[linear.A, linear.B], [linear.C, linear.D]])
+    found = one.jacobian(unknowns, knowns)
+    assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+    together = np.array(one.along(unknowns, knowns, [0.5, -2.0, 3.0]))
+    assert together == pytest.approx(wanted @ [0.5, -2.0, 3.0], rel=1e-11)
+
+
+@runs_here
+def test_through_a_loop_they_are_limits_of_differences(tmp_path: Path) -> None:
+    one = Exported(Model(Request(text=LOOP), Backend.NATIVE), tmp_path, 3, ("y", "z"))
+    fmu, u = one.fmu, one.of["u"]
+    unknowns = [one.of["y"], one.of["z"], *one.rates]
+    exact = np.array(one.along(unknowns, [u], [1.0]))
+    values = []
+    for by in (1e-5, -1e-5):
+        fmu.setFloat64([u], [0.3 + by])
+        values.append(np.array(fmu.getFloat64(unknowns)))
+    assert exact == pytest.approx((values[0] - values[1]) / 2e-5, rel=1e-8)
+    assert np.abs(exact[:2]).min() > 0.01
+
+
+@runs_here
+def test_the_adjoint_is_the_transposed(four_bar: Model, tmp_path: Path) -> None:
+    one = Exported(four_bar, tmp_path, 3, OUTPUTS)
+    knowns = [*one.states, one.of["revA.tau"]]
+    unknowns = [*one.rates, *(one.of[name] for name in OUTPUTS)]
+    jacobian = one.jacobian(unknowns, knowns)
+    weights = [float(k + 1) for k in range(len(unknowns))]
+    found = one.fmu.getAdjointDerivative(unknowns, knowns, weights)
+    assert np.array(found[: len(knowns)]) == pytest.approx(jacobian.T @ weights, rel=1e-12)
+
+
+@runs_here
+def test_what_has_no_derivative_is_told(four_bar: Model, tmp_path: Path) -> None:
+    one = Exported(four_bar, tmp_path, 3, OUTPUTS)
+    y, u = one.of["revA.phi"], one.of["revA.tau"]
+    for unknown, known in ((y, one.of["crank.r[1]"]), (one.of["revD.phi"], u), (y, 2**31)):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            one.along([unknown], [known], [1.0])
+    assert one.along([y], [u], [1.0]) == [0.0]
