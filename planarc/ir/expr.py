@@ -407,38 +407,45 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     seen: set[Expr] = set()
     found: list[Expr] = []
     for root in roots:
-        stack = [root]
-        while stack:
-            e = stack[-1]
-            waiting = len(stack)
-            for a in reversed(e.args):
+        if root in seen:
+            continue
+        path, e, rest = [], root, iter(root.args)
+        while True:
+            for a in rest:
                 if a not in seen:
-                    stack.append(a)
-            if len(stack) == waiting:  # all arguments are done
-                stack.pop()
-                if e not in seen:
-                    seen.add(e)
-                    found.append(e)
+                    if a.args:
+                        path.append((e, rest))
+                        e, rest = a, iter(a.args)
+                        break
+                    seen.add(a)
+                    found.append(a)
+            else:
+                seen.add(e)
+                found.append(e)
+                if not path:
+                    break
+                e, rest = path.pop()
     return found
 
 
 def fold(root: Expr, memo: dict[Expr, T], of: Callable[[Expr], T]) -> T:
     """`of(root)`, asked after all nodes below it; each answer stands in `memo`."""
-    found = memo.get(root)
-    if found is not None:
-        return found
-    stack = [root]
-    while stack:
-        e = stack[-1]
-        waiting = len(stack)
-        for a in e.args:
+    if root in memo:
+        return memo[root]
+    path, e, rest = [], root, reversed(root.args)
+    while True:
+        for a in rest:
             if a not in memo:
-                stack.append(a)
-        if len(stack) == waiting:
-            stack.pop()
-            if e not in memo:
-                memo[e] = of(e)
-    return memo[root]
+                if a.args:
+                    path.append((e, rest))
+                    e, rest = a, reversed(a.args)
+                    break
+                memo[a] = of(a)
+        else:
+            found = memo[e] = of(e)
+            if not path:
+                return found
+            e, rest = path.pop()
 
 
 def symbols(*roots: Expr) -> list[Expr]:
