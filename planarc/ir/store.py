@@ -15,9 +15,11 @@ that nothing uses any more; these are not written.
 
 from __future__ import annotations
 
+import copyreg
 import io
 import pickle
 from array import array
+from itertools import islice
 from typing import Any
 
 from planarc.core import plain
@@ -30,7 +32,7 @@ _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.
 def dumps(value: object, table: Exprs) -> bytes:
     """`value` as bytes; all expressions in it belong to `table`."""
     buffer = io.BytesIO()
-    pickler = _Pickler(buffer, table)
+    pickler = _Pickler(buffer)
     pickler.dump(value)
     nodes = _nodes_below(pickler.found, table)
     columns = (
@@ -51,22 +53,19 @@ def loads(data: bytes) -> Any:
     for text in texts:
         table.text(text)
     nodes: dict[int, Expr] = {}
-    rest = iter(told)
-    kinds = list(Op)
-    at = 0
+    rest, below = iter(told), map(nodes.__getitem__, arguments)
+    kinds = [(op, op in _TOLD) for op in Op]
     for number, operation, count in zip(numbers, operations, counts, strict=True):
-        op = kinds[operation]
-        node_data: Any = next(rest) if op in _TOLD else None
+        op, has_data = kinds[operation]
+        node_data: Any = next(rest) if has_data else None
         if op is Op.CONST:
             nodes[number] = table.const(node_data)
-            continue
-        args = tuple([nodes[a] for a in arguments[at : at + count]])
-        at += count
-        nodes[number] = table.node(op, args, node_data)
+        else:
+            nodes[number] = table.node(op, tuple(islice(below, count)), node_data)
     return _Unpickler(io.BytesIO(body), table, nodes).load()
 
 
-def _nodes_below(numbers: set[int], table: Exprs) -> list[Expr]:
+def _nodes_below(numbers: list[int], table: Exprs) -> list[Expr]:
     """The nodes of these numbers and all that they are made of, in ascending order."""
     needed = bytearray(len(table.all))
     for number in numbers:
@@ -82,23 +81,28 @@ def _nodes_below(numbers: set[int], table: Exprs) -> list[Expr]:
 
 
 class _Pickler(pickle.Pickler):
-    def __init__(self, buffer: io.BytesIO, table: Exprs) -> None:
-        super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
-        self._table = table
-        self.found: set[int] = set()  # numbers of the expressions met so far
+    """Writes an expression as `Expr(number)`, and the table as `Exprs()`."""
 
-    def persistent_id(self, value: object) -> int | None:
-        if isinstance(value, Expr):
-            self.found.add(value.id)
-            return value.id
-        return -1 if value is self._table else None
+    def __init__(self, buffer: io.BytesIO) -> None:
+        super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
+        self.found: list[int] = []  # numbers of the expressions met so far
+        # Asked once for each object, where a `persistent_id` is asked for each mention of any.
+        self.dispatch_table = {
+            **copyreg.dispatch_table,
+            Expr: self._reduced,
+            Exprs: lambda _: (Exprs, ()),
+        }
+
+    def _reduced(self, e: Expr) -> tuple[type[Expr], tuple[int]]:
+        self.found.append(e.id)
+        return Expr, (e.id,)
 
 
 class _Unpickler(plain.PlainReader):
     def __init__(self, buffer: io.BytesIO, table: Exprs, nodes: dict[int, Expr]) -> None:
         super().__init__(buffer)
-        self._table = table
-        self._nodes = nodes
+        self._makers = {Expr.__name__: nodes.__getitem__, Exprs.__name__: lambda: table}
 
-    def persistent_load(self, key: int) -> Expr | Exprs:
-        return self._table if key < 0 else self._nodes[key]
+    def find_class(self, module: str, name: str) -> Any:
+        maker = self._makers.get(name) if module == Expr.__module__ else None
+        return maker or super().find_class(module, name)
