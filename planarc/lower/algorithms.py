@@ -4,8 +4,10 @@ In:   flat.Algorithm    statements
 Out:  dae.Equation      `v = what v holds after the last statement`, for each v assigned
 
 A variable that is read before it is assigned starts from its start value, or from
-`pre(v)` when it is discrete (specification 11.1.2). A when-statement acts at its
-event; outside of it the variables that it assigns keep their values.
+`pre(v)` when it is discrete (specification 11.1.2), also where whens alone assign it:
+`when not lit and time > 1 then lit := true; end when;` asks for the value before the
+event. A when-statement acts at its event; outside of it the variables that it assigns
+keep their values. Several whens that assign one variable act one after the other.
 """
 
 from __future__ import annotations
@@ -38,9 +40,16 @@ def lower_algorithm(
     runner = _Section(Scope(model), "this algorithm", algorithm.span, events=True)
     runner.into = into
     plain = assigned_in(algorithm.statements, whens=False)
-    for name in plain:
+    for name in assigned_in(algorithm.statements):
         runner.values[name] = _before(model, name, starts, algorithm.span)
-    runner.run_body(algorithm.statements)
+    runner.plain = frozenset(plain)
+    last = {name: s for s in algorithm.statements for name in assigned_in([s])}
+    for s in algorithm.statements:
+        ended = [name for name, at in last.items() if at is s and name not in plain]
+        runner.final = frozenset(ended if isinstance(s, flat.WhenStatement) else ())
+        runner.run_body([s])
+        for name in ended:  # from here on it is as the event leaves it
+            runner.values.pop(name, None)
     for symbol, value in _results(runner, plain):
         equations.add_equation(into, symbol, value, algorithm)
 
@@ -86,12 +95,20 @@ class _Section(Runner):
     """A runner that also knows when-statements."""
 
     into: Lowered = field(default_factory=Lowered)
+    plain: frozenset[str] = frozenset()  # what is assigned outside of whens, too
+    final: frozenset[str] = frozenset()  # what no later statement assigns
+    left: list[dict[str, Value]] = field(default_factory=list)  # by the when-branches
     asserted: list[dae.Assertion] = field(default_factory=list)  # by the present when-branch
 
     def when(self, s: flat.WhenStatement) -> None:
         if self.path is not None:
             raise error("L350", "a `when` cannot stand under an `if` that changes", s.span)
-        self.into.whens.append(equations.when(self.here(), s, self._actions))
+        clause = equations.when(self.here(), s, self._actions)
+        self.into.whens.append(clause)
+        left, self.left = self.left, []
+        for (name, _), values in reversed(list(zip(clause.branches, left, strict=True))):
+            changed = {n: v for n, v in values.items() if n in self.values and n not in self.final}
+            self._join(equations.fires(self.scope.model, name), changed, self.values, s.span)
 
     def _actions(self, body: Sequence[flat.Statement]) -> Iterator[dae.Action]:
         scope = replace(self.scope, at_event=True)
@@ -111,7 +128,8 @@ class _Section(Runner):
                 case _:
                     inner.run_body([s])
         yield from inner.asserted
-        for symbol, value in _results(inner, plain):
+        self.left.append({name: inner.values[name] for name in plain})
+        for symbol, value in _results(inner, [name for name in plain if name not in self.plain]):
             if value is not self.scope.table.pre(symbol.name):
                 yield equations.set_discrete(symbol, value, self.span)
 

@@ -217,6 +217,21 @@ def trigger(scope: Scope, condition: flat.Expression, origin: flat.EquationNode)
     return _named(scope.model, truth, origin, dae.EDGE).name
 
 
+def fires(model: Model, name: str) -> Expr:
+    """The truth, at an event, that the when-branch of that trigger acts."""
+    t = model.table
+    just = t.symbol(name)
+    if not name.startswith(dae.EDGE):
+        just = t.and_(just, t.not_(t.pre(name)))
+    truths = {v.name: e.right for v, e in model.auxiliaries}
+    asked = [name]
+    for one in asked:
+        asked += [s.name for s in symbols(truths.get(one, t.true))]
+    if dae.INITIAL in asked:
+        return just
+    return t.and_(just, t.not_(t.symbol(dae.INITIAL)))  # no other one acts at the start
+
+
 def set_at_start(model: Model, e: dae.Equation) -> dae.When:
     """A when-clause of `initial()` that sets the discrete variable on the left."""
     name = _named(model, model.table.symbol(dae.INITIAL), e).name

@@ -130,3 +130,75 @@ end M;
     assert run(text.replace("{least}", "1"), backend).ended is None
     ended = run(text.replace("{least}", "2"), backend).ended
     assert ended is not None and ended.code == "R430" and "too early" in ended.message
+
+
+def test_a_condition_asks_for_the_value_before_the_event(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  type Light = enumeration(dark, lit);
+  Light light(start = Light.dark, fixed = true);
+algorithm
+  when light == Light.dark and time > 0.2 and time < 0.5 then
+    light := Light.lit;
+  elsewhen light == Light.lit and time > 0.6 then
+    light := Light.dark;
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert at_samples(result, "light") == [1, 2, 2, 2, 2, 1, 1, 1, 1]
+
+
+def test_whens_that_set_one_variable_act_one_after_the_other(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  Integer n(start = 0, fixed = true), at[3](each start = 0, each fixed = true), m;
+  Integer late(start = 0, fixed = true);
+algorithm
+  for i in 1:3 loop
+    when {initial(), sample(0.5, 0.5)} then
+      n := n + i;
+      at[i] := n;
+    end when;
+  end for;
+  when time >= 0.2 then
+    late := late + 1;
+  end when;
+  when time >= 0.2 then
+    late := 10*late;
+  end when;
+  m := n;
+end M;
+""",
+        backend,
+    )
+    assert [result[f"at[{i}]"][0] for i in (1, 2, 3)] == [1, 3, 6]
+    assert [result[f"at[{i}]"][-1] for i in (1, 2, 3)] == [13, 15, 18]  # t = 0.5 and t = 1
+    assert at_samples(result, "m") == at_samples(result, "n") == [6] * 4 + [12] * 5
+    assert at_samples(result, "late") == [0] + [10] * 8
+
+
+def test_a_truth_set_by_a_when_lasts_for_its_event_where_it_is_taken_back(backend: Backend) -> None:
+    result = run(
+        """
+model M
+  Boolean now;
+  Integer n(start = 0, fixed = true);
+algorithm
+  now := false;
+  when sample(0.5, 0.25) then
+    now := true;
+  end when;
+equation
+  when now then
+    n = pre(n) + 1;
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert at_samples(result, "n") == [0, 0, 0, 0, 1, 1, 2, 2, 2]
+    assert not result["now"].any()
