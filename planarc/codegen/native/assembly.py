@@ -303,7 +303,7 @@ class Code:
         self.branch(condition, label, on)
         self.begin(on)
 
-    def give(self, value: Value | int | None = None, type: str = FLAG) -> None:
+    def give(self, value: Value | float | None = None, type: str = FLAG) -> None:
         if value is None:
             self.lines.append("ret void")
         else:
