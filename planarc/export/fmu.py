@@ -88,9 +88,9 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     """The archive of a model."""
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
-    from planarc.export.fmi.variables import interface
+    from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.image import take_image
-    from planarc.export.module import compile_library
+    from planarc.export.module import compile_texts, write_texts
 
     folders = _folders(wishes)
     program = restricted(compiled.program, wishes.parameters)
@@ -106,12 +106,15 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
     told = Told(wishes.version, identifier, "", _tool(), slopes is not None)
+    if slopes is not None:
+        shown = with_dependencies(program, shown, slopes)
     draft = describe(program, shown, told)
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
     text = describe(program, shown, replace(told, token=token))
     files = {"modelDescription.xml": text.encode()}
+    modules = write_texts(program, image, entries, token, tolerance, slopes)
     for folder, kind in folders.items():
-        code = compile_library(program, image, entries, token, tolerance, kind.triple, slopes)
+        code = compile_texts(modules, kind.triple)
         name = f"{identifier}.{kind.ending}"
         files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
     return Fmu(

@@ -13,7 +13,7 @@ through a loader.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,7 @@ from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, make_plan, rules
+from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Assertion
 from planarc.ir.derivatives import Head, Scope
 from planarc.ir.expr import Expr, Op
@@ -85,16 +86,30 @@ def compile_library(
 ) -> tuple[bytes, ...]:  # fmt: skip
     """The objects of an exported model for a system and its processor: what is the same for all
     models, kept for the next one, its own, and its derivatives."""
-    shared = _shared(entries)
+    texts = write_texts(program, image, entries, token, tolerance, slopes)
+    return compile_texts(texts, triple)
+
+
+def write_texts(
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float,
+    slopes: Slopes | None = None,
+) -> tuple[str, ...]:  # fmt: skip
+    """The modules as texts, which are the same for all platforms."""
+    derivatives = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
+    own = _own(program, image, entries, token, tolerance, slopes)
+    return _shared(entries), own, derivatives
+
+
+def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
+    """Their objects; the first text's is kept."""
+    shared, *others = texts
     name = store.key("exported", version("llvmlite"), triple, shared)
     known = store.load("native", name)
     if known is None:
         known = _compiled(shared, triple, 1, True)
         store.store("native", name, known)
-    own = _own(program, image, entries, token, tolerance, slopes)
-    texts = (own, _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL))
-    levels = (1 if text.count("\n") <= LARGEST_OPTIMISED else 0 for text in texts)
-    made = (_compiled(t, triple, level, False) for t, level in zip(texts, levels, strict=True))
+    levels = (1 if text.count("\n") <= LARGEST_OPTIMISED else 0 for text in others)
+    made = (_compiled(t, triple, level, False) for t, level in zip(others, levels, strict=True))
     return known, *made
 
 
@@ -210,7 +225,7 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
             _table("px_system", image.system),
             _table("px_wanted", (start for _, start in made.given)),
             _table("px_starts", (start for _, start in made.given)),
-            _table("px_rules", rules(program, made.given)),
+            _table("px_rules", rules(program, made.given, tunable_parameters(program))),
             _table("px_image", _image(program, image, made, tolerance)),
         )
     )

@@ -13,7 +13,7 @@ copy it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from enum import IntEnum
 from itertools import accumulate
 
@@ -95,7 +95,7 @@ class Table(IntEnum):
 STAGES = 10
 
 #: Values that `px_rules` gives a slot.
-NEVER, PARAMETER, WHOLE_PARAMETER, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 16
+NEVER, PARAMETER, WHOLE_PARAMETER, TUNABLE, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 4, 16
 
 
 class Plan(Data):
@@ -149,14 +149,18 @@ def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
     }
 
 
-def rules(program: Program, given: Sequence[tuple[int, int]]) -> list[int]:
-    """What may be set in each slot."""
+def rules(
+    program: Program, given: Sequence[tuple[int, int]], tunable: Collection[str]
+) -> list[int]:
+    """What may be set in each slot; `tunable` are names of parameters that may be at any time."""
     found = [0] * program.size
     for k, (slot, _) in enumerate(given):
         found[slot] = FIRST_GIVEN + k
     for p in program.parameter_slots:
         if is_settable(p):
             found[p.slot] = PARAMETER if p.kind is Kind.REAL else WHOLE_PARAMETER
+            if p.name in tunable:
+                found[p.slot] = TUNABLE
     for name in program.inputs:
         found[program.slots[name]] = INPUT
     return found

@@ -125,3 +125,68 @@ def test_what_has_no_derivative_is_told(four_bar: Model, tmp_path: Path) -> None
         with pytest.raises(fmpy.fmi1.FMICallException):
             one.along([unknown], [known], [1.0])
     assert one.along([y], [u], [1.0]) == [0.0]
+
+
+def structure(path: Path) -> dict[str, dict[str, str] | None]:
+    """What outputs and derivatives depend on, by names."""
+    told = fmpy.read_model_description(path)
+    found: dict[str, dict[str, str] | None] = {}
+    for unknown in (*told.outputs, *told.derivatives):
+        known = unknown.dependencies
+        kinds = unknown.dependenciesKind or []
+        found[unknown.variable.name] = None if known is None else {
+            v.name: kind for v, kind in zip(known, kinds, strict=True)}  # fmt: skip
+    return found
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_the_description_says_what_depends_on_what(tmp_path: Path, version: int) -> None:
+    text = """
+model Chain
+  parameter Real m=2, x0=1;
+  input Real u, idle;
+  output Real y=3*x, z=x*u, sum=p + q, still=time;
+  Real x(start=x0, fixed=true, nominal=1e-3), v(start=0, fixed=true), far(start=0, fixed=true);
+  Real p, q;
+equation
+  der(x) = v;
+  m*der(v) = u;
+  der(far) = -far;
+  p + q^3 = x;
+  q - p = sin(far);
+end Chain;
+"""
+    model = Model(Request(text=text), Backend.NATIVE)
+    path = model.export_fmu(tmp_path / "a.fmu", fmi=version)
+    assert structure(path) == {
+        "y": {"x": "constant"},
+        "z": {"u": "dependent", "x": "dependent"},
+        "sum": {"far": "dependent", "x": "dependent"},
+        "still": {},
+        "v": {"v": "constant"},  # der(x) has its value
+        "der(v)": {"u": "tunable"},
+        "der(far)": {"far": "constant"},
+    }
+    told = {v.name: v for v in fmpy.read_model_description(path).modelVariables}
+    assert (told["m"].variability, told["x0"].variability) == ("tunable", "fixed")
+    assert float(told["x"].nominal) == 1e-3
+
+
+@runs_here
+def test_a_tunable_parameter_acts_at_once(tmp_path: Path) -> None:
+    """A mass that is doubled on its way, while its start is kept."""
+    one = Exported(four_bar_free(), tmp_path, 3, ("revA.phi", "revA.z"))
+    fmu, of = one.fmu, one.of
+    told = {v.name: v.variability for v in one.told.modelVariables}
+    assert (told["rockerBody.m"], told["rocker.r[1]"]) == ("tunable", "fixed")
+    fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.3)
+    before = fmu.getFloat64([of["revA.phi"], of["revA.z"]])
+    fmu.setFloat64([of["rockerBody.m"]], [50.0])
+    after = fmu.getFloat64([of["revA.phi"], of["revA.z"]])
+    assert after[0] == before[0] and abs(after[1] - before[1]) > 1.0
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        fmu.setFloat64([of["rocker.r[1]"]], [0.9])
+
+
+def four_bar_free() -> Model:
+    return Model(Request(EXAMPLES / "four_bar.pmo"), Backend.NATIVE)

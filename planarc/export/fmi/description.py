@@ -3,14 +3,15 @@
 In:   Program, Interface, how the archive's library is called, its token
 Out:  text
 
-Units stand with their exponents of SI base units, where angles count as `rad`. What depends on
-what is left out: then a host takes everything to depend on everything.
+Units stand with their exponents of SI base units, where angles count as `rad`. Where it is left
+out what a value depends on, as where states are exchanged, a host takes it to depend on all.
 
 Reference: FMI 3.0.2, section 2.4; FMI 2.0.4, section 2.2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from xml.etree import ElementTree as Xml
 
 from msgspec.structs import replace
@@ -104,13 +105,21 @@ def _three(root: Xml.Element, shown: Interface) -> None:
         _variable_three(variables, v)
     structure = Xml.SubElement(root, "ModelStructure")
     kinds = ("Output", "ContinuousStateDerivative", "InitialUnknown")
-    listed = [
-        (kind, v.reference)
-        for kind, found in zip(kinds, _unknowns(shown), strict=True)
-        for v in found
-    ]
-    for kind, reference in (*listed, *(("EventIndicator", r) for r in shown.indicators)):
-        Xml.SubElement(structure, kind, valueReference=str(reference))
+    for kind, found in zip(kinds, _unknowns(shown), strict=True):
+        for v in found:
+            depends = {} if kind == "InitialUnknown" else _depends(shown, v, str)
+            Xml.SubElement(structure, kind, {"valueReference": str(v.reference), **depends})
+    for reference in shown.indicators:
+        Xml.SubElement(structure, "EventIndicator", valueReference=str(reference))
+
+
+def _depends(shown: Interface, v: Seen, name: Callable[[int], str]) -> dict[str, str]:
+    """What an unknown depends on, by the names that a version has for variables."""
+    known = shown.dependencies.get(v.reference)
+    if known is None:
+        return {}
+    kinds = {"dependenciesKind": " ".join(known.values())} if known else {}
+    return {"dependencies": " ".join(map(name, known))} | kinds
 
 
 def _two(root: Xml.Element, shown: Interface) -> None:
@@ -130,7 +139,10 @@ def _two(root: Xml.Element, shown: Interface) -> None:
         if found:
             parent = Xml.SubElement(structure, kind)
             for v in found:
-                Xml.SubElement(parent, "Unknown", index=str(numbers[v.reference]))
+                depends = {}
+                if kind != "InitialUnknowns":
+                    depends = _depends(shown, v, lambda r: str(numbers[r]))
+                Xml.SubElement(parent, "Unknown", {"index": str(numbers[v.reference]), **depends})
 
 
 def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None:
@@ -140,13 +152,11 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
     Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), _NAMES_2[v.kind], typed)
     unit = {"unit": typed["unit"]} if "unit" in typed else {}
     for column in v.aliases:
-        fixed = v.variability == "fixed"
         other = replace(
             v,
             name=shown_name(column),
             description=column.description,
             causality="local",
-            variability="fixed" if fixed else v.variability,
             initial="calculated",
         )
         element = Xml.SubElement(parent, "ScalarVariable", _head(other))
@@ -186,7 +196,8 @@ def _typed(v: Seen) -> dict[str, str]:
         given["unit"] = v.unit
         if _display(v.unit, v.display_unit) is not None:
             given["displayUnit"] = v.display_unit
-    for name, value in (("min", v.minimum), ("max", v.maximum), ("start", v.start)):
+    limits = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
+    for name, value in limits:
         if value is not None:
             given[name] = _value(value, v.kind)
     return given

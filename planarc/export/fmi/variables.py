@@ -12,17 +12,22 @@ whichever coordinate that is, and its derivative `der(_state[1])`.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from msgspec import field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.instance.block import OTHER
 from planarc.export.plan import is_settable
+from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column, ParameterSlot, Program
+
+if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
 
 _KINDS = {Kind.REAL: NUMBER, Kind.INTEGER: INTEGER, Kind.ENUMERATION: INTEGER,
           Kind.BOOLEAN: TRUTH}  # fmt: skip
@@ -44,6 +49,7 @@ class Seen(Data):
     description: str = ""
     minimum: float | None = None
     maximum: float | None = None
+    nominal: float | None = None
     derivative: int | None = None
     aliases: tuple[Column, ...] = ()
 
@@ -55,6 +61,33 @@ class Interface(Data):
     states: tuple[int, ...]
     rates: tuple[int, ...]
     indicators: tuple[int, ...] = ()
+    #: Of outputs and derivatives of states: references of what they depend on, and how.
+    dependencies: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+
+
+def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Interface:
+    """With what outputs and derivatives depend on, where the states are always the same."""
+    from planarc.export.fmi.dependencies import KINDS, find_dependencies
+
+    if any(r >= 8 * program.size for r in shown.states):
+        return shown
+    nodes = {slot: node for node, slot in enumerate(slopes.slots) if slot >= 0}
+    inputs = [v.reference for v in shown.variables if v.causality == "input"]
+    knowns = {nodes[r // 8]: r for r in (*shown.states, *inputs) if r // 8 in nodes}
+    tunable = tunable_parameters(program)
+    fixed = {c.name for c in program.columns if c.constant} - tunable
+    found = find_dependencies(slopes, knowns, fixed, tunable)
+    outputs = [v.reference for v in shown.variables
+               if v.causality == "output" and v.kind == NUMBER]  # fmt: skip
+    return replace(
+        shown,
+        dependencies={
+            r: {knowns[k]: KINDS[kind] for k, kind in sorted(found[nodes[slot]].items())}
+            if (slot := r % OTHER // 8) in nodes
+            else {}
+            for r in (*outputs, *shown.rates)
+        },
+    )
 
 
 def interface(
@@ -120,6 +153,9 @@ class _Shown:
         self, program: Program, w: Sequence[float], held: set[int], outputs: re.Pattern[str] | None
     ) -> None:
         self._w, self._held = w, held
+        self._tunable = tunable_parameters(program)
+        self._nominals = {c.slot: abs(float(w[c.nominal])) for c in program.candidates
+                          if c.nominal is not None}  # fmt: skip
         self._parameters: dict[str, ParameterSlot] = {p.name: p for p in program.parameter_slots}
         own = set(program.outputs)
         names = {c.name for c in program.columns}
@@ -156,9 +192,11 @@ class _Shown:
             causality, initial = "input", None
         elif parameter is not None and is_settable(parameter):
             causality, variability, initial = "parameter", "fixed", "exact"
+            if main.name in self._tunable:
+                variability = "tunable"
             minimum, maximum = parameter.minimum, parameter.maximum
         elif all(c.constant for c in columns):
-            variability = "fixed"
+            variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
             causality = "output"
         if main.slot in self._held and not sign and initial == "calculated":
@@ -176,6 +214,7 @@ class _Shown:
             description=main.description,
             minimum=minimum,
             maximum=maximum,
+            nominal=self._nominals.get(main.slot) or None,
             derivative=state,
             aliases=tuple(c for c in columns if c is not main and _name(c.name) != main.name),
         )

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.plan import FIRST_GIVEN, INPUT, PARAMETER, Own, Phase, Stale, Table
+from planarc.export.plan import FIRST_GIVEN, INPUT, PARAMETER, TUNABLE, Own, Phase, Stale, Table
 from planarc.ir.frame import Frame, Number
 
 BYTE, WORD = "i8", "i32"
@@ -177,6 +177,13 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         m.store(now, Own.STALE)
         m.store(whole(c, 0), Own.EXACT)
         c.give(0)
+    phase = m.load(INT, Own.PHASE)
+    begun = phase.equals(Phase.EVENT) | phase.equals(Phase.STEP)
+    with c.when(rule.equals(TUNABLE) & begun, leaves=True):
+        place.store(wanted)
+        m.store(whole(c, Stale.ALL), Own.STALE)
+        m.store(whole(c, 0), Own.EXACT)
+        c.give(c.call(FLAG, "pc_parameters", m, m.load(POINTER, Frame.W).load(REAL)))
     with c.when((rule < PARAMETER) | (m.load(INT, Own.PHASE) > Phase.INITIALIZATION), leaves=True):
         c.give(1)
     with c.when(rule < INPUT):

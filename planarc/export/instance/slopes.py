@@ -100,7 +100,7 @@ def _moved(c: Code, m: Value, place: Value, column: Value) -> None:
     passing = m.load(POINTER, Own.PASSING)
     node = node_of(c, slot_of(c, m, place))
     with c.when(node < 0, leaves=True):
-        c.give(0.0, REAL)
+        c.give(c.constant(0.0, REAL))
     ranges = passing.load(POINTER, Passing.RANGES)
     outside = (column < ranges.load(INT, node * 2)) | (column >= ranges.load(INT, node * 2 + 1))
     row = passing.load(POINTER, Passing.MOTIONS).at(node * passing.load(INT, Passing.WIDTH))
