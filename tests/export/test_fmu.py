@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import platform
-import random
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -256,80 +252,6 @@ def test_instances_in_threads_do_not_meet(folder: Path) -> None:
         assert set(pool.map(lambda i: i.go(50), instances)) == {alone}
 
 
-@runs_here
-def test_no_order_of_calls_ends_the_host(folder: Path) -> None:
-    path = archive(folder, "four_bar")
-    unpacked = fmpy.extract(path)
-    token = fmpy.read_model_description(path).guid
-    library = next(Path(unpacked, "binaries", f"{platform.machine()}-linux").glob("*.so"))
-    done = subprocess.run(
-        [sys.executable, __file__, str(library), token], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    calls, fine = map(int, done.stdout.split())
-    assert calls == 10_000 and 100 < fine < calls
-
-
-def _call_at_random(library: str, token: str) -> None:
-    """10,000 calls of an instance in any order, with values that are wrong now and then."""
-    lib, r = ctypes.CDLL(library), random.Random(7)
-    lib.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
-    lib.fmi3InstantiateModelExchange.restype = ctypes.c_void_p
-    name, key, zero, none = b"x", token.encode(), ctypes.c_bool(False), ctypes.c_void_p()
-    room = (ctypes.c_double * 4096)()
-    references = (ctypes.c_uint32 * 4)()
-    saved = ctypes.c_void_p()
-
-    def double() -> ctypes.c_double:
-        return ctypes.c_double(r.choice((0.0, 0.01, 1.0, -1.0, 1e300, float("nan"))))
-
-    def fresh() -> ctypes.c_void_p:
-        head = (name, key, None, zero, zero)
-        if r.random() < 0.5:
-            return ctypes.c_void_p(lib.fmi3InstantiateModelExchange(*head, None, None))
-        more = (zero, zero, None, ctypes.c_size_t(0), None, None, None)
-        return ctypes.c_void_p(lib.fmi3InstantiateCoSimulation(*head, *more))
-
-    def count() -> ctypes.c_size_t:
-        return ctypes.c_size_t(r.choice((0, 1, 2, 3)))
-
-    flags = [ctypes.byref(room, 8 * k) for k in range(6)]
-    kinds = ("Float64", "Int32", "Boolean", "String", "Clock")
-    some = (references, ctypes.c_size_t(4), room, ctypes.c_size_t(4))
-    m, fine = fresh(), 0
-    for _ in range(10_000):
-        for k in range(4):
-            references[k] = r.choice((0, r.randrange(4000), r.randrange(2**32)))
-        name, *given = r.choice((
-            ("EnterInitializationMode", zero, double(), double(), zero, double()),
-            ("ExitInitializationMode",),
-            ("EnterEventMode",),
-            ("EnterContinuousTimeMode",),
-            ("EnterStepMode",),
-            ("DoStep", double(), double(), zero, *flags[:4]),
-            ("SetTime", double()),
-            *((n, room, count()) for n in (
-                "SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives",
-                "GetNominalsOfContinuousStates", "GetEventIndicators",
-            )),
-            ("CompletedIntegratorStep", zero, *flags[:2]),
-            ("UpdateDiscreteStates", *flags),
-            ("Terminate" if r.random() < 0.1 else "EnterEventMode",),
-            ("Reset" if r.random() < 0.3 else "EnterStepMode",),
-            (f"Get{r.choice(kinds)}", *some),
-            (f"Set{r.choice(kinds)}", *some),
-            ("GetFMUState", ctypes.byref(saved)),
-            ("SetFMUState", saved) if saved else ("Terminate",),
-        ))  # fmt: skip
-        flag = getattr(lib, f"fmi3{name}")(none if r.random() < 0.01 else m, *given)
-        assert 0 <= flag <= 3
-        fine += flag == 0
-        if r.random() < 0.001:
-            lib.fmi3FreeInstance(m)
-            m = fresh()
-    print(10_000, fine)
-
-
 def test_the_same_model_gives_the_same_bytes() -> None:
     one, two = (make_fmu(compiled("pendulum"), Wishes()).data for _ in range(2))
     assert one == two and len(one) < 250_000
@@ -340,7 +262,3 @@ def test_what_has_events_is_refused() -> None:
         make_fmu(compiled("cam_lift_off"), Wishes())
     first = raised.value.diagnostics[0]
     assert first.code == "C300" and first.span is not None
-
-
-if __name__ == "__main__":
-    _call_at_random(sys.argv[1], sys.argv[2])

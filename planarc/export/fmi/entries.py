@@ -298,6 +298,8 @@ class Entries:
 
     def restore(self, name: str) -> None:
         with self.entry(name, "ptr saved", tuple(Phase)) as (c, (m, saved)):
+            with c.when(is_null(c, saved), leaves=True):
+                self.fail(c, m, f"{name}: there is no state")
             c.run("px_load", m, saved)
 
     def forget(self, name: str) -> None:
@@ -306,21 +308,29 @@ class Entries:
             to.store(Value(c, POINTER, "null"))
 
     def serialize(self, write: str, size: str, read: str) -> None:
-        """The state as bytes, by the functions of these names."""
+        """The state as bytes, by the functions of these names, behind a seal of the model and a
+        sum: nothing else is ever read as a state."""
         everywhere = tuple(Phase)
         with self.entry(write, "ptr saved, ptr bytes, i64 size", everywhere) as (c, given):
             m, saved, place, room = given
-            with c.when(room < _state_words(c) * 8, leaves=True):
-                self.fail(c, m, "there is too little room for the state")
-            c.run("px_copy", place, saved, _state_words(c))
+            with c.when((room < _sealed_size(c)) | is_null(c, saved), leaves=True):
+                self.fail(c, m, "there is too little room for the state, or there is none")
+            place.store(constant(c, "px_seal").load(INT))
+            place.store(_sum(c, saved), 1)
+            c.run("px_copy", place.at(2), saved, _state_words(c))
         with self.entry(size, "ptr saved, ptr size", everywhere) as (c, (_, _, to)):
-            to.store(_state_words(c) * 8)
+            to.store(_sealed_size(c))
         with self.entry(read, "ptr bytes, i64 size, ptr to", everywhere) as (c, given):
             m, place, room, to = given
-            with c.when(~room.equals(_state_words(c) * 8), leaves=True):
-                self.fail(c, m, "these bytes are no state of this model")
+            strange = "these bytes are no state of this model"
+            with c.when(~room.equals(_sealed_size(c)), leaves=True):
+                self.fail(c, m, strange)
+            sealed = place.load(INT).equals(constant(c, "px_seal").load(INT))
+            with c.when(~(sealed & place.load(INT, 1).equals(_sum(c, place.at(2)))), leaves=True):
+                self.fail(c, m, strange)
             made = c.call(POINTER, "px_save", m)
-            c.run("px_copy", made, place, _state_words(c))
+            with c.when(~is_null(c, made)):
+                c.run("px_copy", made, place.at(2), _state_words(c))
             to.store(made)
 
     def experiment(
@@ -405,6 +415,19 @@ def indicator_count(c: Code) -> Value:
 
 def _state_words(c: Code) -> Value:
     return plan(c, Table.WORDS) - int(Own.PHASE)
+
+
+def _sealed_size(c: Code) -> Value:
+    """Bytes of a serialized state."""
+    return _state_words(c) * 8 + 16
+
+
+def _sum(c: Code, words: Value) -> Value:
+    """A number in which every bit of the state counts."""
+    total = c.variable(0, INT)
+    with c.loop(_state_words(c)) as i:
+        total.set(total.get() * 31 + words.load(INT, i))
+    return total.get()
 
 
 def state(c: Code, m: Value, values: Value, i: Value) -> None:
