@@ -17,6 +17,8 @@ from planarc.remembered import Remembered, recall_slopes, remember_slopes
 from planarc.stages import to_code, to_lead, to_slopes
 
 if TYPE_CHECKING:
+    from collections.abc import MutableSequence
+
     from planarc.core.clock import Clock
     from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
@@ -66,6 +68,12 @@ class Compiled(Data):
         lead = self.lead
         way = None if lead is None else lambda: (lead.program, lead.load())
         return load(self.program, self.code, self.slopes, way)
+
+    def parameters(self) -> MutableSequence[float]:
+        """A workspace with the values of parameters."""
+        kernel = self.load()
+        kernel.parameters()
+        return kernel.w
 
     def slopes(self, scope: Scope) -> str | bytes | None:
         """The code of derivatives; None where the model calls a function that has none."""

@@ -421,6 +421,20 @@ class Model(Loaded):
 
         return export_fmu(self, path, fmi, outputs, inputs, parameters, platforms)
 
+    @telling_keywords
+    def export_page(self, path: str | PathLike[str]) -> Path:
+        """Write a page that runs the model itself, as `planarc export page` does.
+
+            model.export_page("FourBar.html")
+
+        It has the parameters and start values of the model as fields. Gives the path. Raises
+        UsageError (V501, V506), PlanarcError C300 with the lines of what cannot be exported, and
+        RunStopped where the model does not run.
+        """
+        from planarc.api.analysis.export import export_page
+
+        return export_page(self, path)
+
 
 def _placed(
     model: Model, options: RunOptions, at: Place | None, inputs: Mapping[str, Signal] | None

@@ -8,7 +8,6 @@ declarations. The variant is a model that extends the one asked for:
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias
 
@@ -22,7 +21,7 @@ from planarc.core.options import Backend
 from planarc.core.prose import be, both
 from planarc.core.source import decode
 from planarc.flatten.tree.predefined import NAMES as PREDEFINED
-from planarc.ir.program import ParameterSlot, Program
+from planarc.ir.program import ParameterSlot, Program, whole_name
 from planarc.request.reader import content_of
 from planarc.request.request import Request, open_target
 from planarc.stages import flatten
@@ -30,7 +29,6 @@ from planarc.stages import flatten
 #: The name of the variant, which no user's class has.
 NAME = "'a variant'"
 
-_SUBSCRIPTS = re.compile(r"\[[\d,]+\]")
 
 _Tree: TypeAlias = "dict[str, _Tree | str]"
 
@@ -118,11 +116,6 @@ def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, fl
                 "computed from other parameters: it cannot be changed from here",
                 hint="change it in the model, or give all elements",
             )
-
-
-def whole_name(name: str) -> str:
-    """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""
-    return _SUBSCRIPTS.sub("", name)
 
 
 def _braces(elements: Mapping[tuple[int, ...], str]) -> str:

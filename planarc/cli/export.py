@@ -1,10 +1,11 @@
-"""`planarc export`: a model as a file that other tools run."""
+"""`planarc export`: a model as a file that other tools run, or a browser."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,9 +22,14 @@ from planarc.cli.arguments import (
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
 
+if TYPE_CHECKING:
+    from planarc.compiled import Compiled
+    from planarc.export.fmu import Wishes
+
 
 class Form(StrEnum):
     FMU = "fmu"
+    PAGE = "page"
 
 
 class Version(StrEnum):
@@ -32,11 +38,12 @@ class Version(StrEnum):
 
 
 def export(
-    form: Annotated[Form, typer.Argument(metavar="fmu", help="What to write.")],
+    form: Annotated[Form, typer.Argument(metavar="fmu|page", help="What to write.")],
     target: Target,
     class_name: ClassName = None,
     output: Annotated[
-        Path | None, output_option("The file to write; by default NAME.fmu, in this folder.")
+        Path | None,
+        output_option("The file to write; by default NAME.fmu or NAME.html, in this folder."),
     ] = None,
     outputs: Annotated[
         str | None,
@@ -76,19 +83,27 @@ def export(
     fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
     library: Libraries = None,
 ) -> int:
-    """Write a model as an FMU, which other simulators run.
+    """Write a model as an FMU, or as a page that runs it.
 
-    It holds the model as machine code for Linux, Windows and macOS, for model exchange and
-    co-simulation. It begins in the assembly that `planarc simulate` finds.
+    An FMU, which other simulators run, holds the model as machine code for Linux, Windows and
+    macOS, for model exchange and co-simulation. A page holds it for the browser that opens it,
+    with sliders for its parameters and start values; it needs no planarc, no server and no
+    network. Both begin in the assembly that `planarc simulate` finds. The options from `--outputs`
+    to `--fmi` are those of FMUs.
     """
     from msgspec.structs import replace
 
-    from planarc.cli.files import check_writable, file_stem, save
     from planarc.compiler import compile_model
-    from planarc.core.prose import counted
-    from planarc.export.fmu import Wishes, make_fmu
-    from planarc.view.storage import write_bytes
+    from planarc.export.fmu import Wishes
 
+    if form is Form.PAGE:
+        given = {"outputs": outputs, "input": input, "parameters": parameters,
+                 "platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
+        _refuse_given([name for name, value in given.items() if value is not None])
+        compiled = compile_model(
+            make_request(target, class_name, library), choose_backend(Backend.NATIVE)
+        )
+        return _page(compiled, output)
     wishes = Wishes(
         int(fmi),
         read_pattern(outputs, "--outputs"),
@@ -98,13 +113,55 @@ def export(
     backend = choose_backend(Backend.NATIVE)
     request = make_request(target, class_name, library)
     compiled = compile_model(replace(request, inputs=tuple(input or ())), backend)
-    path = output or Path(f"{file_stem(compiled.program.name)}.fmu")
-    if path.suffix.lower() != ".fmu":
+    return _fmu(compiled, output, wishes)
+
+
+def _refuse_given(names: Sequence[str]) -> None:
+    for name in names:
         raise usage_error(
-            "C121", f"`--output {path}` has no ending that planarc writes", hint="use `.fmu`"
+            "C100", f"`export page` has no option `--{name}`", hint="it is one of `export fmu`"
+        )
+
+
+def _place(compiled: Compiled, output: Path | None, ending: str) -> Path:
+    """The file to write. Raises UsageError C121, C123."""
+    from planarc.cli.files import check_writable, file_stem
+
+    path = output or Path(f"{file_stem(compiled.program.name)}{ending}")
+    if path.suffix.lower() != ending:
+        raise usage_error(
+            "C121", f"`--output {path}` has no ending that planarc writes", hint=f"use `{ending}`"
         )
     check_writable(path, "--output")
     console.complain(compiled.warnings)
+    return path
+
+
+def _page(compiled: Compiled, output: Path | None) -> int:
+    from planarc.cli.files import save
+    from planarc.compiler import run
+    from planarc.core.options import RunOptions
+    from planarc.core.prose import counted
+    from planarc.export.page.page import make_page
+    from planarc.export.refusal import refuse
+    from planarc.view.storage import write_text
+
+    path = _place(compiled, output, ".html")
+    refuse(compiled.program)
+    page = make_page(compiled, run(compiled, RunOptions()))
+    save(path, lambda place: write_text(place, page.text))
+    console.say(f"written    {path}")
+    console.say(f"interface  {counted(page.fields, 'field')} to set")
+    return 0
+
+
+def _fmu(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
+    from planarc.cli.files import save
+    from planarc.core.prose import counted
+    from planarc.export.fmu import make_fmu
+    from planarc.view.storage import write_bytes
+
+    path = _place(compiled, output, ".fmu")
     made = make_fmu(compiled, wishes)
     save(path, lambda place: write_bytes(place, made.data))
     numbers = (
@@ -113,6 +170,6 @@ def export(
         counted(made.parameters, "parameter"),
         counted(made.states, "state"),
     )
-    console.say(f"written    {path} (FMI {fmi}.0)")
+    console.say(f"written    {path} (FMI {wishes.version}.0)")
     console.say(f"interface  {', '.join(numbers)}")
     return 0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planarc.api.model import Model
     from planarc.catalog.handbook.pages import ClassPage
     from planarc.flatten.library.library import Entry, Library
-    from planarc.live.controls import Field
+    from planarc.view.page.controls import Field
 
 _HEAD = ("name", "value", "unit", "description")
 _WIDEST = 40  # characters of a value
@@ -131,9 +131,9 @@ def _settable(model: Model | None) -> Iterator[tuple[str, Sequence[Field]]]:
     """What `--set` takes, by components; what only the picture needs is left out."""
     if model is None:
         return
-    from planarc.live.controls import REST, groups_of
+    from planarc.view.page.controls import REST, groups_of
 
-    for group in groups_of(model):
+    for group in groups_of(model.program, model.compiled().parameters()):
         if group.title != REST:
             title = f"{group.title} ({group.description})" if group.description else group.title
             yield f"--set: {title or 'of the model itself'}", group.fields

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from planarc.evaluate.record import Number
 from planarc.evaluate.value import VALUES
 from planarc.ir.expr import Expr, Op, fold
 from planarc.runtime import elementary, external
@@ -34,7 +35,7 @@ def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
         return found
     built = row.built
     assert built is not None
-    return lambda *x: built(_Functions(), *map(np.asarray, x))
+    return lambda *x: built(_Functions(), *map(np.asanyarray, x))
 
 
 def applied(e: Expr, args: Sequence[Any]) -> Any:
@@ -78,7 +79,7 @@ class RowValues:
 
 
 def _call(row: elementary.Elementary, args: Sequence[Any]) -> Any:
-    if not all(isinstance(a, (int, float)) for a in args):
+    if not all(isinstance(a, (int, float)) and not isinstance(a, Number) for a in args):
         return on_arrays(row)(*args)
     try:
         return row.value(*args)
@@ -89,12 +90,12 @@ def _call(row: elementary.Elementary, args: Sequence[Any]) -> Any:
 @cache
 def _operators() -> Mapping[Op, Callable[..., Any]]:
     def plain(value: Any) -> Any:
-        return value.item() if value.ndim == 0 else value
+        return value.item() if getattr(value, "ndim", 1) == 0 else value
 
     return {
         **VALUES,
         Op.DIV: lambda a, b: plain(np.divide(a, b)),
-        Op.POW: lambda a, b: plain(np.power(np.asarray(a, dtype=float), b)),
+        Op.POW: lambda a, b: plain(np.power(a * 1.0, b)),
         Op.AND: lambda a, b: plain(np.logical_and(a, b)),
         Op.OR: lambda a, b: plain(np.logical_or(a, b)),
         Op.NOT: lambda a: plain(np.logical_not(a)),

@@ -88,8 +88,9 @@ def find_energies(result: Result, mechanism: Mechanism | None) -> Energies | Non
     # What jumps at an instant was lost in an impact, or put in by one.
     steps = np.diff(stored[0] + stored[1], prepend=0.0)
     steps[np.diff(values.time, prepend=-np.inf) > 0] = 0.0
-    lost += np.cumsum(np.maximum(-steps, 0.0))
-    given += np.cumsum(np.maximum(steps, 0.0))
+    if steps.any():
+        lost = lost + np.cumsum(np.maximum(-steps, 0.0))
+        given = given + np.cumsum(np.maximum(steps, 0.0))
     powers = _strangers(values, mechanism, declared)
     found = Energies(
         *stored, lost, given, {n: integral(values.time, full(p)) for n, p in powers.items()}

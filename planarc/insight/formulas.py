@@ -22,8 +22,8 @@ def formula_series(result: Result) -> Iterator[Series]:
         with np.errstate(all="ignore"):
             values = _evaluate(formula, result)
         if values is not None:
-            rows = np.broadcast_to(np.asarray(values, dtype=float), result.time.shape)
-            yield Series(formula.text, "", "an expression of the model's figures", rows.copy())
+            rows = values + 0.0 * result.time
+            yield Series(formula.text, "", "an expression of the model's figures", rows)
 
 
 def _evaluate(formula: Formula, result: Result) -> Any:

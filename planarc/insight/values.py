@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planarc.core.arrays import Vector
+from planarc.evaluate.record import whole
 from planarc.evaluate.rows import RowValues, applied
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Track
@@ -78,10 +79,8 @@ class Values:
 
     def _rate(self, slot: int, order: int) -> Track:
         result = self.result
-        if not order and slot in result.stored:
-            return result.data[:, result.stored[slot]]
         if not order:
-            return float(result.constants[slot])
+            return result.of_slot(slot)
         if slot not in result.stored:
             return 0.0
         if slot in self._derivatives:
@@ -97,7 +96,7 @@ class Values:
 
     def full(self, value: Track) -> Vector:
         """A value as a row for each of the result's."""
-        return np.full(len(self.time), value) if isinstance(value, float) else value
+        return value + 0.0 * self.time if isinstance(value, float) else value
 
 
 class _Unknown(Exception):
@@ -144,6 +143,7 @@ class _Declared(RowValues):
         return self._rows.rate(held, order)
 
 
+@whole("rate")
 def rate(time: Vector, values: Vector) -> Vector:
     """d(values)/d(time), second order, on each side of an event by itself."""
     found = np.zeros(len(time))
@@ -158,6 +158,7 @@ def rate(time: Vector, values: Vector) -> Vector:
     return found
 
 
+@whole("integral")
 def integral(time: Vector, values: Vector) -> Vector:
     """The integral from the first row, by cubics through values and slopes (order four)."""
     slopes = rate(time, values)

@@ -12,6 +12,7 @@ both printers. Shared subexpressions stand as `Let` with temporaries.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TypeAlias
 
@@ -303,3 +304,11 @@ class Program(Data):
     @property
     def state_count(self) -> int:
         return sum(b.free for b in self.blocks if b.height)
+
+
+_SUBSCRIPTS = re.compile(r"\[[\d,]+\]")
+
+
+def whole_name(name: str) -> str:
+    """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""
+    return _SUBSCRIPTS.sub("", name)

@@ -92,12 +92,18 @@ class Result(Data, dict=True):
             return values if column.sign > 0 else -values
         return np.full(len(self.time), column.sign * self.constants[column.slot])
 
+    def of_slot(self, slot: int) -> Track:
+        """What a slot holds: a number where it never changes."""
+        if slot in self.stored:
+            values: Vector = self.data[:, self.stored[slot]]
+            return values
+        return float(self.constants[slot])
+
     def track(self, name: str) -> Track:
         """A variable: a number where it never changes; KeyError if there is none."""
         column = self.columns[name]
-        if column.slot in self.stored:
-            return self[name]
-        return float(column.sign * self.constants[column.slot])
+        values = self.of_slot(column.slot)
+        return values if column.sign > 0 else -values
 
     def __contains__(self, name: str) -> bool:
         return name == "time" or name in self.columns

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import html
 from functools import cache
 from pathlib import Path
-from string import Template
+
+from msgspec.structs import replace
 
 from planarc.view.page import assets
+from planarc.view.page.live import Surroundings, live_script, live_text
 
 _HERE = Path(__file__).parent
 
@@ -20,35 +21,39 @@ _EDITORS = (
 )
 
 
+#: What is kept as a file: its address, its ending, what it is called.
+_MENU = """\
+<details id="keep" class="keep">
+      <summary title="Keep" aria-label="Keep"></summary>
+      <div class="menu">
+        <button type="button" data-file="report" data-ending="html">Report (.html)</button>
+        <button type="button" data-file="csv" data-ending="csv">Table (.csv)</button>
+        <button type="button" data-file="svg" data-ending="svg">This picture (.svg)</button>
+      </div>
+    </details>
+"""
+_AROUND = Surroundings(
+    head='<link rel="icon" href="data:,">\n',
+    menu=_MENU,
+    footer="Served by planarc on this machine only. The page follows the file when it is edited.",
+)
+
+
 def live_page(name: str, description: str, framed: bool = False) -> tuple[str, str]:
     """The page, and the content security policy that it is to be sent with."""
-    chart, script = assets.chart_script(), _script()
-    package, _, title = name.rpartition(".")
-    text = Template(_text("page.html")).substitute(
-        package=html.escape(package),
-        title=html.escape(title),
-        description=html.escape(description),
-        kind="live framed" if framed else "live",
-        styles=assets.styles(*assets.STYLES, "page.css") + _text("live.css"),
-        chart=chart,
-        script=script,
-    )
-    around = _EDITORS if framed else "'none'"
+    script = _script()
+    around = replace(_AROUND, kind="live framed") if framed else _AROUND
     policy = (
-        f"default-src 'none'; script-src {assets.policy(chart, script)}; "
+        f"default-src 'none'; script-src {assets.policy(assets.chart_script(), script)}; "
         "style-src 'unsafe-inline'; connect-src 'self'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'; "
-        f"frame-ancestors {around}"
+        f"frame-ancestors {_EDITORS if framed else repr('none')}"
     )
-    return text, policy
+    return live_text(name, description, script, around), policy
 
 
-@cache
 def _script() -> str:
-    shared = assets.script(*assets.PLAYER, *assets.PLOTS)
-    return shared + "".join(
-        f"{{\n{_text(n)}}}\n" for n in ("fields.js", "frame.js", "drag.js", "live.js")
-    )
+    return live_script(*(_text(n) for n in ("frame.js", "drag.js", "served.js")))
 
 
 @cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 from planarc.api.model import Model
-from planarc.live.controls import Field, Group, groups_of
+from planarc.view.page.controls import Field, Group, groups_of
 
 
 class Variant:
@@ -19,7 +19,7 @@ class Variant:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        return groups_of(self.model)
+        return groups_of(self.model.program, self.model.compiled().parameters())
 
     @cached_property
     def names(self) -> dict[str, Field]:

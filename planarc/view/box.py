@@ -8,26 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from planarc.evaluate.record import span
 from planarc.view.item import Item, Kind
 
 
 def bounds(items: Sequence[Item]) -> tuple[float, float, float, float] | None:
     """The smallest upright rectangle around all items at all times."""
     points = [point for item in items for point in _outline(item)]
-    spans = [_span([point[axis] for point in points]) for axis in (0, 1)]
+    spans = [span([point[axis] for point in points]) for axis in (0, 1)]
     if None in spans:
         return None
     (left, right), (low, high) = spans  # type: ignore[misc]
     return left, low, right, high
-
-
-def _span(values: Sequence[Any]) -> tuple[float, float] | None:
-    """The least and the largest finite number; None where there is none."""
-    if not values:
-        return None
-    numbers = np.concatenate([np.ravel(v) for v in values])
-    finite = numbers[np.isfinite(numbers)]
-    return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
 _CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))

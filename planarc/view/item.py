@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.evaluate.record import single
 from planarc.ir.insight import Track
 
 
@@ -66,7 +67,7 @@ _TRACKS = ("x", "y", "angle", "length", "width", "extra")
 
 def plain(value: Any) -> Track:
     """An array where it has rows, else a Python number."""
-    return float(value) if getattr(value, "ndim", 0) == 0 else value
+    return single(value) if getattr(value, "ndim", 0) == 0 else value
 
 
 def smooth(angle: Any) -> Track:

@@ -30,6 +30,7 @@ from msgspec.structs import replace
 
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
+from planarc.evaluate.record import first
 from planarc.evaluate.rows import RowValues
 from planarc.ir.dae import Visual
 from planarc.ir.expr import Expr, Op, symbol_text
@@ -103,7 +104,7 @@ def corner_of(world: Sequence[Item]) -> Item | None:
     if axes is None and arrow is None:
         return None
     labels = axes.labels if axes is not None else ()
-    way = _number(arrow.angle) if arrow is not None and _number(arrow.length) else None
+    way = first(arrow.angle) if arrow is not None and first(arrow.length) else None
     down = () if way is None else ((math.cos(way), math.sin(way)),)
     return Item(
         "world", Kind.SHAPE, 0.0, 0.0, 0.0, 0.0, 0.0, JOINT, shape="corner", upright=True,
@@ -156,7 +157,7 @@ def _item(visual: Visual, a: dict[str, Any]) -> Item:
 
 def _shape(component: str, a: dict[str, Any]) -> Item:
     x, y = _offset(a["r"], a["phi"], a["r_shape"])
-    more = {"shape": str(a["shapeType"]), "upright": bool(_number(a["zDirection"]))}
+    more = {"shape": str(a["shapeType"]), "upright": bool(first(a["zDirection"]))}
     shape = _placed(component, Kind.SHAPE, a, a["length"], a["width"], extra=a["extra"], **more)
     return replace(shape, x=x, y=y, angle=smooth(a["phi"] + a["angle"]))
 
@@ -174,8 +175,8 @@ def _frame(component: str, a: dict[str, Any]) -> Item:
 
 
 def _curve(component: str, a: dict[str, Any]) -> Item:
-    points = tuple((_number(x), _number(y)) for x, y in a["points"])
-    shape = "" if _number(a.get("filled", 1)) else "line"
+    points = tuple((first(x), first(y)) for x, y in a["points"])
+    shape = "" if first(a.get("filled", 1)) else "line"
     return _placed(component, Kind.CURVE, a, 0.0, a["width"], points=points, shape=shape)
 
 
@@ -187,7 +188,7 @@ def _placed(
     component: str, kind: Kind, a: dict[str, Any], length: Track, width: Track, **more: Any
 ) -> Item:
     """An item at the frame of its visual."""
-    (x, y), height = a["r"], _number(a["heightShift"])
+    (x, y), height = a["r"], first(a["heightShift"])
     red, green, blue = a["color"]
     color = (red, green, blue)
     return Item(component, kind, x, y, a["phi"], length, width, color, height, **more)
@@ -207,8 +208,3 @@ def _offset(r: Any, phi: Track, v: Any) -> tuple[Track, Track]:
     """r + R(phi)*v."""
     c, s = np.cos(phi), np.sin(phi)
     return plain(r[0] + c * v[0] - s * v[1]), plain(r[1] + s * v[0] + c * v[1])
-
-
-def _number(value: Any) -> float:
-    """The value of something that may not change while running: its first one."""
-    return float(value) if isinstance(value, (int, float)) else float(value[0])

@@ -10,12 +10,16 @@ from hypothesis import strategies as st
 
 import planarc
 from planarc.ir.dae import Kind
-from planarc.live.controls import REST, groups_of, slider
 from planarc.request.request import Request
+from planarc.view.page.controls import REST, Group, groups_of, slider
+
+
+def fields_of(model: planarc.Model) -> tuple[Group, ...]:
+    return groups_of(model.program, model.compiled().parameters())
 
 
 def test_the_model_comes_first_and_the_world_late(swing: Request) -> None:
-    groups = groups_of(planarc.load(str(swing.file)))
+    groups = fields_of(planarc.load(str(swing.file)))
     titles = [g.title for g in groups]
     assert titles[0] == ""
     assert titles[-2:] == ["world", REST]
@@ -25,7 +29,7 @@ def test_the_model_comes_first_and_the_world_late(swing: Request) -> None:
 
 def test_fields_tell_units_bounds_and_kinds(swing: Request) -> None:
     model = planarc.load(str(swing.file))
-    found = {f.name: f for g in groups_of(model) for f in g.fields}
+    found = {f.name: f for g in fields_of(model) for f in g.fields}
     length = found["L"]
     assert (length.unit, length.value, length.minimum, length.maximum) == ("m", 1.0, 0.1, 5.0)
     assert (length.low, length.high) == (0.1, 5.0)
@@ -41,14 +45,14 @@ def test_fields_tell_units_bounds_and_kinds(swing: Request) -> None:
 
 
 def test_what_cannot_be_set_has_no_field(swing: Request) -> None:
-    found = {f.name for g in groups_of(planarc.load(str(swing.file))) for f in g.fields}
+    found = {f.name for g in fields_of(planarc.load(str(swing.file))) for f in g.fields}
     assert "twice" not in found  # final
     assert "bob.m" not in found  # follows from n
     assert not [n for n in found if "olor" in n]
 
 
 def test_what_does_not_move_it_stands_apart(swing: Request) -> None:
-    groups = groups_of(planarc.load(str(swing.file)))
+    groups = fields_of(planarc.load(str(swing.file)))
     rest = {f.name for f in groups[-1].fields}
     assert "world.nominalLength" in rest
     assert "world.mu" in rest  # without a point field

@@ -1,4 +1,4 @@
-"""A model written as an FMU, from Python: the same archive as `planarc export fmu` writes."""
+"""A model written as an FMU or as a page, from Python: the same as `planarc export` writes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
 from planarc.core.unknown import refuse_unknown
-from planarc.view.storage import with_ending, write_bytes
+from planarc.view.storage import with_ending, write_bytes, write_text
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
@@ -36,9 +36,7 @@ def export_fmu(
     """See `Model.export_fmu`."""
     from planarc.export.fmu import Wishes, make_fmu
 
-    if not isinstance(path, str | os.PathLike):
-        raise usage_error("C202", f"a file has a path, not {path!r}", hint='give "crank.fmu"')
-    place = with_ending(Path(path), ".fmu")
+    place = _place(path, ".fmu")
     backend = backend_of(Backend.NATIVE)
     wanted = _several("inputs", inputs)
     compiled = (
@@ -57,6 +55,24 @@ def export_fmu(
         compiled = replace(compiled, program=replace(program, name=model.program.name))
     write_bytes(place, make_fmu(compiled, wishes).data)
     return place
+
+
+def export_page(model: Model, path: Any) -> Path:
+    """See `Model.export_page`."""
+    from planarc.export.page.page import make_page
+    from planarc.export.refusal import refuse
+
+    place = _place(path, ".html")
+    compiled = model.compiled(backend_of(Backend.NATIVE))
+    refuse(compiled.program)
+    write_text(place, make_page(compiled, model.simulate().rows).text)
+    return place
+
+
+def _place(path: Any, ending: str) -> Path:
+    if not isinstance(path, str | os.PathLike):
+        raise usage_error("C202", f"a file has a path, not {path!r}", hint=f'give "crank{ending}"')
+    return with_ending(Path(path), ending)
 
 
 def _several(keyword: str, names: Any) -> tuple[str, ...]:

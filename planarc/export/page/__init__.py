@@ -1,5 +1,10 @@
 """A page that simulates by itself: a model as WebAssembly in the page of its run.
 
-entries     what the page calls of the model
-engine.js   how it calls
+page        one call: a compiled model and its run become a page
+drawing     what is shown of a run, as steps over its columns
+module      the model as WebAssembly
+entries     what the page calls of it
+
+engine.js   starts and runs the module; record.js makes what is shown of its rows; own.js answers
+            the page's controls with both
 """

@@ -20,6 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from planarc.core.data import Data
+from planarc.evaluate.record import cos, first, sin
 from planarc.ir.insight import Track
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.result import Result
@@ -110,13 +111,13 @@ class Groups:
             owner = frame.rpartition(".")[0]
             if number == GROUND and len({self._links[f] for f in self._frames[owner]}) > 1:
                 x, y, _ = self._poses[frame]
-                yield owner, _first(x), _first(y)
+                yield owner, first(x), first(y)
 
     def corners(self) -> Iterator[Place]:
         """The points of all groups in the world, as they start."""
         for group in self.all.values():
-            x, y, angle = map(_first, (group.x, group.y, group.angle))
-            c, s = math.cos(angle), math.sin(angle)
+            x, y, angle = map(first, (group.x, group.y, group.angle))
+            c, s = cos(angle), sin(angle)
             for u, v in group.points:
                 yield x + c * u - s * v, y + s * u + c * v
 
@@ -189,19 +190,15 @@ def _still(pose: Pose) -> Pose:
 def _seen(axes: Pose, pose: Pose) -> Place | None:
     """The place of a pose in some axes, at the first row where all is known."""
     tracks = (*axes, *pose[:2])
-    x, y, phi, u, v = map(_first, tracks)
+    x, y, phi, u, v = map(first, tracks)
     if not math.isfinite(x + y + phi + u + v):
         rows = np.broadcast_arrays(*map(np.atleast_1d, tracks))
         known = np.flatnonzero(np.isfinite(sum(rows)))
         if not known.size:
             return None
         x, y, phi, u, v = (float(row[known[0]]) for row in rows)
-    c, s, dx, dy = math.cos(phi), math.sin(phi), u - x, v - y
+    c, s, dx, dy = cos(phi), sin(phi), u - x, v - y
     return c * dx + s * dy, c * dy - s * dx
-
-
-def _first(track: Track) -> float:
-    return float(track[0] if isinstance(track, np.ndarray) and track.ndim else track)
 
 
 def _distinct(places: Iterable[Place], size: float) -> tuple[Place, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.evaluate.record import span
 from planarc.ir.insight import Track
 from planarc.ir.mechanism import GROUND
 from planarc.view.item import Item, plain
@@ -126,9 +127,7 @@ def _block(item: Item, x: Track, y: Track, unit: float, color: Color, depth: flo
 
 def _travel(item: Item) -> tuple[float, float]:
     """The shortest and the longest slide of the run."""
-    values = np.atleast_1d(item.length)
-    values = values[np.isfinite(values)]
-    return (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
+    return span([item.length]) or (0.0, 0.0)
 
 
 def _end(item: Item) -> tuple[Track, Track]:

@@ -22,6 +22,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.evaluate.record import atan2, cos, modulo, sin
 from planarc.ir.insight import Track
 from planarc.view.item import Item, Kind
 from planarc.view.marks.forms import (
@@ -67,6 +68,11 @@ def bounded_extra(item: Item) -> Track:
     low, high, default = bounds
     value = np.where(np.asarray(item.extra) == 0.0, default, item.extra).clip(low, high)
     return float(value) if value.ndim == 0 else value
+
+
+def forget_shapes() -> None:
+    """Make shapes afresh: numbers that remember are taken for no others."""
+    _shape.cache_clear()
 
 
 @lru_cache(maxsize=1000)
@@ -134,16 +140,16 @@ def _plate(corners: tuple[tuple[float, float], ...]) -> Form:
         return replace(disc(), points=((x * METRE, y * METRE),))
     rim: list[Place] = []
     directions = [
-        math.atan2(b[1] - a[1], b[0] - a[0])
+        atan2(b[1] - a[1], b[0] - a[0])
         for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
     ]
     for i, (x, y) in enumerate(corners):
         first = directions[i - 1] - math.pi / 2
-        turn = (directions[i] - directions[i - 1]) % (2 * math.pi)
+        turn = modulo(directions[i] - directions[i - 1], 2 * math.pi)
         steps = max(1, math.ceil(turn / _ARC))
         for k in range(steps + 1):
             angle = first + turn * k / steps
-            across = 0.5 * math.cos(angle) * W, 0.5 * math.sin(angle) * W
+            across = 0.5 * cos(angle) * W, 0.5 * sin(angle) * W
             rim.append((x * METRE + across[0], y * METRE + across[1]))
     return solid("line", *rim)
 

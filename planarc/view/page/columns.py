@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from planarc.core.arrays import Array
+from planarc.evaluate.record import Number
 from planarc.ir.insight import Track
 
 #: A number, None where it is not finite, or base64.
@@ -55,5 +56,7 @@ def encode(values: Array, form: str = "<f4") -> str:
 
 
 def number(value: float) -> float | None:
-    """The number with seven digits; None where it is not finite."""
+    """The number with seven digits, one that remembers as it is; None where it is not finite."""
+    if isinstance(value, Number):
+        return value
     return float(f"{value:.7g}") + 0.0 if math.isfinite(value) else None

@@ -45,11 +45,15 @@ _DEGREES = 180 / pi
 
 
 def scene_data(
-    scene: Scene, rows: Any = None, events: Iterable[float] = (), layers: Sequence[Layer] = ()
+    scene: Scene,
+    rows: Any = None,
+    events: Iterable[float] = (),
+    layers: Sequence[Layer] = (),
+    tracks: Columns | None = None,
 ) -> dict[str, Any]:
-    """The motion of all rows, or of some."""
+    """The motion of all rows, or of some; `tracks` keep its columns in another way."""
     chosen = slice(None) if rows is None else rows
-    tracks = Columns(chosen)
+    tracks = Columns(chosen) if tracks is None else tracks
 
     def put(track: Track) -> Any:
         return number(track) if isinstance(track, (int, float)) else [tracks.add(track)]
@@ -82,10 +86,11 @@ def curve_data(
     rows: Any = None,
     series: Sequence[Series] = (),
     room: int = ROOM,
+    columns: Columns | None = None,
 ) -> dict[str, Any]:
     """The variables, and which of them the figures show; `left_out` counts what did not fit."""
     chosen = slice(None) if rows is None else rows
-    columns = Columns(chosen)
+    columns = Columns(chosen) if columns is None else columns
     variables: list[list[Any]] = [
         [s.name, columns.add(s.values), 1.0, s.unit, s.description] for s in series
     ]
@@ -124,10 +129,7 @@ def shown_unit(column: Column) -> tuple[float, str]:
 
 def _values(result: Result, column: Column) -> Track:
     """The values without the sign, so that opposite variables share a column."""
-    if column.slot in result.stored:
-        values: Vector = result.data[:, result.stored[column.slot]]
-        return values
-    return float(result.constants[column.slot])
+    return result.of_slot(column.slot)
 
 
 def choose_rows(result: Result, figures: Sequence[Figure], tracks: int, share: int = 1) -> Any:

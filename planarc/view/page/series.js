@@ -10,8 +10,9 @@ function bytes(text) {
   return found.buffer;
 }
 
-planarc.column = (text) => (typeof text === "number" || text === null ? text : new Float32Array(bytes(text)));
-planarc.times = (text) => new Float64Array(bytes(text));
+// What a page has computed itself is an array already.
+planarc.column = (text) => (typeof text === "string" ? new Float32Array(bytes(text)) : text);
+planarc.times = (text) => (typeof text === "string" ? new Float64Array(bytes(text)) : text);
 
 planarc.createReader = function (time) {
   let row = 0;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from planarc.evaluate.record import Number
 from planarc.view.marks.forms import Form
 from planarc.view.marks.measure import BASIS, Measure
 from planarc.view.marks.shapes import Shape
@@ -38,5 +39,7 @@ def _form(form: Form) -> dict[str, Any]:
 
 def _short(part: float, basis: str) -> float | None:
     """A number in few digits: seven in metres, but four as a share of a shape's size."""
+    if isinstance(part, Number):
+        return part
     value = number(part) if basis == "i" else round(part, 4) + 0.0
     return int(value) if value is not None and value.is_integer() else value

@@ -53,7 +53,7 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     const row = make("div", { class: wide ? "field wide" : "field" }, line, ...(control.slider ? [control.slider] : []), wrong);
     row.dataset.name = name;
     row.dataset.search = `${name} ${description}`.toLowerCase();
-    rows.set(name, { row, wrong, put, original });
+    rows.set(name, { row, wrong, put, original, check: control.check });
     if (set.has(name)) put(set.get(name));
     dress(name);
     return row;
@@ -132,7 +132,7 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     });
     put(field.value);
     const main = make("span", { class: "number" }, input, make("span", {}, planarc.unit(field.unit)));
-    return frame(name, label, field.description, field.value, { main, input, slider }, put);
+    return frame(name, label, field.description, field.value, { main, input, slider, check: (value) => outside(field, value) }, put);
   }
 
   function menu(name, label, description, original, options, wide) {
@@ -144,7 +144,8 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
       change(name, isText ? input.value : Number(input.value));
     });
     put(original);
-    return frame(name, label, description, original, { main: input }, put, wide);
+    const check = (value) => (options.some(([known]) => known === value) ? "" : "none of its values");
+    return frame(name, label, description, original, { main: input, check }, put, wide);
   }
 
   function single(field) {
@@ -273,5 +274,12 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     return true;
   }
 
-  return { show, search, values, blame, reset, told, put, has: (name) => rows.has(name), get changes() { return set.size; } };
+  function offer(name, value) {
+    // The same for a value that may be wrong; gives the reason why it is not taken, or "".
+    const problem = rows.has(name) ? rows.get(name).check(value) : "not in this model";
+    if (!problem) put(name, value);
+    return problem;
+  }
+
+  return { show, search, values, blame, reset, told, put, offer, has: (name) => rows.has(name), get changes() { return set.size; } };
 };

@@ -1,9 +1,17 @@
 // The live page: what is moved is run and drawn at once; the latest wish counts.
+//
+// What it asks for it has from `planarc.source`: a server (`served.js`), or the model in the page
+// itself.
+//
+//   source.run(order, signal) => answer      `order` and `answer` as in `session.py`
+//   source.file(name, order) => response     where the page offers files
+//   source.drag(options) => drag, source.show(player), source.follow({ edited, ended })
+//   source.model                             what an answer's `model` is, where it is known at once
 
 (() => {
   const get = (id) => document.getElementById(id);
   const { element: make } = planarc;
-  const page = Array.from(crypto.getRandomValues(new Uint8Array(8)), (b) => b.toString(16).padStart(2, "0")).join("");
+  const { source } = planarc;
   const PATIENCE = 200; // ms that a newer wish waits for an answer before it overtakes it
   const LONG = 0.2; // s of a run before which the start is shown
 
@@ -22,13 +30,13 @@
   let pose = {}; // start values of the position to which the mechanism was dragged
   let latest = null; // the answer that is shown, and what was set for it
   let looked = ""; // the view that this page chose last
+  let strange = []; // remarks about the address
   const delays = []; // ms from each moved field to its picture; for tests and measuring
 
   get("theme").append(planarc.icon("theme"));
   get("theme").addEventListener("click", () => planarc.theme.set(planarc.theme.isDark() ? "light" : "dark"));
-  get("keep").querySelector("summary").append(planarc.icon("picture"));
+  get("keep")?.querySelector("summary").append(planarc.icon("picture"));
 
-  const frame = planarc.createFrame();
   const fields = planarc.createFields(get("fields"), {
     refused: (label, message) => fail(`${label}: ${message}`),
     changed: (name) => {
@@ -59,7 +67,7 @@
     };
   }
 
-  const drag = planarc.createDrag(page, {
+  const drag = source.drag?.({
     stretch,
     show: (poses) => player.drag(poses),
     release: (start) => {
@@ -94,7 +102,7 @@
     }
   }
 
-  const order = (more = {}) => JSON.stringify({ ...fields.values(), pose, known, page, changed: wish ?? "", ...more });
+  const order = (more = {}) => ({ ...fields.values(), pose, known, changed: wish ?? "", ...more });
 
   async function send() {
     const mine = { since: performance.now(), abort: new AbortController(), still };
@@ -105,10 +113,7 @@
     still = false;
     const slow = setTimeout(() => say("working …", true), 150);
     try {
-      const response = await fetch("run", {
-        method: "POST", headers: { "Content-Type": "application/json" }, body, signal: mine.abort.signal,
-      });
-      const answer = await response.json();
+      const answer = await source.run(body, mine.abort.signal);
       if (answer.overtaken && !player) wish ??= ""; // the text was edited meanwhile
       if (flight === mine && !answer.overtaken) take(answer, asked, mine.still);
       if (mine.still && answer.scene) wish ??= "";
@@ -126,18 +131,10 @@
   // Answers
 
   function take(answer, asked, isStart) {
-    const notes = [...answer.notes, ...(answer.warnings || [])];
+    const notes = [...strange, ...answer.notes, ...(answer.warnings || [])];
     if (answer.model) {
       known = answer.key;
-      const whole = answer.model.name.split(".");
-      get("name").textContent = whole.pop();
-      get("package").textContent = whole.join(".");
-      get("description").textContent = answer.model.description;
-      document.title = answer.model.name;
-      const waiting = fields.show(answer.model).filter((n) => !n.startsWith("="));
-      if (waiting.length) notes.push(["remark", `not in this model: ${waiting.join(", ")}`]);
-      notes.push(...answer.model.warnings);
-      fields.search(get("search").value);
+      notes.push(...introduce(answer.model));
     }
     const left = fields.blame(answer.problems);
     // The text repeats the message in its first line.
@@ -151,6 +148,17 @@
     if (problem) return fail(problem.message);
     const time = answer.seconds < 10 ? `${Math.round(1000 * answer.seconds)} ms` : `${answer.seconds.toFixed(0)} s`;
     say(`simulated in ${time}`);
+  }
+
+  function introduce(model) {
+    const whole = model.name.split(".");
+    get("name").textContent = whole.pop();
+    get("package").textContent = whole.join(".");
+    get("description").textContent = model.description;
+    document.title = model.name;
+    const waiting = fields.show(model).filter((n) => !n.startsWith("="));
+    fields.search(get("search").value);
+    return [...(waiting.length ? [["remark", `not in this model: ${waiting.join(", ")}`]] : []), ...model.warnings];
   }
 
   const excerpt = (text) => text.split("\n").slice(1).join("\n");
@@ -210,7 +218,7 @@
         fields.search(component);
       },
     });
-    frame.show(player);
+    source.show?.(player);
     window.planarcPlayer = player;
     window.planarcDrag = drag;
     requestAnimationFrame(() => look(answer.scene.box));
@@ -251,18 +259,16 @@
     ended = true;
     stale(true);
     say("ended");
-    tell([["error", "planarc does not answer any more: start `planarc serve` again and open its new address"]]);
+    tell([["error", source.lost]]);
   }
 
   // Files
 
-  for (const button of get("keep").querySelectorAll("button")) {
+  for (const button of get("keep")?.querySelectorAll("button") ?? []) {
     button.addEventListener("click", async () => {
       get("keep").open = false;
-      const more = { page: `${page}-file`, time: player ? player.time : 0, dark: planarc.theme.isDark() };
-      const response = await fetch(button.dataset.file, {
-        method: "POST", headers: { "Content-Type": "application/json" }, body: order(more),
-      });
+      const more = { time: player ? player.time : 0, dark: planarc.theme.isDark() };
+      const response = await source.file(button.dataset.file, order(more));
       if (!response.ok) {
         tell([["error", await response.text()]]);
         return;
@@ -271,20 +277,45 @@
     });
   }
 
+  // Values in the address: #crank.r[1]=0.3&revA.w.start=2&$stop=5, in SI units
+
+  function readAddress() {
+    const given = [...new URLSearchParams(location.hash.slice(1))];
+    for (const [name, value] of given) {
+      const problem = fields.offer(name, Number(value));
+      if (problem) strange.push(["remark", `the address gives \`${name}\` a value that is not taken: ${problem}`]);
+    }
+  }
+
+  get("link")?.addEventListener("click", async () => {
+    const { values, starts, stop } = fields.values();
+    const told = new URLSearchParams(Object.entries(values));
+    for (const [name, value] of Object.entries(starts)) told.set(`${name}.start`, value);
+    if (stop !== null) told.set("$stop", stop);
+    location.hash = String(told);
+    try {
+      await navigator.clipboard.writeText(location.href);
+      say("link copied");
+    } catch {
+      say("the address holds the values now");
+    }
+  });
+
   // The file, and the end
 
-  const events = new EventSource(`events?page=${page}`);
-  events.addEventListener("edited", () => {
-    known = "";
-    still = player !== null && seconds > LONG;
-    ask("");
+  source.follow?.({
+    edited: () => {
+      known = "";
+      still = player !== null && seconds > LONG;
+      ask("");
+    },
+    ended: lose,
   });
-  events.addEventListener("end", () => {
-    events.close();
-    lose();
-  });
-  addEventListener("pagehide", () => navigator.sendBeacon("leave", page));
 
   window.planarcLive = { delays, get busy() { return flight !== null || wish !== null; }, fields };
+  if (source.model) {
+    strange = introduce(source.model);
+    readAddress();
+  }
   ask("");
 })();

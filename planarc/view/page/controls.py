@@ -1,6 +1,6 @@
 """The parameters and start values that can be moved on a live page, and their limits.
 
-In:   Model      compiled
+In:   Program, its workspace with the values of parameters
 Out:  Group      the fields of a component (or of the model itself), in the order of the model
 
 A field is a parameter that a run may replace (a structural one compiles the model again) or a
@@ -20,12 +20,10 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from planarc.api.model import Model
-from planarc.api.variant import whole_name
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
-from planarc.ir.program import Column, ParameterSlot, Program
+from planarc.ir.program import Column, ParameterSlot, Program, whole_name
 from planarc.view.page.data import shown_unit
 
 #: The least share of its length at which the value of a slider from bound to bound stands.
@@ -63,12 +61,9 @@ class Group(Data):
 _MOST = 12
 
 
-def groups_of(model: Model) -> tuple[Group, ...]:
+def groups_of(program: Program, w: Any) -> tuple[Group, ...]:
     """The fields of a model: its own first, then those of components; the drawing last."""
-    program = model.program
     known = {c.name: c for c in program.columns}
-    kernel = model.compiled().load()
-    kernel.parameters()
     moving = moves(program)
     sizes = Counter(whole_name(p.name) for p in program.parameter_slots)
     own: dict[str, list[Field]] = {}
@@ -80,13 +75,13 @@ def groups_of(model: Model) -> tuple[Group, ...]:
             continue
         component = p.name.partition(".")[0] if "." in p.name else ""
         label = p.name.partition(".")[2] or p.name
-        value = float(kernel.w[p.slot])
+        value = float(w[p.slot])
         if p.structural or p.name in moving:
             made = _parameter(p, known.get(p.name), label, value)
             own.setdefault(component, []).append(made)
         else:
             rest.append(_parameter(p, known.get(p.name), p.name, value))
-    for field in _starts(program, known, kernel.w):
+    for field in _starts(program, known, w):
         component = field.name.partition(".")[0] if "." in field.name else ""
         own.setdefault(component, []).append(field)
     classes = {p.name: p.class_name.rpartition(".")[2] for p in program.parts}

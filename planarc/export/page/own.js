@@ -1,0 +1,63 @@
+// Where the page has its answers from: the model in it, run here. `live.js` knows it as
+// `planarc.source`; an answer is as `session.py` gives it.
+
+planarc.source = (() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const { steps, holes, slots, places, model, told, rows } = data.page;
+  const places_of = new Map(slots.map((slot, k) => [slot, k]));
+  const code = Uint8Array.from(atob(document.getElementById("code").textContent), (c) => c.charCodeAt(0));
+  const engine = planarc.createEngine(code, slots);
+
+  function drawn(run, times) {
+    const columns = new Map();
+    function column(slot) {
+      if (!columns.has(slot)) columns.set(slot, run.column(places_of.get(slot)));
+      return columns.get(slot);
+    }
+    const time = times.slice(0, run.rows);
+    const values = planarc.replay(steps, { time, column });
+    const answer = structuredClone(data.drawing);
+    for (const [path, step] of holes) {
+      const last = path.length - 1;
+      let inside = answer;
+      for (let i = 0; i < last; i++) inside = inside[path[i]];
+      inside[path[last]] = values[step];
+    }
+    answer.scene.time = answer.curves.time = time;
+    return answer;
+  }
+
+  function problem(message, order, more = {}) {
+    return { severity: "error", code: "", message, hint: "", text: "", field: order.changed, ...more };
+  }
+
+  function wrong(run, order, times) {
+    if (run.refused >= 0) return problem(told.refused, order);
+    if (!run.begun) return problem(told.start, order);
+    const now = Number(times[Math.max(0, run.rows - 1)].toPrecision(6));
+    if (run.failed) {
+      const { message, text } = told.assertions[run.failed - 1];
+      return problem(message.replace("@", now), order, { text, field: "" });
+    }
+    return run.rows < times.length ? problem(`the run ends at t = ${now} s: ${told.step}`, order, { field: "" }) : null;
+  }
+
+  async function run(order, signal) {
+    const since = performance.now();
+    const answer = { problems: [], notes: told.notes, key: "" };
+    const begin = model.start;
+    const end = order.stop ?? model.stop;
+    const times = Float64Array.from({ length: rows }, (_, i) => begin + ((end - begin) * i) / (rows - 1));
+    const given = { ...order.values };
+    for (const [name, value] of Object.entries(order.starts)) given[`${name}.start`] = value;
+    const values = Object.entries(given).map(([name, value]) => [places[name][0], places[name][1] * value]);
+    const found = await (await engine).run(values, times, { wanted: () => !signal.aborted });
+    if (found === null) return { overtaken: true };
+    const why = wrong(found, order, times);
+    if (why) answer.problems.push(why);
+    answer.seconds = (performance.now() - since) / 1000;
+    return found.rows > 1 ? { ...answer, ...drawn(found, times) } : answer;
+  }
+
+  return { run, model, lost: "" };
+})();
