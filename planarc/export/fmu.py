@@ -4,6 +4,8 @@ In:   Compiled, Wishes
 Out:  bytes of the archive
 
     modelDescription.xml            names, units, start values
+    documentation/index.html        the same for people, with a picture
+    extra/planarc/                  the model's text
     binaries/PLATFORM/NAME.so       the model as machine code; .dll, .dylib
 
 Needs:     llvmlite
@@ -86,8 +88,10 @@ class Fmu(Data):
 
 def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     """The archive of a model."""
+    from planarc.export.documentation import documents
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
+    from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.image import take_image
     from planarc.export.module import compile_texts, write_texts
@@ -111,7 +115,10 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     draft = describe(program, shown, told)
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
     text = describe(program, shown, replace(told, token=token))
-    files = {"modelDescription.xml": text.encode()}
+    files = {"modelDescription.xml": text.encode(), **documents(compiled, shown)}
+    terminals = describe_terminals(program, shown)
+    if terminals and wishes.version == 3:
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     modules = write_texts(program, image, entries, token, tolerance, slopes)
     for folder, kind in folders.items():
         code = compile_texts(modules, kind.triple)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 import zipfile
 from pathlib import Path
+from xml.etree import ElementTree as Xml
 
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 import planarc
 from planarc.export.fmu import PLATFORMS
@@ -84,6 +86,30 @@ def test_version_2_has_the_platforms_that_it_knows(flywheel: planarc.Model, tmp_
     with zipfile.ZipFile(path) as archive:
         folders = {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")}
     assert folders == {kind.older for kind in PLATFORMS.values() if kind.older}
+
+
+def test_people_find_the_model_in_the_archive(flywheel: planarc.Model, tmp_path: Path) -> None:
+    path = flywheel.export_fmu(tmp_path / "a.fmu", platforms=["x86_64-linux"])
+    with zipfile.ZipFile(path) as archive:
+        assert archive.read("extra/planarc/model.pmo").decode() == FLYWHEEL
+        page = archive.read("documentation/index.html").decode()
+    assert "A wheel on a hinge, without gravity" in page and "<svg" in page
+    for name in ("hinge.phi", "wheel.m"):
+        assert f"<td><code>{name}</code>" in page
+
+
+def test_frames_whose_variables_are_shown_are_terminals(
+    flywheel: planarc.Model, tmp_path: Path
+) -> None:
+    names = [f"wheel.frame_a.{n}" for n in ("phi", "f[2]")]
+    path = flywheel.export_fmu(tmp_path / "a.fmu", outputs=names, platforms=["x86_64-linux"])
+    assert validate_fmu(str(path)) == []
+    with zipfile.ZipFile(path) as archive:
+        root = Xml.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    (terminal,) = root.iter("Terminal")
+    assert terminal.get("name") == "wheel.frame_a"
+    kinds = {m.get("variableName"): m.get("variableKind") for m in terminal}
+    assert kinds == dict(zip(names, ("signal", "inflow"), strict=True))
 
 
 @pytest.mark.parametrize(
