@@ -88,9 +88,8 @@ def eliminate(
         if f.target is not None:
             own = row.get(number[f.target], table.zero)
             row[number[f.target]] = table.sub(own, table.one)
-        numbers = {j: samples.value(e) for j, e in row.items()}
-        work.add(row, zero(value), numbers)
-    if not work.run():
+        work.add(row, zero(value))
+    if not work.run(samples):
         return None
     found = work.substitute(range(len(tears)))
     return Direct(tuple(work.steps), found, *size_terms(table, block))
@@ -100,12 +99,12 @@ class _Work(Struct):
     """The rows while they are eliminated: coefficient by unknown, and constant part.
 
     `numbers` are the coefficients at the samples, scaled so that the largest of each
-    row and column is near 1.
+    row and column is near 1: a few each, for which lists are quicker than arrays.
     """
 
     table: Exprs
     rows: list[dict[int, Expr]] = field(default_factory=list)
-    numbers: list[dict[int, Values]] = field(default_factory=list)
+    numbers: list[dict[int, list[float]]] = field(default_factory=list)
     constants: list[Expr] = field(default_factory=list)
     columns: dict[int, dict[int, None]] = field(default_factory=dict)  # rows of each unknown
     order: list[tuple[int, int, Expr]] = field(default_factory=list)  # (row, unknown, 1/pivot)
@@ -114,19 +113,21 @@ class _Work(Struct):
     names: dict[Expr, Expr] = field(default_factory=dict)
     products: int = 0
 
-    def add(self, row: dict[int, Expr], constant: Expr, numbers: dict[int, Values]) -> None:
+    def add(self, row: dict[int, Expr], constant: Expr) -> None:
         index = len(self.rows)
         self.rows.append({j: e for j, e in row.items() if e is not self.table.zero})
-        self.numbers.append({j: numbers[j] for j in self.rows[-1]})
         self.constants.append(constant)
         for j in self.rows[-1]:
             self.columns.setdefault(j, {})[index] = None
 
-    def run(self) -> bool:
+    def run(self, samples: Samples) -> bool:
         """Eliminate everything; False when that is not possible or fills up."""
-        if not self._keep_finite():
+        values = [samples.value(e) for row in self.rows for e in row.values()]
+        sizes = np.array(values).reshape(-1, len(SPREAD))
+        finite = np.isfinite(sizes).all(axis=0)  # the samples at which all coefficients are
+        if not finite.any():
             return False
-        self._scale()
+        self._scale(sizes[:, finite])
         waiting = dict.fromkeys(range(len(self.rows)))
         for threshold in THRESHOLDS:
             progress = True
@@ -153,19 +154,10 @@ class _Work(Struct):
                 self._eliminate(i, j)
         return len(waiting) < before
 
-    def _keep_finite(self) -> bool:
-        """Keep the samples at which all coefficients are finite."""
-        finite = np.ones(len(SPREAD), bool)
-        for row in self.numbers:
-            for values in row.values():
-                finite &= np.isfinite(values)
-        for row in self.numbers:
-            for j in row:
-                row[j] = row[j][finite]
-        return bool(finite.any())
-
-    def _scale(self) -> None:
-        largest = [{j: float(np.abs(v).max()) for j, v in row.items()} for row in self.numbers]
+    def _scale(self, sizes: Values) -> None:
+        """Set `numbers` from the coefficients of all rows, one below the other."""
+        each = iter(np.abs(sizes).max(axis=1).tolist())
+        largest: list[dict[int, float]] = [dict(zip(row, each, strict=False)) for row in self.rows]
         of_column = dict.fromkeys(self.columns, 1.0)
         for _ in range(3):
             of_row = [
@@ -176,9 +168,11 @@ class _Work(Struct):
                 j: 1.0 / (max(largest[i][j] / of_row[i] for i in rows) or 1.0)
                 for j, rows in self.columns.items()
             }
-        for row, size in zip(self.numbers, of_row, strict=True):
-            for j in row:
-                row[j] = row[j] * (of_column[j] / size)
+        factors = [
+            of_column[j] / size for row, size in zip(self.rows, of_row, strict=True) for j in row
+        ]
+        scaled = iter((sizes * np.array(factors)[:, None]).tolist())
+        self.numbers = [dict(zip(row, scaled, strict=False)) for row in self.rows]
 
     def _offer(self, i: int) -> None:
         for j in self.rows[i]:
@@ -191,12 +185,13 @@ class _Work(Struct):
 
     def _is_large(self, i: int, j: int, threshold: float) -> bool:
         """Whether the pivot is large beside its column, at every sample."""
-        pivot = np.abs(self.numbers[i][j])
-        if not (pivot > SMALLEST).all():
+        pivot = [abs(p) for p in self.numbers[i][j]]
+        if not all([p > SMALLEST for p in pivot]):
             return False
         for k in self.columns[j]:
-            if k != i and not (pivot >= threshold * np.abs(self.numbers[k][j])).all():
-                return False
+            for p, other in zip(pivot, self.numbers[k][j], strict=True):
+                if not p >= threshold * abs(other):  # nor where it is not a number
+                    return False
         return True
 
     def _named(self, e: Expr) -> Expr:
@@ -229,13 +224,16 @@ class _Work(Struct):
         """Take the pivot's row from row i, so that unknown j vanishes from it."""
         t, target, numbers = self.table, self.rows[i], self.numbers[i]
         factor = self._named(t.mul(target.pop(j), inverse))
-        ratio = numbers.pop(j) / self.numbers[pivot_row][j]
+        beside = self.numbers[pivot_row]
+        ratio = [a / b for a, b in zip(numbers.pop(j), beside[j], strict=True)]
+        none = [0.0] * len(ratio)
         for k, e in self.rows[pivot_row].items():
             new = t.sub(target.get(k, t.zero), t.mul(factor, e))
             self.products += 1
             if new is not t.zero:
                 target[k] = new
-                numbers[k] = numbers.get(k, 0.0) - ratio * self.numbers[pivot_row][k]
+                known = zip(numbers.get(k, none), ratio, beside[k], strict=True)
+                numbers[k] = [a - r * b for a, r, b in known]
                 self.columns[k][i] = None
             elif k in target:
                 del target[k], numbers[k], self.columns[k][i]

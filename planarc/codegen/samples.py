@@ -61,7 +61,7 @@ class Samples:
     def value(self, root: Expr) -> Values:
         """The formula at all positions; unknown leaves (events, discrete values) are 0."""
         found = self._number(root)
-        return found if found.ndim else np.broadcast_to(found, self._spread.shape)
+        return found if found.ndim else np.full(self._spread.shape, found)
 
     def _number(self, root: Expr) -> Values:
         """The formula at all positions, without dimensions where it is the same everywhere."""
