@@ -186,7 +186,7 @@ class _Work(Struct):
     def _is_large(self, i: int, j: int, threshold: float) -> bool:
         """Whether the pivot is large beside its column, at every sample."""
         pivot = [abs(p) for p in self.numbers[i][j]]
-        if not all([p > SMALLEST for p in pivot]):
+        if not all(p > SMALLEST for p in pivot):
             return False
         for k in self.columns[j]:
             for p, other in zip(pivot, self.numbers[k][j], strict=True):

@@ -32,7 +32,7 @@ Monomial: TypeAlias = frozenset[Factor]
 Sum: TypeAlias = dict[Monomial, float]
 
 # Where it counts: an enumeration looks up its members by a function.
-_ADD, _MUL, _NEG, _POW = Op.ADD, Op.MUL, Op.NEG, Op.POW
+_CONST, _ADD, _MUL, _NEG, _POW = Op.CONST, Op.ADD, Op.MUL, Op.NEG, Op.POW
 
 #: Length above which sums are left alone, so that the time stays linear in the model.
 LONGEST = 24
@@ -83,12 +83,13 @@ class Factoring:
         def shortened(e: Expr) -> Expr:
             if not e.args:
                 return e
-            return self._shorten(self._table.rebuild(e, tuple([done[a] for a in e.args])))
+            e = self._table.rebuild(e, tuple([done[a] for a in e.args]))
+            return self._shorten(e) if e.op is _ADD else e
 
         return fold(root, done, shortened)
 
     def _shorten(self, e: Expr) -> Expr:
-        if e.op is not _ADD or len(e.args) > LONGEST or not self._known:
+        if len(e.args) > LONGEST or not self._known:
             return e
         terms = _sum(e)
         changed = False
@@ -158,7 +159,7 @@ def _sum(e: Expr) -> Sum:
             scale, term = -1.0, term.args[0]
         factors: dict[Expr, int] = {}
         for f in term.args if term.op is _MUL else (term,):
-            if f.is_const:
+            if f.op is _CONST:
                 scale *= f.data
             elif f.op is _POW and _whole(f.args[1]):
                 factors[f.args[0]] = factors.get(f.args[0], 0) + int(f.args[1].data)

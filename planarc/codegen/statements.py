@@ -28,6 +28,9 @@ from planarc.ir.sorted import Assignment
 DEEPEST = 30
 LONGEST = 40
 
+# Where it counts: an enumeration looks up its members by a function.
+_CONST, _SYMBOL, _NEG = Op.CONST, Op.SYMBOL, Op.NEG
+
 
 class Temporaries:
     """Makes the temporaries of one program: `$t1`, `$t2`, ..."""
@@ -43,7 +46,7 @@ class Temporaries:
 
 def is_trivial(e: Expr) -> bool:
     """A leaf or its negative: not worth a temporary."""
-    return not e.args or (e.op is Op.NEG and not e.args[0].args)
+    return not e.args or (e.op is _NEG and not e.args[0].args)
 
 
 def shared(values: Iterable[Expr]) -> set[Expr]:
@@ -86,7 +89,7 @@ def name_parts(table: Exprs, formulas: Iterable[Expr], names: set[str]) -> dict[
     roots = list(formulas)
     for e in postorder(roots):
         if not e.args:
-            if e.is_const or (e.is_symbol and e.order == 0 and e.name in names):
+            if e.op is _CONST or (e.op is _SYMBOL and not e.data[1] and e.data[0] in names):
                 constant.add(e)
         elif constant.issuperset(e.args):
             constant.add(e)
@@ -174,7 +177,7 @@ class Lister:
         args = tuple([self._known[a] for a in e.args])
         while len(args) > LONGEST:  # a sum or product: its first terms by themselves
             args = (self._named(out, self._table.node(e.op, args[:LONGEST])), *args[LONGEST:])
-        new = self._table.node(e.op, args, e.data)
+        new = e if args == e.args else self._table.node(e.op, args, e.data)
         depths = self._depths
         depths[new] = 1 + max([depths.get(a, 0) for a in args])
         return new

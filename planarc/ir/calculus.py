@@ -13,6 +13,10 @@ from typing import Any
 from planarc.ir.expr import Expr, Exprs, Op, fold
 from planarc.runtime import elementary
 
+# Where it counts: an enumeration looks up its members by a function.
+_CONST, _ADD, _MUL, _NEG = Op.CONST, Op.ADD, Op.MUL, Op.NEG
+_TRUTHS = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND, Op.OR, Op.NOT)
+
 
 class Differentiator:
     """d(e) for every node e, given the derivatives of the leaves."""
@@ -27,32 +31,25 @@ class Differentiator:
 
     def _derive(self, e: Expr) -> Expr:
         t = self._table
-        if e.op is Op.CONST:
+        op, args = e.op, e.args
+        if op is _CONST:
             return t.zero
-        if not e.args:
+        if not args:
             return self._leaf(e)
-        d = tuple(self._memo[a] for a in e.args)
-        match e.op:
-            case Op.ADD:
-                return t.add(*d)
-            case Op.NEG:
-                return t.neg(d[0])
-            case Op.MUL:
-                return t.add(
-                    *(
-                        t.mul(*e.args[:i], d[i], *e.args[i + 1 :])
-                        for i in range(len(d))
-                        if d[i] is not t.zero
-                    )
-                )
-            case Op.IF:
-                return t.if_(e.args[0], d[1], d[2])
-            case Op.LESS | Op.LESS_EQUAL | Op.EQUAL | Op.AND | Op.OR | Op.NOT:
-                return t.zero  # a truth value: constant but for jumps
-            case _ if all(x is t.zero for x in d):
-                return t.zero
-        slopes = self._slopes(e)
-        return t.add(*(t.mul(s, x) for s, x in zip(slopes, d, strict=True) if x is not t.zero))
+        d = [self._memo[a] for a in args]
+        if op is _ADD:
+            return t.add(*d)
+        if op is _NEG:
+            return t.neg(d[0])
+        if op is _MUL:
+            slopes = ((i, x) for i, x in enumerate(d) if x is not t.zero)
+            return t.add(*[t.mul(*args[:i], x, *args[i + 1 :]) for i, x in slopes])
+        if op is Op.IF:
+            return t.if_(args[0], d[1], d[2])
+        if op in _TRUTHS or all(x is t.zero for x in d):
+            return t.zero  # a truth value is constant but for jumps
+        pairs = zip(self._slopes(e), d, strict=True)
+        return t.add(*(t.mul(s, x) for s, x in pairs if x is not t.zero))
 
     def _slopes(self, e: Expr) -> tuple[Expr, ...]:
         """The partial derivatives of a node by its arguments."""

@@ -119,6 +119,10 @@ class Exprs:
         found = self._nodes[op].get(key)
         return self._new(key, op, args, data) if found is None else found
 
+    def _plain(self, op: Op, args: tuple[Expr, ...]) -> Expr:
+        """A node that has arguments and no data."""
+        return self._nodes[op].get(args) or self._new(args, op, args, None)
+
     def _new(self, key: Any, op: Op, args: tuple[Expr, ...], data: Any) -> Expr:
         found = self._nodes[op][key] = Expr()
         found.op, found.args, found.data, found.id = op, args, data, len(self.all)
@@ -193,7 +197,7 @@ class Exprs:
         parts = [b if c == 1.0 else self.scale(c, b) for b, c in coefficients.items() if c != 0.0]
         if constant != 0.0 or not parts:
             parts.append(self.const(constant))
-        return parts[0] if len(parts) == 1 else self.node(_ADD, tuple(parts))
+        return parts[0] if len(parts) == 1 else self._plain(_ADD, tuple(parts))
 
     def _split(self, term: Expr) -> tuple[float, Expr]:
         """A term as number times the rest."""
@@ -207,7 +211,7 @@ class Exprs:
         if number == 1.0:
             return base
         if number == -1.0:
-            return self.node(_NEG, (base,))
+            return self._plain(_NEG, (base,))
         return self.mul(self.const(number), base)
 
     def sub(self, a: Expr, b: Expr) -> Expr:
@@ -221,7 +225,7 @@ class Exprs:
         if a.op is _MUL and a.args[0].op is _CONST:
             number, base = self._split(a)
             return self.scale(-number, base)
-        return self.node(_NEG, (a,))
+        return self._plain(_NEG, (a,))
 
     def mul(self, *factors: Expr) -> Expr:
         number = 1.0
@@ -255,7 +259,7 @@ class Exprs:
             return self.neg(parts[0] if len(parts) == 1 else self.node(_MUL, tuple(parts)))
         if number != 1.0:
             parts.insert(0, self.const(number))
-        return parts[0] if len(parts) == 1 else self.node(_MUL, tuple(parts))
+        return parts[0] if len(parts) == 1 else self._plain(_MUL, tuple(parts))
 
     def div(self, a: Expr, b: Expr) -> Expr:
         if b.op is _CONST and b.data != 0:
@@ -361,14 +365,15 @@ class Exprs:
         """The node with other arguments, simplified again."""
         if args == e.args:
             return e
+        maker = _MAKERS.get(e.op)
+        if maker is not None:
+            return maker(self, *args)
         if e.op is _CALL:
             return self.call(e.data, *args)
         if e.op is _APPLY:
             function, output, wrt = e.data
             return self.apply(function, args, output, wrt)
-        if e.op is _PAST:
-            return self.node(e.op, args, e.data)
-        return self.make(e.op, args)
+        return self.node(e.op, args, e.data)
 
     def make(self, op: Op, args: tuple[Expr, ...]) -> Expr:
         """The node of an operator, simplified."""

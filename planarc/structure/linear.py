@@ -16,7 +16,8 @@ from operator import attrgetter
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, fold
 
 _EMPTY: frozenset[Expr] = frozenset()
-_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
+# Where it counts: an enumeration looks up its members by a function.
+_SYMBOL, _ADD, _NEG, _MUL = Op.SYMBOL, Op.ADD, Op.NEG, Op.MUL
 _number = attrgetter("id")
 _NESTING = 40  # depth from which if-expressions count as not affine
 
@@ -34,7 +35,7 @@ class Contents:
 
     def _of(self, e: Expr) -> frozenset[Expr]:
         if e.op is _SYMBOL:
-            return frozenset((e,)) if self._is_unknown(e.name) else _EMPTY
+            return frozenset((e,)) if self._is_unknown(e.data[0]) else _EMPTY
         inside = _EMPTY
         for a in e.args:
             more = self._memo[a]
@@ -76,30 +77,30 @@ def _coefficients(
         inside = contents(e)
         if not inside or bent.issuperset(inside):
             continue
-        match e.op:
-            case Op.ADD:
-                stack.extend([(a, factor) for a in reversed(e.args)])
-            case Op.NEG:
-                stack.append((e.args[0], table.neg(factor)))
-            case Op.MUL:
-                for i, a in reversed(list(enumerate(e.args))):
-                    if contents(a):
-                        stack.append((a, table.mul(factor, *e.args[:i], *e.args[i + 1 :])))
-            case Op.DIV:
-                curved(contents(e.args[1]))
-                stack.append((e.args[0], table.div(factor, e.args[1])))
-            case Op.IF if depth < _NESTING:
-                curved(contents(e.args[0]))
-                if bent.issuperset(inside):  # branches of numbers, as in a table
-                    continue
-                for symbol, part in _branches(table, contents, e, depth).items():
-                    present = parts.setdefault(symbol, [])
-                    if part is None:
-                        curved((symbol,))
-                    elif present is not None:
-                        present.append(table.mul(factor, part))
-            case _:
-                curved(contents(e))
+        op = e.op
+        if op is _ADD:
+            stack.extend([(a, factor) for a in reversed(e.args)])
+        elif op is _NEG:
+            stack.append((e.args[0], table.neg(factor)))
+        elif op is _MUL:
+            for i, a in reversed(list(enumerate(e.args))):
+                if contents(a):
+                    stack.append((a, table.mul(factor, *e.args[:i], *e.args[i + 1 :])))
+        elif op is Op.DIV:
+            curved(contents(e.args[1]))
+            stack.append((e.args[0], table.div(factor, e.args[1])))
+        elif op is Op.IF and depth < _NESTING:
+            curved(contents(e.args[0]))
+            if bent.issuperset(inside):  # branches of numbers, as in a table
+                continue
+            for symbol, part in _branches(table, contents, e, depth).items():
+                present = parts.setdefault(symbol, [])
+                if part is None:
+                    curved((symbol,))
+                elif present is not None:
+                    present.append(table.mul(factor, part))
+        else:
+            curved(contents(e))
     return {
         s: None if p is None else p[0] if len(p) == 1 else table.add(*p) for s, p in parts.items()
     }
