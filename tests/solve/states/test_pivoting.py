@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from unittest import mock
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planarc.solve.states import pivoting
 from planarc.solve.states.pivoting import GIVE_WAY, choose_columns, largest, sensitivities
 
 NEVER = 9
@@ -30,6 +33,17 @@ def test_equal_pivots_are_taken_in_order_whatever_the_rounding() -> None:
 def test_what_may_never_be_chosen_is_not() -> None:
     assert choose_columns([[1.0, 100.0]], [1, NEVER], NEVER) == [0]
     assert choose_columns([[1.0, 2.0]], [NEVER, NEVER], NEVER) is None
+
+
+@given(st.integers(1, 40), st.integers(1, 4), st.integers(0, 2**32 - 1))
+def test_many_rows_are_treated_as_few_are(m: int, extra: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    g = random.normal(size=(m, m + extra)) * random.integers(0, 2, (m, m + extra))
+    classes = random.integers(0, 4, m + extra).tolist()
+    with mock.patch.object(pivoting, "MANY", 0):
+        as_many = choose_columns(g.tolist(), classes, 3)
+    with mock.patch.object(pivoting, "MANY", m + 1):
+        assert choose_columns(g.tolist(), classes, 3) == as_many
 
 
 def test_sensitivities_are_those_of_the_linear_system() -> None:
