@@ -83,17 +83,18 @@ def compile_model(
 
 
 def find_program(
-    dae: Dae, redundant: Redundant, clock: Clock | None = None
+    dae: Dae, redundant: Redundant, clock: Clock
 ) -> tuple[Program, tuple[Diagnostic, ...]]:
     """The program of a scalar model, and notes about joints that it accepts."""
-    clock = clock or Clock()
     mechanism = stages.find_mechanism(dae)
     if redundant is Redundant.ACCEPT and mechanism is not None:
         from planarc.probe.redundancy import accept_redundancy
 
         return accept_redundancy(dae, mechanism, clock)
-    program = replace(stages.to_program(stages.to_sorted(dae, clock), clock), mechanism=mechanism)
-    return program, stages.attachment_warnings(dae, mechanism)
+    model = stages.to_sorted(dae, clock)
+    held = stages.find_held(model, mechanism)
+    program = replace(stages.to_program(model, clock), mechanism=mechanism, locked=held)
+    return program, stages.attachment_warnings(dae, mechanism, held)
 
 
 def run(

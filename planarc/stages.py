@@ -57,15 +57,19 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     """The user's own equations and unknowns that are too many or missing, where there are any."""
     from planarc.structure.blame import explain_discretes, explain_misfit, find_misfit
 
+    if problem.reasons:
+        return problem
     try:
         dae = to_dae(problem.model)
     except PlanarcError:
         return problem
-    inputs, head = problem.imbalance.inputs, f"; {problem.imbalance.sizes}"
-    over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs, head)
-    told = (*over, *under) or explain_discretes(dae, head) or _lacking(dae, problem.imbalance.lack)
-    code = problem.diagnostics[0].code
-    found = [Miscounted(code, d.message, d.span, hint=d.hint, related=d.related) for d in told]
+    inputs = problem.imbalance.inputs
+    over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs)
+    told = (*over, *under) or explain_discretes(dae) or _lacking(dae, problem.imbalance.lack)
+    code, count = problem.diagnostics[0].code, Related(problem.imbalance.sizes, detail=True)
+    found = [
+        Miscounted(code, d.message, d.span, hint=d.hint, related=(*d.related, count)) for d in told
+    ]
     return PlanarcError(found) if found else problem
 
 
@@ -161,13 +165,26 @@ def _in_words_of_parts(
     return (reason,) if reason else _held_too_often(dae, mechanism, problem.diagnostics)
 
 
-def attachment_warnings(dae: Dae, mechanism: Mechanism | None) -> tuple[Diagnostic, ...]:
-    """What a user may not have meant of a mechanism: parts that float, and that nothing moves."""
+def find_held(model: SortedDae, mechanism: Mechanism | None) -> Diagnostic | None:
+    """The warning about parts that are held where they are, or may be for that a bar is connected
+    by one end; None where a count of joints says so."""
+    from planarc.insight import locked
+
+    doubled = None if mechanism is None else locked.find_doubled(model.dae, mechanism)
+    counted = mechanism is not None and mechanism.locked is not None
+    return doubled or (None if counted else locked.find_held(model))
+
+
+def attachment_warnings(
+    dae: Dae, mechanism: Mechanism | None, held: Diagnostic | None = None
+) -> tuple[Diagnostic, ...]:
+    """What a user may not have meant: parts that float, that change nothing, and that are held."""
+    told = () if held is None else (held,)
     if mechanism is None:
-        return ()
+        return told
     from planarc.insight.attachment import attachment_warnings as find
 
-    return find(dae, mechanism)
+    return (*find(dae, mechanism), *told)
 
 
 def _held_too_often(

@@ -210,6 +210,7 @@ class Model(Loaded):
         given = times or (None, None, None, None)
         return model, run_options(self.backend, *given, values=settable, starts=starts)
 
+    @telling_keywords
     def run(
         self,
         options: RunOptions,
@@ -259,6 +260,7 @@ class Model(Loaded):
             self._variants[key] = self.variant(texts)
         return self._variants[key], rest
 
+    @telling_keywords
     def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
         """This model with some values as Modelica text, compiled anew."""
         model = Model(variant_of(self.request, values, declarations), self.backend)

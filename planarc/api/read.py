@@ -9,9 +9,11 @@ from planarc.api.model import Model
 from planarc.api.restore import compile_guess, of_origin, restore
 from planarc.api.result import Result
 from planarc.core.diagnostic import usage_error
+from planarc.core.unknown import telling_keywords
 from planarc.view.table.files import read_table
 
 
+@telling_keywords
 def read(path: str | Path, model: Model | str | Path | None = None) -> Result:
     """A result from a file (.csv or .mat), of planarc or another tool.
 

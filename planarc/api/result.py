@@ -157,14 +157,17 @@ class Result:
         """The unit of each variable by its name."""
         return {n: c.unit for n, c in self.rows.columns.items()}
 
+    @telling_keywords
     def unit(self, name: str) -> str:
         """The unit of a variable, empty where it has none. Raises UnknownName."""
         return "s" if name == "time" else self.rows.columns[self._scalars([name])[0]].unit
 
+    @telling_keywords
     def description(self, name: str) -> str:
         """The text behind the declaration of a variable. Raises UnknownName."""
         return self.rows.columns[self._scalars([name])[0]].description
 
+    @telling_keywords
     def at(self, name: str, times: float | Sequence[float] | Vector) -> Any:
         """Values at other times (s) within the run, on straight lines between the rows.
 
@@ -198,6 +201,7 @@ class Result:
             )
         return asked
 
+    @telling_keywords
     def select(self, variables: str | Iterable[str] | None = None) -> list[str]:
         """Names: all variables that change, those of a list, or those that match a regex.
 
@@ -223,6 +227,7 @@ class Result:
 
     # Tables
 
+    @telling_keywords
     def to_pandas(self, variables: str | Iterable[str] | None = None) -> pandas.DataFrame:
         """A DataFrame over `time` (s), a column for each variable that `select` gives.
 
@@ -235,6 +240,7 @@ class Result:
         frame.attrs["units"] = {n: self.unit(n) for n in names}
         return frame
 
+    @telling_keywords
     def to_xarray(self, variables: str | Iterable[str] | None = None) -> xarray.Dataset:
         """A Dataset over `time` (s): what `select` gives, each with `units` and `long_name`.
 
@@ -264,6 +270,7 @@ class Result:
         """
         return self._write(path, ".csv", variables, units)
 
+    @telling_keywords
     def to_mat(self, path: str | Path, variables: str | Iterable[str] | None = None) -> Path:
         """Write MATLAB level 4, as Modelica tools share it; it holds constants, too.
 
@@ -295,6 +302,7 @@ class Result:
 
     # Pictures
 
+    @telling_keywords
     def plot(self, *names: str | Sequence[str], x: str = "time", axes: Any = None) -> Any:
         """Curves against time or another variable, by matplotlib; gives the axes.
 
@@ -435,6 +443,7 @@ class Page:
     def __init__(self, text: str) -> None:
         self.text = text
 
+    @telling_keywords
     def save(self, path: str | Path) -> Path:
         write_text(Path(path), self.text)
         return Path(path)

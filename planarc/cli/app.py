@@ -206,6 +206,11 @@ def _usage(error: Exception) -> Diagnostic:
         said = synonyms(option.strip("-"), known) or nearest(option.strip("-"), known)
         near = [f"-{o}" if len(o) == 1 else f"--{o}" for o in said]
         message = f"no such option '{option}'"
+    commands = getattr(getattr(getattr(error, "ctx", None), "command", None), "commands", ())
+    if (unknown := re.fullmatch(r"No such command '(.+)'\.?", message)) and not near:
+        from planarc.core.nearest import synonyms
+
+        near = list(synonyms(unknown[1], list(commands)))
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")

@@ -28,10 +28,12 @@ class Severity(Enum):
 
 
 class Related(Data):
-    """A second place that belongs to a diagnostic, with what it shows."""
+    """A second place that belongs to a diagnostic, with what it shows; `detail` is shown with
+    `--verbose` only."""
 
     message: str
     span: Span | None = None
+    detail: bool = False
 
 
 class Diagnostic(Data):
@@ -71,6 +73,10 @@ class UngivenOnce(Ungiven, Once):
 
 class Loose(Diagnostic):
     """Parts that nothing joins to the ground."""
+
+
+class Locked(Diagnostic):
+    """Parts that are held where they are."""
 
 
 class Miscounted(Diagnostic):
@@ -120,7 +126,8 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
     errors = list(errors)
     told = {(e.code, e.span) for e in errors}
     others = []
-    warnings = list(warnings)
+    said = [text for e in errors for text in (e.message, *(r.message for r in e.related))]
+    warnings = [w for w in warnings if not any(text.startswith(w.message) for text in said)]
     lacking = [w for w in warnings if isinstance(w, UngivenOnce) and w.span is not None]
     if lacking and errors and errors[0].code.startswith("R41"):
         # A start that cannot be found with a length of 0, say, which nobody wrote.

@@ -65,7 +65,7 @@ def render(diagnostic: Diagnostic, color: bool = False, verbose: bool = False) -
         lines += _place(diagnostic.span, color, paint)
     inside_hidden = not verbose and not _is_shipped(diagnostic.span)
     for related in diagnostic.related:
-        if inside_hidden and _is_shipped(related.span):
+        if (inside_hidden and _is_shipped(related.span)) or (related.detail and not verbose):
             continue
         lines.append(f"  note: {_printable(related.message)}")
         if related.span is not None:

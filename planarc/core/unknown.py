@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
@@ -48,22 +48,36 @@ def refuse_unknown(kind: str, names: Iterable[object], known: Collection[str]) -
             raise unknown_name(kind, name, known)
 
 
+def _elsewhere(function: str, name: str, owner: Sequence[object]) -> str | None:
+    """The method beside a function that takes a keyword."""
+    for beside, method in vars(type(owner[0])).items() if owner else ():
+        code = getattr(getattr(method, "__wrapped__", method), "__code__", None)
+        names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount] if code else ()
+        if name in names and beside != function and beside[0] != "_":
+            return f"`{beside}({name}=...)` has one"
+    return None
+
+
 class UnknownKeyword(UsageError, TypeError):
     """A function was called with a keyword that it does not have; the hint names the nearest."""
 
 
 def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
-    """A function that names the keywords nearest to a misspelt one."""
+    """A function that names the keywords nearest to a misspelt one, and arguments that it lacks."""
     code = function.__code__
     known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    needed = known[: code.co_argcount - len(function.__defaults__ or ())]
 
     @wraps(function)
     def call(*args: P.args, **given: P.kwargs) -> T:
         for name in given:
             if name not in known:
-                raise _unknown_keyword(function.__name__, name, known)
+                raise _unknown_keyword(function.__name__, name, known, args[:1])
         if len(args) > code.co_argcount and not code.co_flags & _VARARGS:
             raise _too_many(function.__name__, known, code.co_argcount)
+        missing = [n for n in needed[len(args) :] if n not in given]
+        if missing:
+            raise _missing(function.__name__, missing)
         return function(*args, **given)
 
     return call
@@ -80,9 +94,17 @@ _VARARGS = 0x04  # in `co_flags`: `*args` takes the rest
 _SHOWN = 6  # keywords in a hint
 
 
-def _unknown_keyword(function: str, name: str, known: Iterable[str]) -> UnknownKeyword:
+def _missing(function: str, names: Sequence[str]) -> UnknownKeyword:
+    message = f"`{function}` lacks {ticked(names)}"
+    return UnknownKeyword(Diagnostic("C201", message, hint=f"write `{function}({names[0]}=...)`"))
+
+
+def _unknown_keyword(
+    function: str, name: str, known: Iterable[str], owner: Sequence[object]
+) -> UnknownKeyword:
     names = [n for n in known if n != "self"]
-    hint = said(_meant(name, names)) or f"choose among {ticked(names)}"
+    hint = said(_meant(name, names)) or _elsewhere(function, name, owner)
+    hint = hint or f"choose among {ticked(names)}"
     return UnknownKeyword(Diagnostic("C201", f"`{function}` has no keyword `{name}`", hint=hint))
 
 

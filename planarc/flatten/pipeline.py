@@ -28,6 +28,7 @@ from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
+from planarc.flatten.checks.connectors import Lopsided, check_connectors
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
@@ -107,7 +108,7 @@ def flatten(
     if imbalance is not None:
         session.errors.append(imbalance.problem)
         if len(session.errors) == 1:
-            raise Unbalanced(model, imbalance)
+            raise Unbalanced(model, imbalance, _lopsided(session))
     if session.errors:
         raise PlanarcError(_ordered(session.errors))
     called = (f.external for f in model.functions if f.external)
@@ -136,9 +137,17 @@ class Unbalanced(PlanarcError):
     """Equations and unknowns differ in number; all else is right, so that `structure` can say which
     of them are too many or missing."""
 
-    def __init__(self, model: flat.FlatModel, imbalance: Imbalance) -> None:
-        super().__init__(imbalance.problem)
-        self.model, self.imbalance = model, imbalance
+    def __init__(
+        self, model: flat.FlatModel, imbalance: Imbalance, reasons: tuple[Diagnostic, ...]
+    ) -> None:
+        super().__init__(reasons or imbalance.problem)
+        self.model, self.imbalance, self.reasons = model, imbalance, reasons
+
+
+def _lopsided(session: Session) -> tuple[Diagnostic, ...]:
+    """Connectors that have too few flows: what is wrong with the count is theirs."""
+    found = (w for w in session.warnings if isinstance(w, Lopsided))
+    return tuple(replace(w, severity=Severity.ERROR) for w in found)
 
 
 def open_session(library: Library, makers: Makers = MAKERS) -> Session:
@@ -269,6 +278,7 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     imbalance = None
     if not session.errors:
         check_ranges(pairs, session)
+        check_connectors(found.instances, session)
         check_unheeded(root, found.instances, connections, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)

@@ -16,11 +16,12 @@ Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import combinations
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Loose, Related, Severity
+from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, Severity
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import be, shortened
+from planarc.core.prose import be, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
@@ -120,17 +121,20 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
     return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
 
 
-def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
+def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning for where nothing moves, which by count is so: perhaps a joint is missing
     where parts are connected without one. Redundant joints may hold what moves all the same."""
     if mechanism.mobility != 0 or not mechanism.joints:
         return None
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
+    if rigid := _rigid_loop(mechanism):
+        hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
+        hint += "rigid: put a fourth joint between two of its parts, unless a structure is meant"
     if welds:
         hint = f"put a joint between {'them' if len(welds) == 1 else 'one pair'}, "
         hint += "unless a structure is meant"
-    return Diagnostic(
+    return Locked(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
         place(dae, _part(welds[0][0] if welds else mechanism.joints[-1].name)),
@@ -141,6 +145,16 @@ def locked(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
             for a, b in welds[:3]
         ),
     )
+
+
+def _rigid_loop(mechanism: Mechanism) -> tuple[str, ...]:
+    """Three joints that close a loop, if there are such."""
+    plain = [j for j in mechanism.joints if j.conditions == 2 and len(j.links) == 2]
+    for three in combinations(plain, 3):
+        ends = [link for joint in three for link in joint.links]
+        if len({*ends}) == 3 and all(ends.count(link) == 2 for link in ends):
+            return tuple(_part(joint.name) for joint in three)
+    return ()
 
 
 def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:

@@ -52,7 +52,9 @@ def explain_misfit(
 def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
     """A sentence about the smallest loop whose joints hold more than its parts can move, and the
     place of its last joint; None where no single loop is to blame."""
-    loops = [found for joint in mechanism.joints if (found := _loop(mechanism, joint)) is not None]
+    loops = [
+        found for joint in mechanism.joints if (found := find_loop(mechanism, joint)) is not None
+    ]
     for joints in sorted(loops, key=len):
         links = sorted({i for joint in joints for i in joint.links} - {GROUND})
         held = sum(joint.conditions for joint in joints)
@@ -86,7 +88,7 @@ def held_twice(
     )
 
 
-def _loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
+def find_loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
     """The joints of the shortest loop through one of them; None where it is in no loop."""
     if len(closing.links) != 2:
         return None

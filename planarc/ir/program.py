@@ -19,6 +19,7 @@ from typing import TypeAlias
 from msgspec import field
 
 from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Action, Assertion, Declared, Kind, Visual
 from planarc.ir.expr import Expr, Exprs, text
@@ -291,6 +292,7 @@ class Program(Data):
     parts: tuple[Part, ...] = ()
     figures: tuple[Figure, ...] = ()
     mechanism: Mechanism | None = None  # None where it has no frames
+    locked: Diagnostic | None = None  # what is told of parts that are held where they are
     experiment: Experiment = field(default_factory=Experiment)
     equations_before: int = 0
     equations_after: int = 0

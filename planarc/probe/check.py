@@ -66,7 +66,8 @@ def look_at(target: Target, clock: Clock) -> Seen:
     model = stages.to_sorted(dae, clock)
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
-    warnings = in_one((*dae.warnings, *stages.attachment_warnings(dae, mechanism)))
+    held = stages.find_held(model, mechanism)
+    warnings = in_one((*dae.warnings, *stages.attachment_warnings(dae, mechanism, held)))
     return Seen(Checked(flat.name, *sizes, warnings, mechanism), flat, dae, model)
 
 

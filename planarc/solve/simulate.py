@@ -47,7 +47,8 @@ def simulate(
             run.begin()
         except PlanarcError as problem:
             _blame_parameters(program, kernel, request)
-            raise _with_lock(problem, program) from None
+            doubt = impossible_parameters(program, kernel, request.start, warnings=True)
+            raise _with_reason(problem, program, doubt) from None
         with run.interruption:
             try:
                 run.go(progress)
@@ -78,9 +79,11 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
         raise PlanarcError(reason) from None
 
 
-def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
-    """The problem, and that by count nothing moves, which may be why a loop does not close."""
-    lock = None if program.mechanism is None else program.mechanism.locked
+def _with_reason(problem: PlanarcError, program: Program, doubt: Diagnostic | None) -> PlanarcError:
+    """The problem, and why: what a component warns of its parameters, or that nothing moves."""
+    lock = doubt or program.locked
+    if lock is None and program.mechanism is not None:
+        lock = program.mechanism.locked
     if lock is None:
         return problem
     from planarc.solve.start.failure import NotAssembled
@@ -88,6 +91,11 @@ def _with_lock(problem: PlanarcError, program: Program) -> PlanarcError:
     if not isinstance(problem, NotAssembled):
         return problem
     first, *others = problem.diagnostics
+    if lock in (doubt, program.locked) or first.code == "R411":  # nothing is wrong with the start
+        notes: tuple[Related, ...] = (Related(first.message, first.span),)
+        notes = () if first.span == lock.span else notes
+        found = replace(lock, code=first.code, severity=first.severity, related=notes)
+        return NotAssembled((found, *others))
     if lock.related:  # parts are connected without a joint: lengths are hardly the reason
         notes, hint = (Related(lock.message, lock.span), *lock.related), lock.hint
     else:

@@ -72,29 +72,31 @@ def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[E
 
 
 def explain_misfit(
-    dae: Dae, misfit: Misfit, inputs: Collection[str] = (), head: str = ""
+    dae: Dae, misfit: Misfit, inputs: Collection[str] = ()
 ) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
     """Messages about too many equations and about undecided unknowns: each one message, or () where
-    the user wrote none of them himself. `head` is said behind each; codes are those of
-    `structure`."""
+    the user wrote none of them himself. Codes
+    are those of `structure`."""
     over: tuple[Diagnostic, ...] = ()
     under: tuple[Diagnostic, ...] = ()
     if misfit.rivals:
-        over = (_too_many(dae, misfit, head),)
+        over = (_too_many(dae, misfit),)
     elif misfit.too_many:
-        over = _set_in_whens(dae, misfit.over, head)
+        over = _set_in_whens(dae, misfit.over)
     known = {v.name: v for v in dae.variables}
     own = [n for n in misfit.undecided if places.is_own(dae, known[n].span)]
     open_inputs = [n for n in misfit.undecided if n in inputs]
     if open_inputs:
-        under = tuple(_not_connected(dae, name, head) for name in open_inputs[:_SHOWN])
+        under = tuple(_not_connected(dae, name) for name in open_inputs[:_SHOWN])
     elif own:
-        under = (_undecided(own, known[own[0]], misfit.naming, head),)
+        under = (_undecided(own, known[own[0]], misfit.naming),)
     return over, under
 
 
-def _too_many(dae: Dae, misfit: Misfit, head: str) -> Diagnostic:
+def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
     rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
+    if (jumping := _derived_though_set(dae, misfit.too_many)) is not None:
+        return jumping
     if len(rivals) == 1:
         shown = rivals[0].shown
         if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
@@ -109,12 +111,34 @@ def _too_many(dae: Dae, misfit: Misfit, head: str) -> Diagnostic:
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last) if len(rivals) == 1 else None
     hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
-    return Diagnostic("S302", message + head, last.span, hint=hint, related=others[:_SHOWN])
+    return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | None:
+    """The message about a variable that has a derivative, and that a when-clause sets."""
+    actions = (a for when in dae.whens for branch in when.branches for a in branch[-1])
+    set_at = {a.name: a.span for a in actions if isinstance(a, SetDiscrete)}
+    for equation in too_many:
+        # What is set in a when has a derivative of zero: only the text still has it.
+        text_of = "".join(equation.span.text.split())
+        for name, span in set_at.items():
+            if f"der({name.removeprefix(f'{equation.component}.')})" in text_of:
+                shown = " ".join(equation.span.text.split())
+                message = f"`{name}` moves by `{shown}`, so that a when cannot set it"
+                note = (Related(f"`{name}` moves here", equation.span),)
+                hint = f"let it jump: write `reinit({name}, ...)` in the when"
+                return Diagnostic("S302", message, span, hint=hint, related=note)
+    return None
 
 
 def _how_to_move(dae: Dae, equation: Equation) -> str | None:
     """What a user means who gives a joint's coordinate by an equation."""
     parameters = {p.name for p in dae.parameters}
+    if equation.left.is_symbol and equation.left.name in parameters:
+        name, given = equation.left.name, text(equation.right)
+        return (
+            f"`{name}` is a parameter: give it its value, `{name} = {given}`, where it is declared"
+        )
     for side, value in ((equation.left, equation.right), (equation.right, equation.left)):
         owner, _, name = side.name.rpartition(".") if side.is_symbol else ("", "", "")
         if f"{owner}.drivenFlange" in parameters:
@@ -145,29 +169,27 @@ def explain_lack(
     )
 
 
-def _undecided(
-    names: Sequence[str], first: Variable, naming: Sequence[Equation], head: str
-) -> Diagnostic:
+def _undecided(names: Sequence[str], first: Variable, naming: Sequence[Equation]) -> Diagnostic:
     others = tuple(Related(f"{e.shown} decides something else", e.span) for e in naming[:_SHOWN])
     return Diagnostic(
         "S303",
-        f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}{head}",
+        f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}",
         first.span,
         hint=f"write an equation for `{first.name}`, or a value where it is declared",
         related=others,
     )
 
 
-def _not_connected(dae: Dae, name: str, head: str) -> Diagnostic:
+def _not_connected(dae: Dae, name: str) -> Diagnostic:
     return Diagnostic(
         "S303",
-        f"nothing gives `{name}`: this input is connected to nothing{head}",
+        f"nothing gives `{name}`: this input is connected to nothing",
         owner_span(dae, name),
         hint=f"connect a signal to it, or write `{name} = ...`",
     )
 
 
-def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
+def explain_discretes(dae: Dae) -> tuple[Diagnostic, ...]:
     """Messages about discrete variables: those with two values, and those with none; where all
     equations say by their left side what they give."""
     if not all(e.left.is_symbol for e in dae.discrete_equations):
@@ -180,15 +202,13 @@ def explain_discretes(dae: Dae, head: str = "") -> tuple[Diagnostic, ...]:
         for name, span in {a.name: a.span for a in actions}.items():  # once for all its branches
             given.setdefault(name, []).append(span)
     own = [v for v in dae.discretes if places.is_own(dae, v.span)]
-    twice = [
-        _given_twice(v.name, given[v.name], head) for v in own if len(given.get(v.name, ())) > 1
-    ]
+    twice = [_given_twice(v.name, given[v.name]) for v in own if len(given.get(v.name, ())) > 1]
     missing = [v for v in own if v.name not in given]
-    undecided = [_undecided([v.name for v in missing], missing[0], (), head)] if missing else []
+    undecided = [_undecided([v.name for v in missing], missing[0], ())] if missing else []
     return (*twice, *undecided)
 
 
-def _set_in_whens(dae: Dae, over: Iterable[Equation], head: str) -> tuple[Diagnostic, ...]:
+def _set_in_whens(dae: Dae, over: Iterable[Equation]) -> tuple[Diagnostic, ...]:
     """Messages about what a when-clause of the user's sets and a connection gives, too."""
     actions = (a for when in dae.whens for branch in when.branches for a in branch[-1])
     places_of = {
@@ -201,15 +221,15 @@ def _set_in_whens(dae: Dae, over: Iterable[Equation], head: str) -> tuple[Diagno
                 other = (Related(f"{equation.shown} stands here", equation.span),)
                 hint = "remove one of them"
                 place = places_of[e.name]
-                return (Diagnostic("S302", message + head, place, hint=hint, related=other),)
+                return (Diagnostic("S302", message, place, hint=hint, related=other),)
     return ()
 
 
-def _given_twice(name: str, spans: Sequence[Span], head: str) -> Diagnostic:
+def _given_twice(name: str, spans: Sequence[Span]) -> Diagnostic:
     *others, last = spans
     related = tuple(Related(f"`{name}` gets a value here, too", span) for span in others[:_SHOWN])
     hint = "give it all its values in one clause: `when ... elsewhen ... end when`"
-    message = f"`{name}` gets its value in {counted(len(spans), 'place')}{head}"
+    message = f"`{name}` gets its value in {counted(len(spans), 'place')}"
     return Diagnostic("S302", message, last, hint=hint, related=related)
 
 

@@ -15,13 +15,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import counted, listed, shortened
+from planarc.core.prose import both, counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import text
+from planarc.ir.expr import Op, postorder, text
 from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
-from planarc.structure.alias import Elimination
+from planarc.structure.alias import Elimination, Live
 from planarc.structure.blame import explain_misfit, find_misfit
 from planarc.structure.graph import Rows
 from planarc.structure.grounding import find_ungrounded
@@ -89,6 +89,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         nothing = f"{equation.shown} determines nothing: with the other equations it comes to "
         if part is None:
             found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
+            found = _between_parts(dae, entry, equation) or found
             wrong.append(point_home(dae, found, equation.component))
             continue
         reached = _driven_by(dae, part)
@@ -101,6 +102,29 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         problem = StructurallySingular([*wrong, *_held_already(dae, held)])
         problem.givers = tuple(givers)
         raise problem
+
+
+def _between_parts(dae: Dae, entry: Live, equation: Equation) -> Diagnostic | None:
+    """What parameters of two parts say at once, in words of these: two batteries side by side."""
+    parameters = {p.name: p for p in dae.parameters}
+    names = [e.name for e in postorder((entry.left, entry.right)) if e.op is Op.SYMBOL]
+    if not names or any(n not in parameters for n in names):
+        return None
+    parts = own_names(dae, (owner(n) for n in names if owner(n)))
+    if len(parts) < 2 or not equation.component:
+        return None
+    values = (parameters[n] for n in dict.fromkeys(names))
+    shown = listed(f"`{p.name}` = {text(p.value)}" for p in values if p.value.op is Op.CONST)
+    last = own_part(dae, equation.component)
+    said = f"{equation.shown} determines nothing (in `{equation.component}`)"
+    return Diagnostic(
+        "S301",
+        f"{both(parts)} decide the same: together they ask that "
+        f"`{text(entry.left)} = {text(entry.right)}`{f', with {shown}' if shown else ''}",
+        last.span if last else _span(equation),
+        hint="leave one of them out, or put between them what gives way, such as a resistance",
+        related=(Related(said, _span(equation)),),
+    )
 
 
 def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterator[Diagnostic]:

@@ -20,6 +20,7 @@ from planarc.core.unknown import telling_keywords
 Point: TypeAlias = "Mapping[str, Value]"
 
 
+@telling_keywords
 def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     """Points with every combination of values; the last name changes fastest.
 

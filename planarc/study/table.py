@@ -13,7 +13,7 @@ from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.core.extras import need
 from planarc.core.prose import counted
-from planarc.core.unknown import refuse_unknown
+from planarc.core.unknown import refuse_unknown, telling_keywords
 from planarc.view.storage import write_rows
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ class Study(Data):
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.columns)
 
+    @telling_keywords
     def plot(self, *metrics: str, x: str | None = None, axes: Any = None) -> Any:
         """The metrics (all, or those that are named) over a parameter, by matplotlib; gives the
         axes.
@@ -90,6 +91,7 @@ class Study(Data):
         frame: pandas.DataFrame = module.DataFrame(list(self), columns=list(self.columns))
         return frame
 
+    @telling_keywords
     def to_csv(self, path: str | Path) -> Path:
         """Write a row for each point, with all digits. Gives the path. Raises UsageError (V501)."""
         write_rows(Path(path), self.columns, (row.values() for row in self))

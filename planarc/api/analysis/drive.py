@@ -30,6 +30,7 @@ from planarc.api.values import Value, start_values
 from planarc.api.variant import NAME, variant_of
 from planarc.compiled import Compiled
 from planarc.core.arrays import Vector
+from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
 from planarc.core.options import RunOptions
@@ -214,7 +215,7 @@ def _compile_driven(
         raise _unreadable(problem, coordinates, texts) from None
     dae, found = _with_motions(stages.to_dae(flat), coordinates, efforts)
     try:
-        program, notes = compiler.find_program(dae, model.request.redundant)
+        program, notes = compiler.find_program(dae, model.request.redundant, Clock())
     except PlanarcError as problem:
         first = Diagnostic("C243", f"the model cannot move with {both(coordinates)} given")
         raise PlanarcError((first, *problem.diagnostics)) from None

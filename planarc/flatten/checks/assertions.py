@@ -12,6 +12,7 @@ assertion; otherwise the first news were a `transpose` in the library that canno
 from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.flatten.sections.home import FromLibrary
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.nodes import Session
 from planarc.flatten.values.evaluator import Evaluator
@@ -32,7 +33,8 @@ def check_assertions(model: flat.FlatModel, session: Session) -> None:
     ]
     if not failed:
         return
-    own = [d for d in session.errors if d.span is None or d.span.source.name in users]
+    found = [d for d in session.errors if not isinstance(d, FromLibrary)]
+    own = [d for d in found if d.span is None or d.span.source.name in users]
     session.errors[:] = [*own, *(_impossible(model, e) for e in failed)]
 
 

@@ -21,6 +21,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Once, PlanarcError, Related, error
 from planarc.core.prose import either
 from planarc.core.source import Span
+from planarc.flatten.connect.kinds import other_kind
 from planarc.flatten.connect.sides import Side, both_sides, entry_name, warn_absent
 from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.tree.demand import node_of
@@ -175,16 +176,16 @@ def _unlike(left: Side, right: Side, why: str, span: Span, hint: str | None = No
         hint or _flange_hint(left, right) or _flange_hint(right, left) or _kinds_hint(left, right)
     )
     sides = (left, right)
-    return PlanarcError(
-        Once(
-            "F312",
-            f"`{left.name}` and `{right.name}` cannot be connected: {why}",
-            span,
-            hint=hint,
-            related=tuple(Related(f"`{s.name}` is declared here", s.node.span) for s in sides),
-            kind=hint or f"{left.name} {right.name}",  # once for both ends of a damper
-        )
+    found = Once(
+        "F312",
+        f"`{left.name}` and `{right.name}` cannot be connected: {why}",
+        span,
+        hint=hint,
+        related=tuple(Related(f"`{s.name}` is declared here", s.node.span) for s in sides),
+        kind=hint or f"{left.name} {right.name}",  # once for both ends of a damper
     )
+    mixed = {_kind(side.node) for side in sides} == {"turns", "slides"}
+    return PlanarcError(other_kind(found, sides) if mixed else found)
 
 
 def _kinds_hint(left: Side, right: Side) -> str | None:

@@ -20,6 +20,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, collect_connection
 from planarc.flatten.connect.expand import Statement, expand_connectors
+from planarc.flatten.connect.kinds import told_once
 from planarc.flatten.tree.nodes import Env, Instance, Node, Session
 from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.connections import overconstrained_name
@@ -72,6 +73,7 @@ def join(instances: list[Instance], session: Session) -> Joined:
             joined.connections += collect_connection(statement.node, statement.env)
         except PlanarcError as problem:
             session.keep(problem)
+    session.errors[:] = told_once(session.errors)
     return joined
 
 

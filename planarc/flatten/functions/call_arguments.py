@@ -7,13 +7,18 @@ Reference: Modelica Language Specification 3.6, sections 12.4.1 and 12.4.6.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
-from planarc.core.prose import counted, either
+from collections.abc import Sequence
+from itertools import permutations
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.prose import counted, either, listed
 from planarc.core.source import Span
 from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.refusal import for_each
-from planarc.flatten.terms.conform import base_conforms, expect
+from planarc.flatten.terms.conform import base_conforms, conforms, expect
 from planarc.flatten.terms.select import array, opened
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.lookup import find_class
@@ -85,6 +90,9 @@ def _open_input(
     return value
 
 
+_MOST_ORDERED = 5  # inputs whose orders are tried
+
+
 def vectorised(
     info: FunctionInfo, arguments: list[flat.Expression], span: Span, env: Env, results: bool
 ) -> flat.Expression:
@@ -132,15 +140,33 @@ def _for_each_entry(
 def _single(
     info: FunctionInfo, arguments: list[flat.Expression], span: Span, env: Env, results: bool
 ) -> flat.Expression:
-    for variable, argument in zip(info.signature.inputs, arguments, strict=True):
+    inputs = info.signature.inputs
+    for variable, argument in zip(inputs, arguments, strict=True):
         what = f"the input `{variable.name}` of `{info.name}`"
-        expect(variable.type, argument, what)
+        try:
+            expect(variable.type, argument, what)
+        except PlanarcError as problem:
+            if not _fit_otherwise(inputs, arguments):
+                raise
+            order = listed(f"`{v.name}` ({v.type.base.value})" for v in inputs)
+            hint = f"the inputs are, in this order, {order}"
+            raise PlanarcError(replace(problem.diagnostics[0], hint=hint)) from None
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
         type_ = result_type(info.signature, 0, arguments, span, env.session)
     captured = [references.leaf_value(leaf, span, env) for leaf in info.signature.captures.values()]
     return flat.Call(
         type_, span, info.signature.name, (*arguments, *captured), None if results else 0
+    )
+
+
+def _fit_otherwise(inputs: Sequence[flat.Variable], arguments: Sequence[flat.Expression]) -> bool:
+    """Whether arguments that do not fit would do in another order."""
+    if len(inputs) > _MOST_ORDERED:
+        return False
+    return any(
+        all(conforms(v.type, a.type) for v, a in zip(inputs, order, strict=True))
+        for order in permutations(arguments)
     )
 
 

@@ -21,6 +21,7 @@ from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import type_equations
+from planarc.flatten.sections.home import told_at_home
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
@@ -62,7 +63,8 @@ def gather(root: Instance) -> Gathered:
     found.rooting = session.rooting = find_roots(found.joined)
     session.cardinalities = found.joined.cardinalities()
     for instance in found.instances:
-        _equations(instance, found)
+        with told_at_home(instance):
+            _equations(instance, found)
         found.declared.extend(declared_of(instance))
     return found
 
@@ -87,7 +89,8 @@ def _children(instance: Instance) -> list[Node]:
     nodes: list[Node] = []
     for _, element in components(instance):
         try:
-            node = node_of(inner_half(element))
+            with told_at_home(instance):
+                node = node_of(inner_half(element))
         except TooLarge:
             raise  # going on would find the same again and again
         except PlanarcError as problem:
@@ -135,10 +138,11 @@ def _algorithm(section: syntax.AlgorithmSection, env: Env, found: Gathered) -> N
 def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
     """The flat variable of a leaf; None when its declaration is wrong, which is reported."""
     try:
-        attributes = attributes_of(leaf)
-        binding = leaf_binding(leaf)
-        if binding is not None:
-            _check_variability(leaf, binding, session)
+        with told_at_home(leaf.parent):
+            attributes = attributes_of(leaf)
+            binding = leaf_binding(leaf)
+            if binding is not None:
+                _check_variability(leaf, binding, session)
     except PlanarcError as problem:
         session.keep(problem)
         return None

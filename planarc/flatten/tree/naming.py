@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import either, shortened
+from planarc.core.prose import either, shortened, ticked
 from planarc.core.source import Span
 from planarc.flatten.library.library import Library
 from planarc.flatten.tree import predefined
@@ -35,6 +35,10 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
         elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known])
+    library = scope.session.library
+    if elsewhere is None and near is None and _begins_path(name, span):
+        known_ones = ticked(n for n in sorted(library.top_names()) if library.added(n) is None)
+        elsewhere = f"give the folder of that library with `--library`; found are {known_ones}"
     if near is None and counters:
         near = Meant(name, tuple(sorted(counters)))
     # A name that is used is used again: once for a class.
@@ -42,6 +46,11 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     return PlanarcError(
         Once("F210", message, span, hint=elsewhere or said(near), mend=mend, kind=kind)
     )
+
+
+def _begins_path(name: str, span: Span) -> bool:
+    """Whether a name is written as that of a library: `Name.Class`."""
+    return name[:1].isupper() and re.match(rf"{re.escape(name)}\.\w", span.text) is not None
 
 
 def _differentiated(name: str, known: Collection[str]) -> str | None:

@@ -77,6 +77,19 @@ def _assigning_operator(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 _ASSIGNING = ("+=", "-=", "*=", "/=", "++", "--")
 
 
+def _loop_of_c(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `for (i = 1; i <= n; i++) {`."""
+    first, token = trouble.previous, trouble.token
+    if token.text != "(" or first is None or first.text != "for":
+        return None
+    line = token.span.source.text[token.span.start :].partition("\n")[0].rstrip()
+    span = first.span._replace(end=token.span.start + len(line))
+    counter = trouble.tokens[trouble.at + 1]
+    name = counter.text if counter.type == "IDENT" else "i"
+    message = "a loop runs over values, without a condition and a step"
+    return Diagnostic("P101", message, span, hint=f"write `for {name} in 1:n loop ... end for;`")
+
+
 def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `import PlanarMultiBody as P;`."""
     words = trouble.tokens[trouble.begin : trouble.at + 2]
@@ -226,6 +239,7 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _power_sign,
     _bare_fraction,
     _decimal_comma,
+    _loop_of_c,
     _assigning_operator,
     _arrow,
     _colon_for_then,

@@ -130,6 +130,9 @@ def _is_echo(error: Diagnostic, errors: list[Diagnostic]) -> bool:
     """One missing section makes many equations wrong, one word that cannot stand its `end`."""
     if isinstance(error, WrongSection):
         return bool(errors) and isinstance(errors[-1], WrongSection)
+    last = errors[-1].span if errors else None
+    if last and error.span and last.start <= error.span.start and error.span.end <= last.end:
+        return True
     return isinstance(error, StrayEnd) and any(
         e.span and error.span and e.span.text == error.span.text.split()[-1] for e in errors
     )

@@ -76,9 +76,21 @@ def _found(touches: Touches, i: int, code: str, message: str, hint: str) -> Diag
 def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
     what = _met(touches, i) or "its two sides"
     message = f"{what} overlap by {depth:.3g} m in {named(touches, i)} at t = {t:.6g} s"
-    return _found(
-        touches, i, "R480", message, "start the bodies apart, or exactly where they touch"
-    )
+    hint = "start the bodies apart, or exactly where they touch"
+    parameters = {p.name for p in touches.program.parameter_slots}
+    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+    open_curves = [
+        p.name.rpartition(".")[0]
+        for p in touches.program.parameter_slots
+        if p.name.startswith(f"{name}.") and p.name.endswith(".switchSide")
+    ]
+    if f"{name}.length" in parameters:  # a rope, whose gap is what is left of its slack
+        message = f"{named(touches, i)} is {depth:.3g} m too short to join {what} at t = {t:.6g} s"
+        hint = f"give `{name}.length` a larger value, or start the bodies nearer to each other"
+    if open_curves:
+        curve = open_curves[-1].removeprefix(f"{name}.")
+        hint += f"; if they should be on the other side, set `{name}({curve}(switchSide=true))`"
+    return _found(touches, i, "R480", message, hint)
 
 
 def begun_wrong(touches: Touches, t: float) -> Diagnostic | None:

@@ -209,8 +209,11 @@ def _judged(program: Program) -> tuple[Taker | None, dict[tuple[float, ...], lis
     return taker([program.slots[repr(e)] for e in leaves]), {}
 
 
-def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnostic | None:
-    """The first error among the assertions on parameters alone, before there is a start.
+def impossible_parameters(
+    program: Program, kernel: Kernel, t: float, warnings: bool = False
+) -> Diagnostic | None:
+    """The first error, or warning, among the assertions on parameters alone, before there is a
+    start.
 
     Where a start cannot be found, this is the reason: a radius of zero, a rod without length.
     """
@@ -219,7 +222,7 @@ def impossible_parameters(program: Program, kernel: Kernel, t: float) -> Diagnos
     read = Reader(program, kernel, t)
     for assertion in program.assertions:
         nodes = postorder((assertion.condition,))
-        if assertion.warning or any(_varies(e, program, constant) for e in nodes):
+        if assertion.warning is not warnings or any(_varies(e, program, constant) for e in nodes):
             continue
         try:
             holds = bool(read(assertion.condition))

@@ -12,10 +12,11 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import point_home
+from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
+from planarc.solve.messages.loops import is_closed, loop_names
 from planarc.solve.solvers.integrator import Cause
 
 
@@ -259,4 +260,22 @@ def _block(
         hint=place.hint(advice),
         related=trouble.related(worst),
     )
+    loop = _driven_loop(program, block)
+    if loop:
+        message = f"{place} the loop of {loop} cannot be closed"
+        advice = (
+            "what drives it asks for a position that its parts do not reach: end the run before, "
+        )
+        advice += "or change lengths or the motion"
+        found = replace(found, message=message, hint=advice)
     return point_home(program, found, worst[0][1].component if worst else "")
+
+
+def _driven_loop(program: Program, block: int) -> str:
+    """The loop, in words, whose conditions a block holds, if no coordinate of it is free."""
+    code = program.blocks[block] if 0 <= block < len(program.blocks) else None
+    if code is None or not code.height or code.free:
+        return ""
+    tears = program.candidates[code.first : code.first + len(code.tears)]
+    parts = [owner(c.display) for c in tears]
+    return loop_names(program, parts) if is_closed(program, parts) else ""

@@ -38,6 +38,8 @@ class NotAssembled(PlanarcError):
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
+#: The least singular value, as a part of the largest, of equations that have a solution.
+_REGULAR = 1e-9
 #: Share of a free motion in the held values below which a position is called a dead centre.
 DEAD_CENTRE = 2e-2
 
@@ -69,14 +71,18 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     if tried is not None:
         worst = list(tried.worst)
     infos = [i for _, i in worst]
-    names = trouble.components(program, infos)
+    every = [program.equations[e] for e in program.blocks[block].equations]
+    alone = program.mechanism is None and program.blocks[block].linear
+    names = trouble.components(program, every if alone else infos)
     found = Diagnostic(
         "R410",
         f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
         if names
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
-        hint=_zeros(system, infos) or _advice(program, tried, program.blocks[block].linear),
+        hint=_zeros(system, infos)
+        or _massless(system, block)
+        or _advice(program, tried, program.blocks[block].linear),
         related=trouble.related(worst),
     )
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
@@ -97,6 +103,39 @@ def _zeros(system: System, infos: Sequence[EquationInfo]) -> str | None:
     names = [n for n in dict.fromkeys(symbols) if values.get(n) == 0.0]
     verb = "is" if len(names) == 1 else "are"
     return f"{trouble.names(names)} {verb} 0: give another value" if names else None
+
+
+def _massless(system: System, block: int) -> str | None:
+    """The parameter of 0 with another value of which a linear block had a solution: an inertia."""
+    import numpy as np
+
+    program, kernel = system.program, system.kernel
+    code = program.blocks[block]
+    if not code.linear:
+        return None
+
+    def regular() -> bool:
+        matrix = np.array(kernel.jacobian(block), dtype=float)
+        if not matrix.size or not np.all(np.isfinite(matrix)):
+            return False
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        return bool(sizes[-1] > _REGULAR * sizes[0])
+
+    components = {program.equations[e].component for e in code.equations}
+    found = []
+    if regular():
+        return None
+    for parameter in program.parameter_slots:
+        if owner(parameter.name) not in components or kernel.w[parameter.slot] != 0.0:
+            continue
+        kernel.w[parameter.slot] = 1.0
+        kernel.parameters()
+        if regular():
+            found.append(parameter.name)
+        kernel.w[parameter.slot] = 0.0
+    kernel.parameters()
+    names = [n for n in found if "[" not in n] or found
+    return f"{trouble.names(names[:1])} is 0: give it a value" if names else None
 
 
 def _advice(program: Program, tried: Account | None, linear: bool) -> str:
@@ -169,7 +208,7 @@ def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, 
 
 def _off(residual: float) -> str:
     """A residual to two digits: the next ones depend on the machine."""
-    return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{residual:.2g}"
+    return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{float(f'{residual:.2g}'):g}"
 
 
 def _start(value: float) -> str:
@@ -252,7 +291,12 @@ def _at_home(
     """The message at the part whose equation is farthest from being met."""
     span = worst[0][1].span if worst else None
     related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
-    told = replace(found, span=span, related=related)
+    message = found.message
+    if worst and not is_own(program, worst[0][1].span):
+        closed = message.startswith("the loop of")
+        apart = _off(abs(worst[0][0]))
+        message += f": its ends stay {apart} apart" if closed else f": at best it is off by {apart}"
+    told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
 
 

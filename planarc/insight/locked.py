@@ -1,0 +1,132 @@
+"""Parts that are held though they seem to be free, and bars of which one end holds all joints.
+
+In:   SortedDae, Mechanism
+Out:  warning S322, or S323 for a bar
+
+A block of constraints that leaves no coordinate free, and in which neither time nor a state nor
+what changes at events appears, has one solution for ever: what it determines is held. Its
+derivatives are in the model, so that somebody wanted to know how it moves.
+
+Example: two gears of different ratios between the same two shafts. Their equations
+`a.phi = 2*b.phi` and `a.phi = 3*b.phi` hold both shafts at angle 0.
+
+A bar in a loop gives it its length by having one pin of it at each end. With both pins at one end,
+and nothing at the other, the loop has another shape than was meant: it may not close, or its other
+parts may stand still.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from planarc.core.diagnostic import Locked, Severity
+from planarc.core.prose import both, listed
+from planarc.insight.connectors import grouped
+from planarc.insight.misfit import find_loop
+from planarc.insight.topology import find_moving
+from planarc.ir.dae import Dae
+from planarc.ir.expr import Op, postorder
+from planarc.ir.mechanism import Joint, Mechanism
+from planarc.ir.places import own_names, own_part, owner
+from planarc.ir.sorted import Assignment, Block, Residual, SortedDae, Step, computed
+
+
+def find_held(model: SortedDae) -> Locked | None:
+    """The warning about the first parts that are held; None where all that has mass may move."""
+    height = max((level.height for level in model.levels), default=0)
+    if height < 2:
+        return None
+    still = {p.name for p in model.dae.parameters}
+    for level in (x for x in model.levels if x.height == height):
+        for step in level.steps:
+            if step.free or _used(step) - still:
+                continue
+            still |= {repr(symbol) for symbol in computed(step)}
+            if isinstance(step, Block) and step.tears:
+                return _told(model, step)
+    return None
+
+
+def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
+    """The warning about a bar with two joints of a loop at one end, and nothing at the other."""
+    joints = {joint.name: joint for joint in mechanism.joints}
+    joined: dict[str, list[tuple[str, list[str]]]] = {}  # part -> its frame, what is joined to it
+    for names in dae.connections:
+        for name in names:
+            others = [owner(n) for n in names if _top(n) != _top(name)]
+            if others and name.count(".") == 1:
+                joined.setdefault(_top(name), []).append((name, others))
+    for link in mechanism.links[1:]:
+        for part, frames in grouped((f for f in link.frames if f.count(".") == 1), _top).items():
+            ends = joined.get(part, [])
+            if part in joints or len(frames) != 2 or len(ends) != 1:
+                continue
+            ((end, others),) = ends
+            at_end = [n for n in dict.fromkeys(others) if n in joints and _is_pin(dae, joints[n])]
+            found = next((p for p in combinations(at_end, 2) if _in_one_loop(mechanism, p)), None)
+            if found is not None:
+                return _doubled(dae, part, end, next(f for f in frames if f != end), found)
+    return None
+
+
+def _top(name: str) -> str:
+    """The component of the model itself."""
+    return name.partition(".")[0]
+
+
+def _is_pin(dae: Dae, joint: Joint) -> bool:
+    """Whether a joint holds two frames at one point: with a slide at its end a bar has a length."""
+    points = {f"{frame}.r[1]" for frame in joint.frames}
+    return any(
+        e.component == joint.name
+        and e.left.is_symbol
+        and e.right.is_symbol
+        and {e.left.name, e.right.name} == points
+        for e in dae.equations
+    )
+
+
+def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:
+    first, second = (next(j for j in mechanism.joints if j.name == n) for n in names)
+    return second in (find_loop(mechanism, first) or ())
+
+
+def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:
+    own = own_part(dae, part)
+    return Locked(
+        "S323",
+        f"{both(joints)} are both connected to `{end}`, and nothing to `{free}`: "
+        f"`{part}` gives its loop no length",
+        own.span if own else dae.span,
+        Severity.WARNING,
+        hint=f"connect one of them to `{free}`",
+    )
+
+
+def _used(step: Step) -> set[str]:
+    """What a step takes from others, by the names that symbols have as texts."""
+    own = {repr(symbol) for symbol in computed(step)}
+    values = (*(a.value for a in step.inner), *(r.value for r in step.residuals))
+    leaves = (repr(e) for e in postorder(values) if not e.args and e.op is not Op.CONST)
+    return set(leaves) - own
+
+
+def _told(model: SortedDae, block: Block) -> Locked:
+    dae, known = model.dae, {repr(symbol) for symbol in computed(block)}
+    steps: tuple[Assignment | Residual, ...] = (*block.inner, *block.residuals)
+    holders = own_names(dae, (model.equations[s.equation].equation.component for s in steps))
+    aliases = (a.name for a in model.aliases if repr(a.target) in known)
+    moving = find_moving(dae)
+    owners = dict.fromkeys(owner(name) for name in (*known, *aliases))
+    held = [n for n in own_names(dae, sorted(moving & owners.keys())) if n not in holders]
+    part = own_part(dae, holders[-1])
+    several = len(holders) > 1
+    what = listed(f"`{n}`" for n in held) or f"what {both(holders)} join"
+    hint = f"leave {'one of them' if several else 'it'} out, or put something elastic between"
+    return Locked(
+        "S322",
+        f"{what} cannot move: {both(holders)} {'hold' if several else 'holds'} all coordinates",
+        part.span if part else dae.span,
+        Severity.WARNING,
+        hint=f"{hint}, unless a structure is meant",
+    )
