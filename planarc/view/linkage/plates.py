@@ -34,7 +34,8 @@ def hull(points: Iterable[Place], slack: float = 0.0) -> tuple[Place, ...]:
 
     Reference: A. M. Andrew, Information Processing Letters 9(5), 1979, 216-219.
     """
-    ordered = sorted(set(points))
+    places = {(float(x), float(y)): (x, y) for x, y in points}
+    ordered = [places[place] for place in sorted(places)]
     if reach(ordered) <= slack:
         return tuple(ordered[:1])
     if len(ordered) < 3:
