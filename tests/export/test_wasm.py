@@ -123,6 +123,19 @@ def test_another_crank_gives_what_planarc_gives(tmp_path: Path) -> None:
 
 
 @needs_node
+def test_loops_are_closed_from_row_to_row(tmp_path: Path) -> None:
+    """Where a drive turns evenly, steps could be far longer than a loop can be followed."""
+    model = compiled("walking_leg")
+    wanted = run(model, RunOptions(tolerance=1e-10))
+    column = next(c for c in model.program.columns if c.name == "ankle.phi")
+    times = [float(t) for t in wanted.time]
+    (told,) = of_node(tmp_path, make_module(model).code, [column.slot], ([], times))
+    assert told["rows"] == len(times)
+    (phi,) = np.array(told["columns"])
+    assert np.abs(column.sign * phi - wanted["ankle.phi"]).max() < 1e-7
+
+
+@needs_node
 def test_what_cannot_be_is_told(tmp_path: Path) -> None:
     model = compiled("four_bar")
     slots = {p.name: p.slot for p in model.program.parameter_slots}

@@ -18,7 +18,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
 from planarc.export.instance.block import whole
-from planarc.export.plan import Phase, Stale
+from planarc.export.plan import Own, Phase, Stale
 
 
 def functions() -> Entries:
@@ -49,6 +49,8 @@ def _rows(e: Entries) -> None:
         reason = out.at(end * wide)
         reason.store(whole(c, 0))
         with c.loop(end, begin) as i:
+            # A step ends with each row: a loop is closed from the last row, never from far beyond.
+            m.store(whole(c, 0), Own.EXACT)
             flag = c.call(FLAG, "px_advance", m, times.load(REAL, i))
             rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
             with c.when(~flag.equals(0) | ~rest.equals(0), leaves=True):

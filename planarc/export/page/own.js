@@ -3,20 +3,30 @@
 
 planarc.source = (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
-  const { steps, holes, slots, places, model, told, rows } = data.page;
-  const places_of = new Map(slots.map((slot, k) => [slot, k]));
-  const code = Uint8Array.from(atob(document.getElementById("code").textContent), (c) => c.charCodeAt(0));
-  const engine = planarc.createEngine(code, slots);
+  const { places, model, told, rows } = data;
 
-  function drawn(run, times) {
+  async function unpack() {
+    // The length of the drawing, the drawing as JSON, the module.
+    const packed = Uint8Array.from(atob(document.getElementById("model").textContent), (c) => c.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const behind = 4 + new DataView(bytes.buffer).getUint32(0, true);
+    const drawing = JSON.parse(new TextDecoder().decode(bytes.subarray(4, behind)));
+    return { ...drawing, engine: await planarc.createEngine(bytes.subarray(behind), drawing.slots) };
+  }
+
+  const unpacked = unpack();
+
+  function drawn({ data: empty, steps, holes, slots }, run, times) {
+    const order = new Map(slots.map((slot, k) => [slot, k]));
     const columns = new Map();
     function column(slot) {
-      if (!columns.has(slot)) columns.set(slot, run.column(places_of.get(slot)));
+      if (!columns.has(slot)) columns.set(slot, run.column(order.get(slot)));
       return columns.get(slot);
     }
     const time = times.slice(0, run.rows);
     const values = planarc.replay(steps, { time, column });
-    const answer = structuredClone(data.drawing);
+    const answer = structuredClone(empty);
     for (const [path, step] of holes) {
       const last = path.length - 1;
       let inside = answer;
@@ -43,6 +53,7 @@ planarc.source = (() => {
   }
 
   async function run(order, signal) {
+    const drawing = await unpacked;
     const since = performance.now();
     const answer = { problems: [], notes: told.notes, key: "" };
     const begin = model.start;
@@ -51,12 +62,12 @@ planarc.source = (() => {
     const given = { ...order.values };
     for (const [name, value] of Object.entries(order.starts)) given[`${name}.start`] = value;
     const values = Object.entries(given).map(([name, value]) => [places[name][0], places[name][1] * value]);
-    const found = await (await engine).run(values, times, { wanted: () => !signal.aborted });
+    const found = await drawing.engine.run(values, times, { wanted: () => !signal.aborted });
     if (found === null) return { overtaken: true };
     const why = wrong(found, order, times);
     if (why) answer.problems.push(why);
     answer.seconds = (performance.now() - since) / 1000;
-    return found.rows > 1 ? { ...answer, ...drawn(found, times) } : answer;
+    return found.rows > 1 ? { ...answer, ...drawn(drawing, found, times) } : answer;
   }
 
   return { run, model, lost: "" };

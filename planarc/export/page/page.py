@@ -5,7 +5,7 @@ Out:  Page   its text
 
     fields     parameters and start values, as `planarc serve` shows them, but for what would
                compile the model again
-    code       the model as WebAssembly; `engine.js` runs it
+    module     the model as WebAssembly; `engine.js` runs it
     drawing    what is shown, with the steps that make it from the rows of a run (`record.js`)
 
 Raises:    PlanarcError C300 for what cannot be exported.
@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import base64
 import html
+import json
+import zlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -75,24 +77,18 @@ def make_page(compiled: Compiled, result: Result) -> Page:
     script = live_script(*(_text(n) for n in ("engine.js", "record.js", "own.js")))
     policy = _POLICY.format(hashes=assets.policy(assets.chart_script(), script))
     data = {
-        "drawing": drawing.data,
-        "page": {
-            "steps": drawing.steps,
-            "holes": drawing.holes,
-            "slots": drawing.slots,
-            "places": dict(_places(program, groups)),
-            "rows": min(len(result.time), ROWS),
-            "model": {
-                "name": program.name,
-                "description": program.description,
-                "start": program.experiment.start,
-                "stop": program.experiment.stop,
-                "groups": to_builtins(groups),
-                "choices": [],
-                "warnings": [["warning", _line(w)] for w in compiled.warnings],
-            },
-            "told": _told(program, drawing),
+        "places": dict(_places(program, groups)),
+        "rows": min(len(result.time), ROWS),
+        "model": {
+            "name": program.name,
+            "description": program.description,
+            "start": program.experiment.start,
+            "stop": program.experiment.stop,
+            "groups": to_builtins(groups),
+            "choices": [],
+            "warnings": [["warning", _line(w)] for w in compiled.warnings],
         },
+        "told": _told(program, drawing),
     }
     around = Surroundings(
         head=f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n',
@@ -101,11 +97,19 @@ def make_page(compiled: Compiled, result: Result) -> Page:
         about=_about(drawing),
         footer="Made by planarc. This page holds the model itself and asks nothing of the network.",
         data=f'<script type="application/json" id="data">{assets.embed_json(data)}</script>\n'
-        f'<script type="application/wasm" id="code">{base64.b64encode(module.code).decode()}'
-        "</script>",
+        f'<script type="text/plain" id="model">{_packed(drawing, module.code)}</script>',
     )
     text = live_text(program.name, program.description, script, around)
     return Page(text, sum(len(g.fields) for g in groups))
+
+
+def _packed(drawing: Drawing, code: bytes) -> str:
+    """The drawing and the module, compressed: `own.js` unpacks them."""
+    names = ("data", "steps", "holes", "slots")
+    parts = {n: getattr(drawing, n) for n in names}
+    told = json.dumps(parts, separators=(",", ":"), allow_nan=False).encode()
+    whole = len(told).to_bytes(4, "little") + told + code
+    return base64.b64encode(zlib.compress(whole, 9)).decode()
 
 
 def _groups(compiled: Compiled, starts: frozenset[int]) -> Iterator[Group]:
