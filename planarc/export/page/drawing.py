@@ -19,6 +19,10 @@ from msgspec.structs import replace
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.evaluate.record import Number, Rows, Tape
+from planarc.evaluate.rows import RowValues
+from planarc.export.module import errors
+from planarc.ir.dae import Assertion
+from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Layer, Track
 from planarc.ir.result import Result
 from planarc.stages import study
@@ -30,7 +34,8 @@ from planarc.view.scene import make_scene
 
 
 class Drawing(Data):
-    """`holes` are pairs of a path (keys and places, from `data` inwards) and the number of a step;
+    """`data` holds the scene, the curves, and the numbers that the messages of assertions tell.
+    `holes` are pairs of a path (keys and places, from `data` inwards) and the number of a step;
     `slots` are those whose columns the steps need. `facts` and `notes` are told as they are."""
 
     data: dict[str, Any]
@@ -92,7 +97,8 @@ def draw(result: Result) -> Drawing:
         forget_shapes()
     for part in (motion, curves):
         part["time"] = None
-    data: dict[str, Any] = {"scene": motion, "curves": curves}
+    told = [[_value(own, part) for part in numbers_of(a)] for a in errors(result.program)]
+    data: dict[str, Any] = {"scene": motion, "curves": curves, "told": told}
     found = list(_holes(data, []))
     steps, places = tape.recipe([step for _, step in found])
     slots = sorted({step[1] for step in steps if step[0] in ("column", "fixed")})
@@ -103,6 +109,27 @@ def draw(result: Result) -> Drawing:
         _emptied(data), steps, [(p, n) for (p, _), n in zip(found, places, strict=True)], slots,
         insight.facts, (*scene.notes, *lost),
     )  # fmt: skip
+
+
+def numbers_of(assertion: Assertion) -> list[Expr]:
+    """The numbers that a message tells with six digits, in their order."""
+    return [p[0] for p in assertion.message.parts if not isinstance(p, str) and not p[1]]
+
+
+def _value(result: Result, e: Expr) -> Any:
+    """A number of a message; None where it cannot be made again."""
+
+    def leaf(e: Expr) -> Any:
+        if e.op is Op.TIME:
+            return result.time
+        return result.track(symbol_text(*e.data) if e.op is Op.SYMBOL else e.data)
+
+    try:
+        with np.errstate(all="ignore"):
+            found = RowValues(leaf)(e)
+    except (KeyError, TypeError):  # what only an event or a function of Python knows
+        return None
+    return found if _is_known((found,)) else None
 
 
 def _is_known(values: Sequence[Any]) -> bool:

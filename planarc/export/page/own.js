@@ -41,13 +41,21 @@ planarc.source = (() => {
     return { severity: "error", code: "", message, hint: "", text: "", field: order.changed, ...more };
   }
 
-  function wrong(run, order, times) {
+  function last(value) {
+    // A number of a message, as it was at the last row.
+    const number = value?.length ? value[value.length - 1] : value;
+    return typeof number === "number" ? String(Number(number.toPrecision(6))) : "...";
+  }
+
+  function wrong(run, order, times, numbers) {
     if (run.refused >= 0) return problem(told.refused, order);
     if (!run.begun) return problem(told.start, order);
     const now = Number(times[Math.max(0, run.rows - 1)].toPrecision(6));
     if (run.failed) {
       const { message, text } = told.assertions[run.failed - 1];
-      return problem(message.replace("@", now), order, { text, field: "" });
+      const values = numbers[run.failed - 1].map(last);
+      const whole = message.replace("@", now).replace(/\x01/g, () => values.shift());
+      return problem(whole, order, { text, field: "" });
     }
     return run.rows < times.length ? problem(`the run ends at t = ${now} s: ${told.step}`, order, { field: "" }) : null;
   }
@@ -64,10 +72,11 @@ planarc.source = (() => {
     const values = Object.entries(given).map(([name, value]) => [places[name][0], places[name][1] * value]);
     const found = await drawing.engine.run(values, times, { wanted: () => !signal.aborted });
     if (found === null) return { overtaken: true };
-    const why = wrong(found, order, times);
+    const shown = found.rows > 0 ? drawn(drawing, found, times) : { told: [] };
+    const why = wrong(found, order, times, shown.told);
     if (why) answer.problems.push(why);
     answer.seconds = (performance.now() - since) / 1000;
-    return found.rows > 1 ? { ...answer, ...drawn(drawing, found, times) } : answer;
+    return found.rows > 1 ? { ...answer, scene: shown.scene, curves: shown.curves } : answer;
   }
 
   return { run, model, lost: "" };

@@ -28,7 +28,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import render_all
-from planarc.export.module import errors, message_text
+from planarc.export.module import errors
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.plan import is_settable
@@ -41,6 +41,7 @@ from planarc.view.page.typeset import typeset
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
+    from planarc.ir.dae import Assertion
     from planarc.ir.program import Program
     from planarc.ir.result import Result
 
@@ -52,6 +53,8 @@ _POLICY = (
 )
 #: An assertion's message names the instant, which only the page knows.
 _NOW = "t = 0 s"
+#: The place of a number in a message.
+_MARK = "\x01"
 _START = (
     "no start is found with these values: a loop does not close, or the way there from the "
     "values of the file is too far"
@@ -146,9 +149,17 @@ def _told(program: Program, drawing: Drawing) -> dict[str, Any]:
         "assertions": [
             {"message": d.message.replace(_NOW, "t = @ s", 1), "text": render_all((d,))}
             for a in errors(program)
-            for d in (assertion_diagnostic(program, 0.0, a, message_text(a)),)
+            for d in (assertion_diagnostic(program, 0.0, a, _message(a)),)
         ],
     }
+
+
+def _message(assertion: Assertion) -> str:
+    """The message of an assertion: a mark for each number that the page knows, else dots."""
+    marked = (
+        p if isinstance(p, str) else "..." if p[1] else _MARK for p in assertion.message.parts
+    )
+    return "".join(marked)
 
 
 def _about(drawing: Drawing) -> str:
