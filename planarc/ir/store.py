@@ -15,7 +15,6 @@ that nothing uses any more; these are not written.
 
 from __future__ import annotations
 
-import copyreg
 import io
 import pickle
 from array import array
@@ -32,7 +31,7 @@ _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.
 def dumps(value: object, table: Exprs) -> bytes:
     """`value` as bytes; all expressions in it belong to `table`."""
     buffer = io.BytesIO()
-    pickler = _Pickler(buffer)
+    pickler = _Pickler(buffer, table)
     pickler.dump(value)
     nodes = _nodes_below(pickler.found, table)
     columns = (
@@ -65,7 +64,7 @@ def loads(data: bytes) -> Any:
     return _Unpickler(io.BytesIO(body), table, nodes).load()
 
 
-def _nodes_below(numbers: list[int], table: Exprs) -> list[Expr]:
+def _nodes_below(numbers: set[int], table: Exprs) -> list[Expr]:
     """The nodes of these numbers and all that they are made of, in ascending order."""
     needed = bytearray(len(table.all))
     for number in numbers:
@@ -81,28 +80,23 @@ def _nodes_below(numbers: list[int], table: Exprs) -> list[Expr]:
 
 
 class _Pickler(pickle.Pickler):
-    """Writes an expression as `Expr(number)`, and the table as `Exprs()`."""
-
-    def __init__(self, buffer: io.BytesIO) -> None:
+    def __init__(self, buffer: io.BytesIO, table: Exprs) -> None:
         super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
-        self.found: list[int] = []  # numbers of the expressions met so far
-        # Asked once for each object, where a `persistent_id` is asked for each mention of any.
-        self.dispatch_table = {
-            **copyreg.dispatch_table,
-            Expr: self._reduced,
-            Exprs: lambda _: (Exprs, ()),
-        }
+        self._table = table
+        self.found: set[int] = set()  # numbers of the expressions met so far
 
-    def _reduced(self, e: Expr) -> tuple[type[Expr], tuple[int]]:
-        self.found.append(e.id)
-        return Expr, (e.id,)
+    def persistent_id(self, value: object) -> int | None:
+        if isinstance(value, Expr):
+            self.found.add(value.id)
+            return value.id
+        return -1 if value is self._table else None
 
 
 class _Unpickler(plain.PlainReader):
     def __init__(self, buffer: io.BytesIO, table: Exprs, nodes: dict[int, Expr]) -> None:
         super().__init__(buffer)
-        self._makers = {Expr.__name__: nodes.__getitem__, Exprs.__name__: lambda: table}
+        self._table = table
+        self._nodes = nodes
 
-    def find_class(self, module: str, name: str) -> Any:
-        maker = self._makers.get(name) if module == Expr.__module__ else None
-        return maker or super().find_class(module, name)
+    def persistent_load(self, key: int) -> Expr | Exprs:
+        return self._table if key < 0 else self._nodes[key]
