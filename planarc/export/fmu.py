@@ -100,7 +100,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     program = restricted(compiled.program, wishes.parameters)
     refuse(program)
     image = take_image(compiled)
-    shown = interface(program, image.w, image.held, image.selection, wishes.outputs)
+    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed)
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 class Image(Data):
     """`held` are pairs (slot, slot of the value that it is held at); `system` is the table of
-    `codegen.native.differences` for the conditions of the start."""
+    `codegen.native.differences` for the conditions of the start. `timed` are relations that switch
+    once, at a time known beforehand; `span` is the length of the experiment."""
 
     time: float
     selection: tuple[int, ...]
@@ -35,6 +36,8 @@ class Image(Data):
     bound: float
     held: tuple[tuple[int, int], ...]
     system: tuple[int, ...]
+    timed: frozenset[int] = frozenset()
+    span: float = 1.0
 
 
 def take_image(compiled: Compiled) -> Image:
@@ -62,9 +65,19 @@ def take_image(compiled: Compiled) -> Image:
             bound=run.states.watch.bound,
             held=held,
             system=_system(program, tuple(slot for slot, _ in held)),
+            timed=_timed(program, kernel, request.start),
+            span=request.span,
         )
     finally:
         run.close()
+
+
+def _timed(program: Program, kernel: Any, start: float) -> frozenset[int]:
+    """The relations whose zero functions are lines over time."""
+    from planarc.solve.events.instants import linear_zero, time_functions
+
+    functions = time_functions(program, kernel, start)
+    return frozenset(i for i, zero in functions.items() if linear_zero(zero) is not None)
 
 
 def _held(program: Program, told: Any) -> tuple[tuple[int, int], ...]:

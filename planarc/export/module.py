@@ -13,7 +13,7 @@ through a loader.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -24,35 +24,30 @@ from planarc.codegen.native.machine import LARGEST_OPTIMISED
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
+from planarc.export.actions import action_functions, errors, messages, reader, table
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
+from planarc.export.instance.events import event_functions
+from planarc.export.instance.instants import instant_functions
+from planarc.export.instance.relations import relation_functions
+from planarc.export.instance.settling import settling_functions
 from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
 from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
-from planarc.export.plan import Own, Phase, Plan, Stale, make_plan, rules
+from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules
 from planarc.export.tunable import tunable_parameters
-from planarc.ir.dae import Assertion
+from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
-from planarc.ir.expr import Expr, Op
 from planarc.ir.flat import StateSelect
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import Program
+from planarc.solve.events.crossings import AHEAD, unknowns
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
     from planarc.export.fmi.entries import Entries
-
-
-def errors(program: Program) -> tuple[Assertion, ...]:
-    """The assertions that end a run."""
-    return tuple(a for a in program.assertions if not a.warning)
-
-
-def message_text(assertion: Assertion) -> str:
-    """The message of an assertion; what it would compute stands there as dots."""
-    return "".join(p if isinstance(p, str) else "..." for p in assertion.message.parts)
 
 
 #: The derivatives of a model that has none.
@@ -70,13 +65,20 @@ declare i32 @px_asserts(ptr, double)
 declare ptr @px_message(i32)
 declare ptr @calloc(i64, i64)
 declare void @free(ptr)
+declare void @px_branches(ptr, i64)
+declare i32 @px_assign(ptr, double)
+declare i64 @px_act(ptr, double)
+declare void @px_samples(ptr, ptr)
+declare i32 @pc_discrete(ptr, double)
 declare double @pow(double, double)
+declare double @llvm.ceil.f64(double)
+declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
 @pc_tape_all = external constant [0 x i64]
 """
 _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
-    *("wanted", "starts", "nodes", "seal"),
+    *("wanted", "starts", "nodes", "seal", "relations", "discretes", "sampled", "quiet_slots"),
 )
 _PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
@@ -146,6 +148,10 @@ def _shared(entries: Entries) -> str:
         *state_functions(),
         *step_functions(),
         *slope_functions(),
+        *relation_functions(),
+        *instant_functions(),
+        *settling_functions(),
+        *event_functions(),
         entries.text(),
     )
     tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
@@ -160,18 +166,19 @@ def _own(
     tape = _NOTHING if slopes is None else slopes.tape()
     plan = make_plan(program, image.held, len(image.scales), tape)
     name = program.name.encode("ascii", "replace").decode()
-    messages = [entries.as_shown(message_text(a)) for a in errors(program)]
+    ends = [entries.as_shown(text) for text in messages(program)]
     texts = [("token", token), ("name", name)]
-    texts += [(f"message_{i}", text) for i, text in enumerate(messages, 1)]
+    texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
         (
             ir(program),
             *(text_constant(f"px_{key}", text) for key, text in texts),
             _tables(program, image, plan, tolerance),
-            _table("px_nodes", _nodes(program, slopes)),
-            _table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
+            table("px_nodes", _nodes(program, slopes)),
+            table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
+            action_functions(program),
             _asserts(program),
-            _message(len(messages)),
+            _message(len(ends)),
         )
     )
 
@@ -187,11 +194,6 @@ def _nodes(program: Program, slopes: Slopes | None) -> list[int]:
                 found[slot] = node
     found[0] = UNKNOWN
     return found
-
-
-def _table(name: str, numbers: Iterable[int]) -> str:
-    row = list(numbers) or [0]
-    return f"@{name} = constant [{len(row)} x i64] [{', '.join(f'i64 {n}' for n in row)}]\n"
 
 
 def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str:
@@ -214,21 +216,30 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
     rows = image.system[2] + image.system[3] + image.system[4]
     homes = [n for pair in made.homes for n in pair]
     w = dict(made.homes)[Frame.W]
+    reserved = (program.slots.get(name, -1) for name in (INITIAL, TERMINAL, START_TIME))
     numbers = (made.words, program.state_count, program.size, len(opened), len(made.given),
                len(made.given), image.system[1], rows, len(nominals), w - Own.PHASE,
-               Own.MARGIN - w, made.room)  # fmt: skip
+               Own.MARGIN - w, made.room, len(program.relations),
+               len(program.relations) - len(image.timed), len(program.discretes),
+               len(program.samplers), len(unknowns(program)), *reserved)  # fmt: skip
+    relations = [
+        n
+        for i, r in enumerate(program.relations)
+        for n in (r.slot, int(r.strict), int(r.time_only), int(i in image.timed))
+    ]
     return "".join(
         (
-            _table("px_plan", (*map(int, numbers), len(made.homes), *homes)),
-            _table("px_open", (records[i] for i in opened)),
-            _table("px_stay", (int(c.select is StateSelect.ALWAYS) for c in tears)),
-            _table("px_follow", follow),
-            _table("px_nominals", (n for pair in nominals for n in pair)),
-            _table("px_system", image.system),
-            _table("px_wanted", (start for _, start in made.given)),
-            _table("px_starts", (start for _, start in made.given)),
-            _table("px_rules", rules(program, made.given, tunable_parameters(program))),
-            _table("px_image", _image(program, image, made, tolerance)),
+            table("px_plan", (*map(int, numbers), len(made.homes), *homes)),
+            table("px_open", (records[i] for i in opened)),
+            table("px_stay", (int(c.select is StateSelect.ALWAYS) for c in tears)),
+            table("px_follow", follow),
+            table("px_nominals", (n for pair in nominals for n in pair)),
+            table("px_system", image.system),
+            table("px_wanted", (start for _, start in made.given)),
+            table("px_starts", (start for _, start in made.given)),
+            table("px_rules", rules(program, made.given, tunable_parameters(program))),
+            table("px_relations", relations),
+            table("px_image", _image(program, image, made, tolerance)),
         )
     )
 
@@ -236,7 +247,9 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
 def _image(program: Program, image: Image, made: Plan, tolerance: float) -> list[int]:
     """The words behind the pointers."""
     words = [0] * made.words
-    words[Own.PHASE], words[Own.STALE] = Phase.INSTANTIATED, Stale.ALL
+    words[Own.PHASE] = Phase.INSTANTIATED
+    words[Own.STALE] = Stale.START if is_eventful(program) else Stale.ALL
+    words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))
     words[Own.TOLERANCE], words[Own.BOUND] = _bits(tolerance), _bits(image.bound)
     words[Own.STOP] = _bits(1e300)
     homes = dict(made.homes)
@@ -257,11 +270,7 @@ def _asserts(program: Program) -> str:
     """Which assertion fails first, counted from 1."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
-    w = frame.load(POINTER, Frame.W)
-
-    def leaf(e: Expr) -> Value:
-        return t if e.op is Op.TIME else w.load(REAL, program.slots[repr(e)])
-
+    leaf = reader(program, frame.load(POINTER, Frame.W), t)
     for i, assertion in enumerate(errors(program), 1):
         truth = bit(c, formula(c, assertion.condition, leaf))
         with c.when(~truth, leaves=True):

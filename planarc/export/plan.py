@@ -14,11 +14,11 @@ copy it.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from enum import IntEnum
+from enum import IntEnum, auto
 from itertools import accumulate
 
 from planarc.core.data import Data
-from planarc.ir.dae import Kind
+from planarc.ir.dae import INITIAL, TERMINAL, Kind
 from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import ParameterSlot, Program
@@ -27,29 +27,82 @@ from planarc.ir.program import ParameterSlot, Program
 class Own(IntEnum):
     """Words behind the frame's."""
 
-    Y = len(Frame)  # pointers to arrays, in the order of `ARRAYS`
-    RATES = Y + 1
-    SCALES = Y + 2
-    GIVEN = Y + 3
-    STARTS = Y + 4
-    STAGES = Y + 5
-    PASSING = Y + 6  # where derivatives are passed on (`ir.derivatives.Passing`): no state
-    HOST = Y + 7  # what the host wants to be told with each message
-    LOGGER = Y + 8
-    LOGGING = Y + 9
-    BEGUN = Y + 10  # the phase behind initialization
-    PHASE = Y + 11  # from here on the state
-    STALE = Y + 12  # see `Stale`
-    TOLERANCE = Y + 13
-    BOUND = Y + 14  # of the sensitivity at which other states are taken
-    STEP = Y + 15  # the integrator's next one
-    WAITING = Y + 16  # 1 where other states are to be taken at the next event
-    STOP = Y + 17  # the time behind which no step may go
-    EXACT = Y + 18  # 1 where the present point lies on the last step
-    REACH = Y + 19  # the time at which that ended
-    SPAN = Y + 20  # its length
-    MARGIN = Y + 21  # what is left until other states are to be taken
-    FIRST = Y + 22
+    Y = len(Frame)  # pointers to arrays
+    RATES = auto()
+    SCALES = auto()
+    GIVEN = auto()
+    STARTS = auto()
+    STAGES = auto()
+    RELATIONS = auto()  # numbers of each relation (`Relation`)
+    SNAPSHOTS = auto()  # truths and discrete values, three times
+    SEEN = auto()  # of the snapshots that an iteration went through
+    BRANCHES = auto()  # which branch of each `when` acts: 0 none, 1 the first
+    SAMPLES = auto()  # numbers of each `sample` (`Sample`)
+    PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
+    HOST = auto()  # what the host wants to be told with each message
+    LOGGER = auto()
+    LOGGING = auto()
+    BEGUN = auto()  # the phase behind initialization
+    PHASE = auto()  # from here on the state
+    STALE = auto()  # see `Stale`
+    TOLERANCE = auto()
+    BOUND = auto()  # of the sensitivity at which other states are taken
+    STEP = auto()  # the integrator's next one
+    WAITING = auto()  # 1 where other states are to be taken at the next event
+    STOP = auto()  # the time behind which no step may go
+    EXACT = auto()  # 1 where the present point lies on the last step
+    REACH = auto()  # the time at which that ended
+    SPAN = auto()  # its length
+    AHEAD = auto()  # how far it is looked ahead at an event
+    TOUCHED = auto()  # 1 where an input was set since the last event
+    RESET = auto()  # 1 where an event set a state anew
+    ENDED = auto()  # the message with which an event ended the run, 0: none
+    OVER = auto()  # 1 where the run was terminated
+    CROWDED = auto()  # crossings in a row, each right behind the one before
+    LATEST = auto()  # when the last one was
+    NODE = auto()  # the first part of a step at which a relation has crossed; 2: none
+    CROSSED = auto()  # 1 where the step ends behind a crossing
+    MARGIN = auto()  # what is left until other states are to be taken
+    FIRST = auto()
+
+
+class Relation(IntEnum):
+    """What is known of relations, in arrays with a number for each."""
+
+    NOW = 0  # their zero functions, where they were evaluated last
+    LARGEST = auto()  # the greatest sizes seen
+    WIDTH = auto()  # how far beyond zero they cross
+    SHOWN = auto()  # what a host sees
+    BEFORE = auto()  # zero functions as integration left them
+    HELD_AT = auto()
+    BOUND = auto()
+    RISES = auto()
+    TRIAL = auto()
+    INSTANT = auto()  # when a relation of time alone switches
+    AFTER = auto()  # its truth from then on
+    CROSSING = auto()  # whole numbers from here: 1 where one crosses here
+    HELD = auto()
+    LATE = auto()
+    TURNED = auto()
+    RESTLESS = auto()
+
+
+class Row(IntEnum):
+    """What the table `px_relations` says of a relation."""
+
+    SLOT = 0
+    STRICT = auto()
+    OF_TIME = auto()
+    TIMED = auto()  # its instant is known
+
+
+class Sample(IntEnum):
+    """Arrays with a number for each `sample`."""
+
+    START = 0
+    INTERVAL = auto()
+    TICKS = auto()  # that have passed
+    FIRED = auto()  # a whole number: 1 where it fires here
 
 
 class Phase(IntEnum):
@@ -88,9 +141,19 @@ class Table(IntEnum):
     WORKSPACE = 9  # where it begins in the image
     MARGIN = 10  # the word of the margin, reckoned from the workspace
     ROOM = 11  # words of a block, with those that are no state
-    POINTERS = 12  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    RELATIONS = 12
+    INDICATORS = 13  # relations that a host sees
+    DISCRETES = 14
+    SAMPLES = 15
+    QUIET = 16  # unknowns beside which numbers are small
+    INITIAL = 17  # the slots of `initial()` and `terminal()`, of the start time; or -1
+    TERMINAL = 18
+    BEGIN = 19
+    POINTERS = 20  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
+#: Snapshots that an iteration compares, and passes of one before it is called endless.
+SNAPSHOTS, PASSES = 3, 100
 #: Stages of a step of the integrator, and vectors that it needs besides.
 STAGES = 10
 
@@ -113,6 +176,7 @@ def make_plan(
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives."""
     placed, n = place(program), program.state_count
+    switching = len(program.relations) + len(program.discretes)
     sizes = {
         Own.Y: n,
         Own.RATES: n,
@@ -120,6 +184,11 @@ def make_plan(
         Own.GIVEN: len(given),
         Own.STARTS: len(given),
         Own.STAGES: STAGES * n,
+        Own.RELATIONS: len(Relation) * len(program.relations),
+        Own.SNAPSHOTS: SNAPSHOTS * switching,
+        Own.SEEN: passes(program),
+        Own.BRANCHES: len(program.whens),
+        Own.SAMPLES: len(Sample) * len(program.samplers),
         Frame.W: program.size,
         Frame.NUMBERS: placed.numbers,
         Frame.ACCEPTED: placed.accepted,
@@ -133,6 +202,11 @@ def make_plan(
     homes += [(int(Own.PASSING), passing)]
     homes += [(passing + k, at) for k, at in zip(rooms, begins, strict=False)]
     return Plan(passing, begins[-1], tuple(homes), given)
+
+
+def passes(program: Program) -> int:
+    """Passes of an iteration: each discrete variable may wait for the one before it."""
+    return PASSES + len(program.discretes)
 
 
 def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
@@ -164,6 +238,12 @@ def rules(
     for name in program.inputs:
         found[program.slots[name]] = INPUT
     return found
+
+
+def is_eventful(program: Program) -> bool:
+    """Whether anything happens at instants."""
+    found = program.relations or program.samplers or program.whens or program.discretes
+    return bool(found) or program.table.knows(TERMINAL) or INITIAL in program.slots
 
 
 def is_settable(p: ParameterSlot) -> bool:

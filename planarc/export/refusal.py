@@ -10,10 +10,11 @@ from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.source import NOWHERE, Span
+from planarc.ir.dae import Assertion, Impact, Reinit, SetDiscrete
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, Program
 
-_HINT = "simulate it with `planarc simulate`; only models without events are exported so far"
+_HINT = "simulate it with `planarc simulate`; an FMU cannot do this yet"
 
 
 def refuse(program: Program) -> None:
@@ -28,23 +29,21 @@ def refuse(program: Program) -> None:
 
 
 def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
-    if program.relations:
-        for r in program.relations:
-            yield f"the event at which `{r.text}` switches", r.span
-    elif program.whens:
-        yield "a `when`", program.whens[0].span
-    elif program.samplers:
-        yield "a `sample`", program.samplers[0][3]
-    elif program.discretes:
-        yield f"the discrete variable `{program.discretes[0].name}`", program.span
+    acting = [a for when in program.whens for *_, found in when.branches for a in found]
+    for name, span in dict.fromkeys((a.component, a.span) for a in acting if isinstance(a, Impact)):
+        yield f"the contact `{name}`, of which velocities jump at events,", span
     for delay in program.delays:
         yield f"the delay `{delay.text}`", delay.span
     if program.sharing is not None:
         yield "a mechanism with redundant joints", program.span
-    lists = (program.parameters, *program.levels, program.rest, program.initial)
+    lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
+             program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]
     lets += [s for block in program.blocks for s in (*block.body, *block.jacobian_body)]
-    formulas = (*(s.value for s in lets), *(a.condition for a in program.assertions))
+    formulas = [s.value for s in lets] + [a.condition for a in program.assertions]
+    formulas += [a.value for a in acting if isinstance(a, SetDiscrete | Reinit)]
+    formulas += [a.condition for a in acting if isinstance(a, Assertion)]
+    formulas += [e for _, *pair, _ in program.samplers for e in pair]
     called = dict.fromkeys(e.data[0] for e in postorder(formulas) if e.op is Op.APPLY)
     for name in called:
         yield f"the function `{name}`, which planarc computes in Python,", program.span

@@ -257,7 +257,7 @@ def test_the_same_model_gives_the_same_bytes() -> None:
     assert one == two and len(one) < 250_000
 
 
-def test_what_has_events_is_refused() -> None:
+def test_rigid_contacts_are_refused() -> None:
     with pytest.raises(PlanarcError) as raised:
         make_fmu(compiled("cam_lift_off"), Wishes())
     first = raised.value.diagnostics[0]

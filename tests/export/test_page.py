@@ -172,7 +172,7 @@ def test_the_same_model_gives_the_same_page() -> None:
     assert make_page(model, result) == make_page(model, result)
 
 
-def test_python_writes_it_and_refuses_events(tmp_path: Path) -> None:
+def test_python_writes_it_and_refuses_contacts(tmp_path: Path) -> None:
     model = planarc.load(str(ROOT / "examples" / "pendulum.pmo"))
     path = model.export_page(tmp_path / "swing")
     assert path == tmp_path / "swing.html"

@@ -3,6 +3,8 @@
 Every function looks at its instance first: that there is one, and that it is in a phase in
 which the function may be called. What goes wrong is told to the host's logger in words, and by
 the standard's status; nothing else happens then.
+
+The file is long because the standard has many functions; each takes a few lines.
 """
 
 from __future__ import annotations
@@ -23,11 +25,13 @@ from planarc.export.instance.block import (
     store_narrow,
     whole,
 )
+from planarc.export.instance.relations import numbers_of, told
+from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
 from planarc.export.instance.slopes import UNKNOWN, has_slopes, node_of, slot_of
-from planarc.export.instance.steps import nominal_of
-from planarc.export.plan import Own, Phase, Stale, Table
+from planarc.export.instance.steps import CROWDED, nominal_of
+from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
 from planarc.ir.derivatives import CHUNK
-from planarc.ir.frame import Number
+from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
@@ -195,14 +199,22 @@ class Entries:
                 fill(c, m, values, i)
 
     def indicators(self, name: str) -> None:
-        """The margin is the only one."""
+        """The margin, where states are chosen, and what is seen of relations."""
         with self.entry(name, "ptr values, i64 count", EVALUABLE) as (c, (m, values, count)):
             with c.when(~count.equals(indicator_count(c)), leaves=True):
                 self.fail(c, m, f"{name}: the model has another number of event indicators")
             self.refresh(c, m, Stale.REST)
-            with c.when(count > 0):
+            to = c.variable(0, INT)
+            with c.when(plan(c, Table.OPEN) > 0):
                 c.run("px_measure", m)
                 values.store(m.load(REAL, Own.MARGIN))
+                to.set(whole(c, 1))
+            with c.when(~c.call(FLAG, "px_indicate", m).equals(0), leaves=True):
+                self.fail(c, m, f"{name}: a relation has no value at this point", DISCARD)
+            shown = numbers_of(c, m, Relation.SHOWN)
+            with c.loop(plan(c, Table.RELATIONS)) as i, c.when(told(c, i, Row.TIMED).equals(0)):
+                values.store(shown.load(REAL, i), to.get())
+                to.set(to.get() + 1)
 
     def set_states(self, name: str) -> None:
         with self.entry(name, "ptr values, i64 count", (Phase.CONTINUOUS,)) as (
@@ -371,22 +383,48 @@ class Entries:
         self.refresh(c, m, Stale.NOTHING)
         hold(c, m)
         self.check(c, m)
+        c.run("px_passed", m, m.load(POINTER, Frame.W).load(REAL))
         bad = c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)
         with c.when(bad):
             m.store(whole(c, 1), Own.WAITING)
         return m.load(INT, Own.WAITING)
 
-    def update(self, c: Code, m: Value) -> Value:
-        """An event; 1 where other states are taken."""
+    def update(self, c: Code, m: Value) -> tuple[Value, Value, Value, Value]:
+        """An event: whether states are set anew, and whether others are taken; whether the run is
+        terminated; the next instant."""
         changed = c.variable(0, INT)
         self.refresh(c, m, Stale.NOTHING)
+        self.judge(c, m, c.call(FLAG, "px_update", m))
+        self.refresh(c, m, Stale.NOTHING)
+        self.check(c, m)
         bad = c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)
         with c.when(bad | m.load(INT, Own.WAITING).equals(1)):
             flag = c.call(FLAG, "px_exchange", m)
             with c.when(flag > 0):
                 changed.set(whole(c, 1))
                 m.store(whole(c, Stale.ALL), Own.STALE)
-        return changed.get()
+        other = changed.get()
+        anew = c.emit(INT, f"or i64 {other.text}, {m.load(INT, Own.RESET).text}")
+        return anew, other, m.load(INT, Own.OVER), c.call(REAL, "px_next", m)
+
+    def judge(self, c: Code, m: Value, flag: Value) -> None:
+        """What an event came to, told to the host where it ends the run."""
+        with c.when(flag.equals(ACTED)):
+            text = c.call(POINTER, "px_message", c.flag(m.load(INT, Own.ENDED)))
+            over = m.load(INT, Own.OVER).equals(1)
+            with c.when(over):
+                c.run("px_log", m, c.constant(OK, FLAG), text)
+            with c.when(~over, leaves=True):
+                self.enter(c, m, Phase.FAILED)
+                c.run("px_log", m, c.constant(ERROR, FLAG), text)
+                c.give(ERROR)
+        for wrong, reason in (
+            (UNSOLVED, "the equations have no solution behind an event"),
+            (ENDLESS, "the truths and discrete values at an event do not come to rest"),
+        ):
+            with c.when(flag.equals(wrong), leaves=True):
+                self.enter(c, m, Phase.FAILED)
+                self.fail(c, m, reason)
 
     def step(self, c: Code, m: Value, t: Value, h: Value) -> None:
         """A step of co-simulation."""
@@ -400,8 +438,14 @@ class Entries:
             self.fail(c, m, "the length of the step is not above zero")
         with c.when(end > m.load(REAL, Own.STOP) + c.absolute(end) * 1e-9, leaves=True):
             self.fail(c, m, "the step goes beyond the stop time")
+        with c.when(m.load(INT, Own.OVER).equals(1), leaves=True):
+            self.fail(c, m, "the run was terminated by the model")
         flag = c.call(FLAG, "px_advance", m, end)
-        with c.when(~flag.equals(0), leaves=True):
+        self.judge(c, m, flag)
+        with c.when(flag.equals(CROWDED), leaves=True):
+            self.enter(c, m, Phase.FAILED)
+            self.fail(c, m, "events follow each other without end: the model chatters")
+        with c.when((~flag.equals(0)) & (~flag.equals(ACTED)), leaves=True):
             self.fail(c, m, "no step leads on from here: the equations have no solution, or the "
                       "motion is too quick for an explicit method", DISCARD)  # fmt: skip
         self.refresh(c, m, Stale.NOTHING)
@@ -410,7 +454,7 @@ class Entries:
 
 def indicator_count(c: Code) -> Value:
     some = plan(c, Table.OPEN) > 0
-    return c.emit(INT, f"zext i1 {some.text} to i64")
+    return c.emit(INT, f"zext i1 {some.text} to i64") + plan(c, Table.INDICATORS)
 
 
 def _state_words(c: Code) -> Value:

@@ -8,7 +8,7 @@ Reference: FMI 3.0.2, headers fmi3FunctionTypes.h and chapters 2 to 4.
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import INT, POINTER, Code, Value
+from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
 from planarc.export.fmi.entries import (
     ANYWHERE,
     INTEGER,
@@ -24,6 +24,7 @@ from planarc.export.fmi.entries import (
 )
 from planarc.export.instance.block import BYTE, constant, plan, whole
 from planarc.export.plan import Own, Phase, Table
+from planarc.ir.frame import Frame
 
 _OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")
 _REFUSED = (
@@ -114,6 +115,7 @@ def _life(e: Entries) -> None:
     with e.entry("fmi3ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
         e.started(c, m)
     with e.entry("fmi3Terminate", "", ANYWHERE) as (c, (m,)):
+        c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi3Reset", "", tuple(Phase)) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
@@ -129,13 +131,14 @@ def _model_exchange(e: Entries) -> None:
         pass
     flags = "ptr needed, ptr ended, ptr nominals, ptr values, ptr timed, ptr next"
     with e.entry("fmi3UpdateDiscreteStates", flags, (Phase.EVENT,)) as (c, (m, *places)):
-        changed = e.update(c, m)
+        anew, other, over, then = e.update(c, m)
         needed, ended, nominals, values, timed, following = places
-        for place in (needed, ended, timed):
-            give_flag(c, place, 0)
-        for place in (nominals, values):
-            give_flag(c, place, changed)
-        following.store(0.0)
+        known = then < 1e300
+        for place, truth in ((ended, over), (nominals, other), (values, anew)):
+            give_flag(c, place, truth)
+        give_flag(c, needed, 0)
+        give_flag(c, timed, c.emit(INT, f"zext i1 {known.text} to i64"))
+        following.store(c.select(known, then, 0.0))
     with e.entry("fmi3GetNumberOfContinuousStates", "ptr count") as (c, (_, to)):
         to.store(plan(c, Table.STATES))
     with e.entry("fmi3GetNumberOfEventIndicators", "ptr count") as (c, (_, to)):
@@ -161,4 +164,5 @@ def _steps(e: Entries) -> None:
             give_flag(c, place, 0)
         last.store(t)
         e.step(c, m, t, h)
-        last.store(t + h)
+        give_flag(c, flags[1], m.load(INT, Own.OVER))
+        last.store(m.load(POINTER, Frame.W).load(REAL))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
 from planarc.export.fmi.entries import (
+    DISCARD,
     INTEGER,
     NUMBER,
     TRUTH,
@@ -21,11 +22,15 @@ from planarc.export.fmi.entries import (
 )
 from planarc.export.instance.block import WORD, constant, whole
 from planarc.export.plan import Own, Phase
+from planarc.ir.frame import Frame
+
+#: Kinds of a status: `fmi2LastSuccessfulTime`, `fmi2Terminated`.
+_LAST_TIME, _TERMINATED = 2, 3
 
 _REFUSED = (
     "fmi2GetString", "fmi2SetString",
     "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2CancelStep",
-    "fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus",
+    "fmi2GetStatus", "fmi2GetIntegerStatus",
     "fmi2GetStringStatus",
 )  # fmt: skip
 
@@ -45,6 +50,18 @@ def functions() -> Entries:
     with e.entry("fmi2DoStep", "double t, double h, i32 final", (Phase.STEP,)) as (c, given):
         m, t, h, _ = given
         e.step(c, m, t, h)
+        with c.when(m.load(INT, Own.OVER).equals(1), leaves=True):
+            c.give(DISCARD)
+    # behind a step that was discarded: the last time, and whether the run was terminated
+    with e.entry("fmi2GetRealStatus", "i32 kind, ptr value") as (c, (m, which, value)):
+        with c.when(~which.equals(_LAST_TIME), leaves=True):
+            e.fail(c, m, "fmi2GetRealStatus: only the last time of a step is known", DISCARD)
+        value.store(m.load(POINTER, Frame.W).load(REAL))
+    with e.entry("fmi2GetBooleanStatus", "i32 kind, ptr value") as (c, (m, which, value)):
+        with c.when(~which.equals(_TERMINATED), leaves=True):
+            e.fail(c, m, "fmi2GetBooleanStatus: only whether the run was terminated is known",
+                   DISCARD)  # fmt: skip
+        e.give_word(c, value, m.load(INT, Own.OVER), 0)
     arrays = "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, ptr results"
     e.directional("fmi2GetDirectionalDerivative", arrays, 0)
     e.save("fmi2GetFMUstate")
@@ -96,6 +113,7 @@ def _life(e: Entries) -> None:
     with e.entry("fmi2ExitInitializationMode", "", (Phase.INITIALIZATION,)) as (c, (m,)):
         e.started(c, m)
     with e.entry("fmi2Terminate", "") as (c, (m,)):
+        c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi2Reset", "", tuple(Phase)) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
@@ -107,12 +125,13 @@ def _model_exchange(e: Entries) -> None:
     with e.entry("fmi2EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
         e.enter(c, m, Phase.CONTINUOUS)
     with e.entry("fmi2NewDiscreteStates", "ptr info", (Phase.EVENT,)) as (c, (m, info)):
-        changed = e.update(c, m)
-        none = whole(c, 0)
+        anew, other, over, then = e.update(c, m)
+        known = then < 1e300
+        timed = c.emit(INT, f"zext i1 {known.text} to i64")
         # needed, ended, nominals, values, timed: numbers of 4 bytes; then a time
-        for place, value in enumerate((none, none, changed, changed, none)):
+        for place, value in enumerate((whole(c, 0), over, other, anew, timed)):
             e.give_word(c, info, value, place)
-        info.store(c.constant(0.0, REAL), 3)
+        info.store(c.select(known, then, 0.0), 3)
     e.set_time("fmi2SetTime")
     e.set_states("fmi2SetContinuousStates")
     e.vector("fmi2GetContinuousStates", state)

@@ -12,7 +12,7 @@ whichever coordinate that is, and its derivative `der(_state[1])`.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec import field
@@ -96,8 +96,10 @@ def interface(
     held: Sequence[tuple[int, int]],
     selection: Sequence[int],
     outputs: re.Pattern[str] | None,
+    timed: Collection[int] = (),
 ) -> Interface:
-    """`selection` are the states where they never change; `outputs` matches names of variables
+    """`timed` are the relations that switch at known times: no host need look at them.
+    `selection` are the states where they never change; `outputs` matches names of variables
     that a host is shown as outputs, besides the model's own."""
     groups: dict[int, list[Column]] = {}
     for column in program.columns:
@@ -116,7 +118,9 @@ def interface(
         rates = tuple(8 * c.derivative for c in candidates)
         rate_of = dict(zip(rates, states, strict=True))
         shown = [v for ref, cols in groups.items() for v in found.all(ref, cols, rate_of.get(ref))]
-        return Interface((*seen, *shown), states, rates)
+        zeros = _zeros(program, timed)
+        watched = tuple(v.reference for v in zeros)
+        return Interface((*seen, *shown, *zeros), states, rates, watched)
     n = program.state_count
     states = tuple(8 * (program.size + k) for k in range(n))
     rates = tuple(8 * (program.size + n + k) for k in range(n))
@@ -134,7 +138,20 @@ def interface(
                      description=told))  # fmt: skip
     from planarc.solve.states.selector import open_blocks
 
-    return Interface(tuple(seen), states, rates, (margin,) if open_blocks(program) else ())
+    zeros = _zeros(program, timed)
+    watched = ((margin,) if open_blocks(program) else ()) + tuple(v.reference for v in zeros)
+    return Interface((*seen, *zeros), states, rates, watched)
+
+
+def _zeros(program: Program, timed: Collection[int]) -> list[Seen]:
+    """What is seen of the relations."""
+    first = program.size + 2 * program.state_count + 1
+    return [
+        Seen(8 * (first + i), NUMBER, f"_zero[{i + 1}]", "local", "continuous", "calculated",
+             description=f"Crosses zero where `{r.text}` switches")
+        for i, r in enumerate(program.relations)
+        if i not in timed
+    ]  # fmt: skip
 
 
 def _never_exchanged(program: Program) -> bool:

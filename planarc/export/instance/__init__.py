@@ -4,4 +4,8 @@ block       the memory of an instance: made, saved, read, set
 start       start values that fit together, from the assembly found at export
 states      other states where the present ones go bad
 steps       an integrator of its own
+relations   zero functions, stored truths, and what crosses
+instants    time events
+settling    truths and discrete values iterated at one instant
+events      what happens at an instant, at the start and at the end
 """

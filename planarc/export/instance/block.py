@@ -8,15 +8,25 @@
     px_set(block, reference, kind, value) -> flag
 
 A value's *reference* is made of its slot in the workspace: 8*slot + 2*kind + sign; slots
-behind the workspace are the states as they are chosen, their derivatives, and the margin. What
-a reference has from `OTHER` on makes other references of the same value.
+behind the workspace are the states as they are chosen, their derivatives, the margin, and what is
+seen of relations. What a reference has from `OTHER` on makes other references of the same value.
 """
 
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.plan import FIRST_GIVEN, INPUT, PARAMETER, TUNABLE, Own, Phase, Stale, Table
+from planarc.export.plan import (
+    FIRST_GIVEN,
+    INPUT,
+    PARAMETER,
+    TUNABLE,
+    Own,
+    Phase,
+    Relation,
+    Stale,
+    Table,
+)
 from planarc.ir.frame import Frame, Number
 
 BYTE, WORD = "i8", "i32"
@@ -123,7 +133,6 @@ def _refresh(c: Code, m: Value, least: Value) -> None:
         flag = c.call(FLAG, "px_start", m)
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
-        m.store(whole(c, Stale.REST), Own.STALE)
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
     y, rates = m.load(POINTER, Own.Y), m.load(POINTER, Own.RATES)
@@ -137,6 +146,9 @@ def _refresh(c: Code, m: Value, least: Value) -> None:
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
         c.run("px_measure", m)
+        flag = c.call(FLAG, "px_indicate", m)
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(flag)
         m.store(whole(c, Stale.NOTHING), Own.STALE)
     c.give(0)
 
@@ -147,10 +159,15 @@ def _place(c: Code, m: Value, given: Value, kind: Value) -> None:
     slot = reference / 8
     states = plan(c, Table.STATES)
     behind = slot - plan(c, Table.SIZE)
-    wrong = ~((reference - slot * 8) / 2).equals(kind) | (behind > states * 2)
+    wrong = ~((reference - slot * 8) / 2).equals(kind)
+    wrong = wrong | (behind > states * 2 + plan(c, Table.RELATIONS))
     with c.when(wrong, leaves=True):
         c.give(Value(c, POINTER, "null"))
     w, numbers, _, _ = open_frame(m)
+    with c.when(behind > states * 2, leaves=True):
+        relations = m.load(POINTER, Own.RELATIONS)
+        shown = plan(c, Table.RELATIONS) * int(Relation.SHOWN)
+        c.give(relations.at(shown + behind - states * 2 - 1))
     with c.when(behind.equals(states * 2), leaves=True):
         c.give(w.at(plan(c, Table.MARGIN)))
     with c.when(behind >= 0, leaves=True):
@@ -176,6 +193,7 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         now = c.emit(INT, f"select i1 {(stale < Stale.ALL).text}, i64 2, i64 {stale.text}")
         m.store(now, Own.STALE)
         m.store(whole(c, 0), Own.EXACT)
+        m.store(whole(c, 1), Own.TOUCHED)
         c.give(0)
     phase = m.load(INT, Own.PHASE)
     begun = phase.equals(Phase.EVENT) | phase.equals(Phase.STEP)
@@ -183,6 +201,7 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         place.store(wanted)
         m.store(whole(c, Stale.ALL), Own.STALE)
         m.store(whole(c, 0), Own.EXACT)
+        m.store(whole(c, 1), Own.TOUCHED)
         c.give(c.call(FLAG, "pc_parameters", m, m.load(POINTER, Frame.W).load(REAL)))
     with c.when((rule < PARAMETER) | (m.load(INT, Own.PHASE) > Phase.INITIALIZATION), leaves=True):
         c.give(1)

@@ -17,7 +17,9 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.export.instance.block import constant, hold, is_null, plan, whole
-from planarc.export.plan import PARAMETER, Own, Table
+from planarc.export.instance.events import SETTLED
+from planarc.export.instance.relations import attempt
+from planarc.export.plan import PARAMETER, Own, Stale, Table
 from planarc.ir.frame import Number
 
 #: Longest change of an unknown in one step, and how often one is halved.
@@ -26,12 +28,14 @@ LONGEST, HALVINGS, STEPS = 0.5, 12, 60
 SMALLEST = 2.0**-8
 #: Residuals below this part of their rows count as zero (`solve.start.newton.SMALL`).
 SMALL = 1e-10
+#: Rounds of start values and truths before they are called contradictory.
+ROUNDS = 50
 #: What is added to the diagonal of rows that may depend on each other.
 MORE = 1e-13
 
 
 def start_functions() -> tuple[str, ...]:
-    return _start(), _part(), _rows(), _solve(), _step()
+    return _start(), _assemble(), _part(), _rows(), _solve(), _step()
 
 
 def _counts(c: Code) -> tuple[Value, Value, Value, Value]:
@@ -42,6 +46,30 @@ def _counts(c: Code) -> tuple[Value, Value, Value, Value]:
 
 @function("i32 px_start(ptr m)", seldom=True)
 def _start(c: Code, m: Value) -> None:
+    """Start values and what is true there by turns: each may change what the other one is."""
+    w, _, _, _ = open_frame(m)
+    begins, done = plan(c, Table.BEGIN), c.variable(0, INT)
+    with c.when(begins >= 0):
+        w.store(w.load(REAL), begins)
+    attempt(c, "px_prepare", m)
+    with c.loop(ROUNDS), c.when(done.get().equals(0)):
+        attempt(c, "px_assemble", m)
+        flag = c.call(FLAG, "px_settled", m)
+        with c.when(flag > 0, leaves=True):
+            c.give(flag)
+        with c.when(flag.equals(SETTLED)):
+            done.set(whole(c, 1))
+    with c.when(done.get().equals(0), leaves=True):
+        c.give(1)
+    attempt(c, "px_first", m)
+    c.call(FLAG, "px_exchange", m)
+    m.store(whole(c, Stale.REST), Own.STALE)
+    c.give(c.call(FLAG, "pc_rhs", m, w.load(REAL), m.load(POINTER, Own.Y),
+                  m.load(POINTER, Own.RATES)))  # fmt: skip
+
+
+@function("i32 px_assemble(ptr m)", seldom=True)
+def _assemble(c: Code, m: Value) -> None:
     w, numbers, _, _ = open_frame(m)
     table, moved, width, _ = _counts(c)
     size = plan(c, Table.SIZE)

@@ -2,10 +2,14 @@
 
     px_advance(block, end) -> flag     to a time; 1 where no step leads on
     px_between(block, t, states)       the states within the last step, of order 4
+    px_locate(block, t, most) -> h     a step that ends right behind a crossing
+    px_happen(block) -> flag           what happens at the present point
 
 A step is as long as its errors allow, and the states at `end` are looked up within it: many
 short steps of a host cost as much as few long ones. After the host has set something the first
-step ends at `end` at the latest. What is accepted becomes the point that nonlinear blocks start
+step ends at `end` at the latest. Every step ends at events (`events`), right behind the first
+crossing of a relation on its way; they happen before the next step, or where the host arrives
+there. What is accepted becomes the point that nonlinear blocks start
 from; where the states go bad there, others are taken before the next step.
 
 Reference: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6(1), 1980, 19-26; the states
@@ -18,7 +22,9 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.export.instance.block import hold, plan, whole
-from planarc.export.plan import Own, Stale, Table
+from planarc.export.instance.instants import due
+from planarc.export.instance.relations import attempt, numbers_of
+from planarc.export.plan import Own, Relation, Stale, Table
 from planarc.ir.frame import Number
 
 _NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -41,10 +47,18 @@ _DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -106907639
 _TRIAL, _BEGIN, _END = 7, 8, 9
 #: First step of all, and steps below this part of the time are none.
 _FIRST, _NONE = 1e-4, 1e-14
+#: Trials until a crossing is known to so many last digits of the time.
+_TRIALS, _EXACT = 100, 4 * 2.0**-52
+#: Longest step of models with relations, crossings in a row that are too many, and the time from
+#: one to the next, in units of `Own.AHEAD`.
+_LONGEST, _CROWD, _CROWD_TIME = 1e5, 100, 3.0
+#: The flag of too many events.
+CROWDED = 4
 
 
 def step_functions() -> tuple[str, ...]:
-    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _advance()
+    return (_combine(), _stages(), _error(), _between(), _trial(), _locate(), _happen(), _begin(),
+            _try(), _advance())  # fmt: skip
 
 
 def _vector(c: Code, m: Value, place: int) -> Value:
@@ -81,7 +95,18 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
         flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, _vector(c, m, k))
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
+        with c.when(plan(c, Table.INDICATORS) > 0):
+            _watch(c, m, t + h * _NODES[k], _NODES[k])
     c.give(0)
+
+
+def _watch(c: Code, m: Value, t: Value, node: float) -> None:
+    """Note the first stage that lies behind a crossing."""
+    zeros = numbers_of(c, m, Relation.TRIAL)
+    c.call(FLAG, "pc_zeros", m, t, zeros)
+    over = c.call(REAL, "px_crossed", m, zeros) <= 0.0
+    with c.when(over & (m.load(REAL, Own.NODE) > node)):
+        m.store(node, Own.NODE)
 
 
 @function("double px_error(ptr m, double h)")
@@ -134,14 +159,94 @@ def nominal_of(c: Code, m: Value, i: Value) -> Value:
     return found.get()
 
 
+@function("double px_trial(ptr m, double t, double h)")
+def _trial(c: Code, m: Value, t: Value, h: Value) -> None:
+    """A step, and how far it ends from the next crossing of a relation."""
+    zeros = numbers_of(c, m, Relation.TRIAL)
+    with c.when(c.call(FLAG, "px_stages", m, t, h).equals(0), leaves=True):
+        flag = c.call(FLAG, "pc_zeros", m, t + h, zeros)
+        way = c.call(REAL, "px_crossed", m, zeros)
+        c.give(c.select(flag.equals(0), way, -1e300), REAL)
+    c.give(c.constant(-1e300, REAL), REAL)
+
+
+@function("double px_locate(ptr m, double t, double most)", seldom=True)
+def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
+    """The step itself is made anew each time, so that its end is as exact as any other."""
+    zeros = numbers_of(c, m, Relation.TRIAL)
+    last = c.variable(c.call(REAL, "px_trial", m, t, most))
+    with c.when(last.get() > 0.0, leaves=True):  # a stage was not the solution
+        c.give(most, REAL)
+    m.store(whole(c, 1), Own.CROSSED)
+    low, high = c.variable(0.0), c.variable(most)
+    c.call(FLAG, "pc_roots", m, t, _vector(c, m, _BEGIN), zeros)
+    first = c.variable(c.largest(c.call(REAL, "px_crossed", m, zeros), 1e-300))
+    side, done = c.variable(0, INT), c.variable(0, INT)
+    least = c.largest(c.absolute(t), c.absolute(t + most)) * _EXACT
+    with c.loop(_TRIALS) as k, c.when(done.get().equals(0)):
+        width = high.get() - low.get()
+        with c.when(width <= least):
+            done.set(whole(c, 1))
+        with c.when(width > least):
+            part = first.get() / (first.get() - last.get())
+            halved = (k - k / 4 * 4).equals(3) | ~((part > 0.0) & (part < 1.0))
+            x = low.get() + width * c.select(halved, c.constant(0.5, REAL), part)
+            x = c.select(x > low.get() + least * 0.5, x, low.get() + least * 0.5)
+            x = c.select(x < high.get() - least * 0.5, x, high.get() - least * 0.5)
+            way = c.call(REAL, "px_trial", m, t, x)
+            over = way <= 0.0
+            # Illinois' rule: where the same end moves again, the other's value counts half.
+            again = side.get().equals(c.select(over, whole(c, 1), whole(c, -1)))
+            half = c.select(again, c.constant(0.5, REAL), 1.0)
+            low.set(c.select(over, low.get(), x))
+            first.set(c.select(over, first.get() * half, way))
+            last.set(c.select(over, way, last.get() * half))
+            high.set(c.select(over, x, high.get()))
+            side.set(c.select(over, whole(c, 1), whole(c, -1)))
+    c.call(REAL, "px_trial", m, t, high.get())
+    c.give(high.get(), REAL)
+
+
+@function("i32 px_happen(ptr m)", seldom=True)
+def _happen(c: Code, m: Value) -> None:
+    """Where it is not too often."""
+    w, _, _, _ = open_frame(m)
+    t = w.load(REAL)
+    m.store(whole(c, 0), Own.EXACT)
+    with c.when(m.load(INT, Own.CROSSED).equals(1)):
+        soon = t - m.load(REAL, Own.LATEST) < m.load(REAL, Own.AHEAD) * _CROWD_TIME
+        count = c.select(soon, m.load(INT, Own.CROWDED) + 1, whole(c, 0))
+        m.store(count, Own.CROWDED)
+        m.store(t, Own.LATEST)
+    m.store(whole(c, 0), Own.CROSSED)
+    with c.when(m.load(INT, Own.CROWDED) > _CROWD, leaves=True):
+        c.give(CROWDED)
+    attempt(c, "px_update", m)
+    with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
+        changed = c.call(FLAG, "px_exchange", m)
+        with c.when(changed > 0):
+            m.store(whole(c, Stale.ALL), Own.STALE)
+    c.give(0)
+
+
 @function("i32 px_begin(ptr m)")
 def _begin(c: Code, m: Value) -> None:
-    """The first slopes of a step: those at the end of the last one, or new ones."""
+    """What happens where the last step ended; then the first slopes of a step: those at the end of
+    the last one, or new ones."""
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
     begin, end = _vector(c, m, _BEGIN), _vector(c, m, _END)
     slopes, last = _vector(c, m, 0), _vector(c, m, 6)
+    w, _, _, _ = open_frame(m)
     exact = m.load(INT, Own.EXACT).equals(1)
     reach = m.load(REAL, Own.REACH)
+    now = c.select(exact, reach, w.load(REAL))
+    known = c.call(REAL, "px_next", m) <= due(c, now)
+    with c.when(known | (exact & m.load(INT, Own.CROSSED).equals(1))):
+        with c.when(exact):
+            c.run("px_copy", y, end, n)
+            w.store(reach)
+        attempt(c, "px_happen", m)
+    exact = m.load(INT, Own.EXACT).equals(1)
     with c.when(exact & m.load(INT, Own.WAITING).equals(1)):
         with c.when(~c.call(FLAG, "pc_rhs", m, reach, end, slopes).equals(0), leaves=True):
             c.give(1)
@@ -151,7 +256,6 @@ def _begin(c: Code, m: Value) -> None:
             begin.store(end.load(REAL, i), i)
             slopes.store(last.load(REAL, i), i)
         c.give(0)
-    w, _, _, _ = open_frame(m)
     t = w.load(REAL)
     m.store(t, Own.REACH)
     with c.when(~c.call(FLAG, "pc_rhs", m, t, y, slopes).equals(0), leaves=True):
@@ -169,12 +273,16 @@ def _try(c: Code, m: Value, most: Value) -> None:
     with c.when(~(step.get() > 0.0)):
         step.set(c.constant(_FIRST, REAL))
     least = c.largest(c.absolute(t), c.constant(1.0, REAL)) * _NONE
+    watched, longest = plan(c, Table.INDICATORS) > 0, m.load(REAL, Own.AHEAD) * _LONGEST
+    step.set(c.select(watched & (step.get() > longest), longest, step.get()))
     again = c.label()
     c.enter(again)
     rest = most - t
     whole_way = step.get() * 1.05 >= rest
     h = c.select(whole_way, rest, step.get())
     ratio = c.variable(1e300)
+    m.store(2.0, Own.NODE)
+    m.store(whole(c, 0), Own.CROSSED)
     with c.when(c.call(FLAG, "px_stages", m, t, h).equals(0)):
         ratio.set(c.call(REAL, "px_error", m, h))
     accepted, refused = c.label(), c.label()
@@ -188,19 +296,25 @@ def _try(c: Code, m: Value, most: Value) -> None:
         c.give(1)
     c.jump(again)
     c.begin(accepted)
+    node, length = m.load(REAL, Own.NODE), c.variable(h)
+    with c.when(node <= 1.0):
+        length.set(c.call(REAL, "px_locate", m, t, h * node))
+    cut = length.get() < h
     trial, end = _vector(c, m, _TRIAL), _vector(c, m, _END)
     with c.loop(plan(c, Table.STATES)) as i:
         end.store(trial.load(REAL, i), i)
-    m.store(c.select(whole_way, most, t + h), Own.REACH)
-    m.store(h, Own.SPAN)
+    m.store(c.select(whole_way & ~cut, most, t + length.get()), Own.REACH)
+    m.store(length.get(), Own.SPAN)
     m.store(whole(c, 1), Own.EXACT)
     more = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
     more = c.select(more < _MOST, more, _MOST)
     more = c.select(more > _LEAST, more, _LEAST)
-    with c.when((~whole_way) | (h * more > step.get())):
+    with c.when((~cut) & ((~whole_way) | (h * more > step.get()))):
         step.set(h * more)
     m.store(step.get(), Own.STEP)
     hold(c, m)
+    with c.when(watched):
+        c.run("px_passed", m, m.load(REAL, Own.REACH))
     with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
         m.store(whole(c, 1), Own.WAITING)
     c.give(0)
@@ -210,25 +324,34 @@ def _try(c: Code, m: Value, most: Value) -> None:
 def _advance(c: Code, m: Value, end: Value) -> None:
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
     w, _, _, _ = open_frame(m)
-    with c.when(n.equals(0), leaves=True):
+    with c.when(m.load(INT, Own.TOUCHED).equals(1)):
+        attempt(c, "px_update", m)
+    still = n.equals(0) & plan(c, Table.INDICATORS).equals(0)
+    with c.when(still & (c.call(REAL, "px_next", m) > due(c, end)), leaves=True):
         w.store(end)
-        flag = c.call(FLAG, "pc_rhs", m, end, y, y)
+        alone = c.call(FLAG, "pc_rhs", m, end, y, y)
         hold(c, m)
         m.store(whole(c, Stale.REST), Own.STALE)
-        c.give(flag)
+        c.give(alone)
     stop = m.load(REAL, Own.STOP)
     beyond = c.select(stop > end, stop, end)
     # After something was set a step ends with the host's: more may be set there.
     bounded = c.variable(m.load(INT, Own.EXACT), INT)
     there = c.variable(0, INT)  # 1 where the workspace is that of the end
+    flag = c.variable(c.constant(0, FLAG), FLAG)
     again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
     c.enter(again)
     reach = m.load(REAL, Own.REACH)
     c.branch((m.load(INT, Own.EXACT).equals(1)) & (reach >= end), behind, work)
     c.begin(work)
-    c.leave(~c.call(FLAG, "px_begin", m).equals(0), failed)
+    flag.set(c.call(FLAG, "px_begin", m))
+    c.leave(~flag.get().equals(0), failed)
     most = c.select(bounded.get().equals(0), end, beyond)
-    c.leave(~c.call(FLAG, "px_try", m, most).equals(0), failed)
+    following = c.call(REAL, "px_next", m)
+    most = c.select(following < most, following, most)
+    c.leave(m.load(REAL, Own.REACH) >= most, again)  # another instant, within rounding
+    flag.set(c.call(FLAG, "px_try", m, most))
+    c.leave(~flag.get().equals(0), failed)
     there.set(whole(c, 1))
     c.jump(again)
     c.begin(failed)
@@ -237,9 +360,11 @@ def _advance(c: Code, m: Value, end: Value) -> None:
         w.store(m.load(REAL, Own.REACH))
     m.store(whole(c, Stale.ALL), Own.STALE)
     m.store(whole(c, 0), Own.EXACT)
-    c.give(1)
+    c.give(flag.get())
     c.begin(behind)
-    exactly = m.load(REAL, Own.REACH).equals(end)
+    reach = m.load(REAL, Own.REACH)
+    known = (c.call(REAL, "px_next", m) <= due(c, end)) & (reach <= due(c, end))
+    exactly = reach.equals(end) | known
     with c.when(exactly):
         c.run("px_copy", y, _vector(c, m, _END), n)
     with c.when(~exactly):
@@ -248,4 +373,6 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     fresh = exactly & there.get().equals(1)
     stale = c.emit(INT, f"select i1 {fresh.text}, i64 {int(Stale.REST)}, i64 {int(Stale.ALL)}")
     m.store(stale, Own.STALE)
+    with c.when(exactly & (known | m.load(INT, Own.CROSSED).equals(1))):
+        attempt(c, "px_happen", m)
     c.give(0)

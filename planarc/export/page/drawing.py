@@ -20,7 +20,7 @@ from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.evaluate.record import Number, Rows, Tape
 from planarc.evaluate.rows import RowValues
-from planarc.export.module import errors
+from planarc.export.actions import errors
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Layer, Track

@@ -9,7 +9,8 @@ JavaScript knows as its own numbers.
 
 A row is `width` numbers of the workspace, out[row*width + i] = w[slots[i]]. Fewer rows than were
 asked for: a run ended; `page_rows` leaves the reason in the word behind the last row that there is
-room for: 0, or the number of the assertion that failed.
+room for: 0, or the number of the message (`export.actions.messages`) that an assertion or an
+event ended it with.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
 from planarc.export.instance.block import whole
+from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own, Phase, Stale
 
 
@@ -53,6 +55,8 @@ def _rows(e: Entries) -> None:
             m.store(whole(c, 0), Own.EXACT)
             flag = c.call(FLAG, "px_advance", m, times.load(REAL, i))
             rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
+            with c.when(flag.equals(ACTED)):
+                reason.store(m.load(INT, Own.ENDED))
             with c.when(~flag.equals(0) | ~rest.equals(0), leaves=True):
                 c.give(c.flag(i))
             row = out.at(i * wide)

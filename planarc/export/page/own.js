@@ -52,10 +52,10 @@ planarc.source = (() => {
     if (!run.begun) return problem(told.start, order);
     const now = Number(times[Math.max(0, run.rows - 1)].toPrecision(6));
     if (run.failed) {
-      const { message, text } = told.assertions[run.failed - 1];
-      const values = numbers[run.failed - 1].map(last);
+      const { message, text, severity } = told.assertions[run.failed - 1];
+      const values = (numbers[run.failed - 1] ?? []).map(last);
       const whole = message.replace("@", now).replace(/\x01/g, () => values.shift());
-      return problem(whole, order, { text, field: "" });
+      return problem(whole, order, { text, severity, field: "" });
     }
     return run.rows < times.length ? problem(`the run ends at t = ${now} s: ${told.step}`, order, { field: "" }) : null;
   }

@@ -28,11 +28,12 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import render_all
-from planarc.export.module import errors
+from planarc.export.actions import endings, errors, message_text
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.plan import is_settable
-from planarc.solve.messages.event import assertion_diagnostic
+from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
+from planarc.solve.messages.event import assertion_diagnostic, no_value, terminated
 from planarc.view.page import assets
 from planarc.view.page.controls import Field, Group, groups_of
 from planarc.view.page.data import ROWS
@@ -41,7 +42,6 @@ from planarc.view.page.typeset import typeset
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
-    from planarc.ir.dae import Assertion
     from planarc.ir.program import Program
     from planarc.ir.result import Result
 
@@ -147,11 +147,33 @@ def _told(program: Program, drawing: Drawing) -> dict[str, Any]:
         "step": _STEP,
         "refused": "this value follows from others",
         "assertions": [
-            {"message": d.message.replace(_NOW, "t = @ s", 1), "text": render_all((d,))}
-            for a in errors(program)
-            for d in (assertion_diagnostic(program, 0.0, a, _message(a)),)
+            {
+                "message": d.message.replace(_NOW, "t = @ s", 1),
+                "text": render_all((d,)),
+                "severity": d.severity.value,
+            }
+            for d in _ends(program)
         ],
     }
+
+
+def _ends(program: Program) -> Iterator[Diagnostic]:
+    """What a run tells that ends at time 0, in the order of the numbers of endings."""
+    for i, action in enumerate(endings(program)):
+        if isinstance(action, Assertion):
+            # the page knows no numbers of those that stand in a `when`
+            text = _message if i < len(errors(program)) else _dotted
+            yield assertion_diagnostic(program, 0.0, action, text(action))
+        elif isinstance(action, Terminate):
+            yield terminated(0.0, action, message_text(action.message))
+        else:
+            assert isinstance(action, SetDiscrete | Reinit)
+            name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
+            yield no_value(program, 0.0, name, action)
+
+
+def _dotted(assertion: Assertion) -> str:
+    return message_text(assertion.message)
 
 
 def _message(assertion: Assertion) -> str:

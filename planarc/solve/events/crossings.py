@@ -26,6 +26,8 @@ QUIET = 1e-12
 SUDDEN = 0.01
 #: So many times further is looked where a function that was seen to cross seems to stand still.
 FURTHER = (8.0, 64.0, 512.0)
+#: The part of a run that is looked ahead at its events.
+AHEAD = 1e-7
 #: The bounds of a single evaluation count so often: integration has added to what states err.
 SAFETY = 8.0
 #: The side on which a function of noise stands is widened by this factor where noise has crossed
@@ -44,14 +46,14 @@ class Crossings:
         self.touches: frozenset[int] = frozenset()  # relations that an operator sets at events
         self.now = [0.0] * len(program.relations)
         self.largest = [0.0] * len(program.relations)
-        self._ahead = self._least = 1e-7 * (span or 1.0)
+        self._ahead = self._least = AHEAD * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
         self.heard = [0.0] * len(program.relations)
         self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
         self._earlier: tuple[float, list[float]] = (0.0, self.largest)  # sizes before an instant
         self._leaps: Collection[int] = ()  # functions that went across poles there
         self._rounding, self._start = Rounding(program, kernel), 0.0
-        self._unknowns = _unknowns(program)
+        self._unknowns = unknowns(program)
 
     def truths(self) -> list[bool]:
         return [self.kernel.w[r.slot] != 0 for r in self.program.relations]
@@ -258,7 +260,7 @@ class Crossings:
 
 
 @once
-def _unknowns(program: Program) -> tuple[int, ...]:
+def unknowns(program: Program) -> tuple[int, ...]:
     """The slots of the time and of the unknowns of blocks of the top."""
     tears = (x for b in program.blocks if not b.height for x in b.tears)
     return (0, *(program.slots[repr(x)] for x in tears))

@@ -70,7 +70,7 @@ class Schedule:
         self.endless: list[RelationSlot] = []
         for i, zero in _driven(program, kernel, start).items():
             relation = program.relations[i]
-            known = _linear_zero(zero) if relation.time_only else None
+            known = linear_zero(zero) if relation.time_only else None
             known = known or _other_zeros(zero, relation, start, stop)
             if known is None:
                 self.endless.append(relation)
@@ -252,7 +252,7 @@ def _other_zeros(
     return found.tolist(), len(found) > 0 and bool(_truth(relation, zero.at(found[:1]))[0])
 
 
-def _linear_zero(zero: TimeFunction) -> tuple[Sequence[float], bool] | None:
+def linear_zero(zero: TimeFunction) -> tuple[Sequence[float], bool] | None:
     """The zero of a function linear in time, and whether it is below zero afterwards.
 
     Far from zero the slope is known to few digits: what is left there is taken off again.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import (
     EDGE,
     INITIAL,
@@ -51,8 +51,8 @@ class Whens:
     def __init__(self, program: Program, kernel: Kernel, request: Request) -> None:
         self.program, self.kernel = program, kernel
         self.impacts = None if request.stepping else _impacts(program, kernel, request)
-        self._at_start = _initial_conditions(program)
-        self._slots = _own_slots(program)
+        self._at_start = initial_conditions(program)
+        self._slots = own_slots(program)
         self._read = Reader(program, kernel, 0.0)
         self._edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
 
@@ -124,12 +124,9 @@ class Whens:
                 elif isinstance(action, Assertion) and not read(action.condition):
                     _assertion(self.program, t, action, read, done)
                 elif isinstance(action, Terminate) and done.ended is None:
-                    done.ended = Diagnostic(
-                        "R431",
-                        f"terminated at t = {t:.6g} s: {text_of(action.message, read)}",
-                        action.span,
-                        Severity.NOTE,
-                    )
+                    from planarc.solve.messages.event import terminated
+
+                    done.ended = terminated(t, action, text_of(action.message, read))
         names = {k: slot for slot, k in states.items()}
         for index, value in moved:
             done.y[index] = value
@@ -186,7 +183,7 @@ def _assertion(
         done.ended = found
 
 
-def _own_slots(program: Program) -> dict[int, int]:
+def own_slots(program: Program) -> dict[int, int]:
     """Slots of the variables that when-clauses alone set, with those of their left limits."""
     given = {s.target for s in program.discrete if isinstance(s, Let)}
     names = set_by_whens(program.whens)
@@ -197,7 +194,7 @@ def _own_slots(program: Program) -> dict[int, int]:
     }
 
 
-def _initial_conditions(program: Program) -> frozenset[int]:
+def initial_conditions(program: Program) -> frozenset[int]:
     """Slots of the conditions that `initial()` makes true."""
     marked = set()
     for statement in program.discrete:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
 from planarc.core.source import Span
-from planarc.ir.dae import Assertion, Reinit, SetDiscrete
+from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
 from planarc.ir.program import Program, RelationSlot
@@ -136,6 +136,10 @@ def oscillating(relation: RelationSlot) -> Diagnostic:
 def _named(relation: RelationSlot) -> str:
     place = f" in `{relation.component}`" if relation.component else ""
     return f"`{relation.text}`{place}"
+
+
+def terminated(t: float, action: Terminate, message: str) -> Diagnostic:
+    return Diagnostic("R431", f"terminated at t = {t:.6g} s: {message}", action.span, Severity.NOTE)
 
 
 def no_value(program: Program, t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:

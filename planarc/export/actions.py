@@ -1,0 +1,226 @@
+"""What a model does at events, in LLVM: its when-clauses, and when its samplers fire.
+
+    px_branches(frame, initial)   which branch of each when-clause acts here
+    px_assign(frame, t) -> flag   discrete variables set; what no clause sets keeps its left limit
+    px_act(frame, t) -> moved     `reinit`, `assert`, `terminate`; 1 where a state was set anew
+    px_samples(frame, rows)       starts and intervals
+
+and the tables of relations and discrete variables that `export.instance` reads.
+
+Reference: `solve.events.whens`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.formulas import bit, formula, real
+from planarc.export.instance.settling import ACTED
+from planarc.export.plan import Own
+from planarc.ir.dae import EDGE, Action, Assertion, Message, Reinit, SetDiscrete, Terminate
+from planarc.ir.expr import Expr, Op
+from planarc.ir.frame import Frame
+from planarc.ir.program import Program
+from planarc.solve.events.crossings import unknowns
+from planarc.solve.events.whens import initial_conditions, own_slots
+
+_SELDOM = "noinline optnone "
+
+
+def errors(program: Program) -> tuple[Assertion, ...]:
+    """The assertions that end a run."""
+    return tuple(a for a in program.assertions if not a.warning)
+
+
+def messages(program: Program) -> list[str]:
+    """The texts of all endings."""
+    return [text for a in endings(program) if (text := _ending(a)) is not None]
+
+
+def endings(program: Program) -> list[Action]:
+    """Everything that a run may end with, in the order of their numbers, from 1."""
+    return [*errors(program), *(a for a in actions(program) if _ending(a) is not None)]
+
+
+def actions(program: Program) -> list[Action]:
+    return [a for when in program.whens for *_, found in when.branches for a in found]
+
+
+def message_text(message: Message) -> str:
+    """A message; what it would compute stands there as dots."""
+    return "".join(p if isinstance(p, str) else "..." for p in message.parts)
+
+
+def _ending(action: Action) -> str | None:
+    """The message with which an action may end a run."""
+    if isinstance(action, Terminate):
+        return message_text(action.message)
+    if isinstance(action, Assertion):
+        return None if action.warning else message_text(action.message)
+    if isinstance(action, SetDiscrete):
+        return f"what `{action.name}` is set to at an event has no value"
+    if isinstance(action, Reinit):
+        return f"what `{action.symbol!r}` is set to at an event has no value"
+    return None
+
+
+def numbers(program: Program) -> dict[int, int]:
+    """The number of the message of each action, by its place among all of them."""
+    found, number = {}, len(errors(program))
+    for i, action in enumerate(actions(program)):
+        if _ending(action) is not None:
+            number += 1
+            found[i] = number
+    return found
+
+
+def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
+    """Leaves of a formula from the workspace."""
+
+    def leaf(e: Expr) -> Value:
+        if e.op is Op.TIME:
+            return t
+        slot = program.slots.get(repr(e))
+        if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
+            slot = program.slots[e.data]
+        assert slot is not None, f"`{e}` has no value here"
+        return w.load(REAL, slot)
+
+    return leaf
+
+
+def action_functions(program: Program) -> str:
+    """The functions and tables of a model's events."""
+    discretes = [n for d in program.discretes for n in (d.slot, d.pre, d.start)]
+    return "\n".join(
+        (
+            "declare i64 @px_reinit(ptr, i64, double)",
+            _branches(program),
+            _assign(program),
+            _act(program),
+            _samples(program),
+            table("px_discretes", discretes),
+            table("px_sampled", (slot for slot, *_ in program.samplers)),
+            table("px_quiet_slots", unknowns(program)),
+        )
+    )
+
+
+def table(name: str, values: Iterable[int]) -> str:
+    """A constant array of whole numbers."""
+    row = list(values) or [0]
+    return f"@{name} = constant [{len(row)} x i64] [{', '.join(f'i64 {n}' for n in row)}]\n"
+
+
+def _branches(program: Program) -> str:
+    c = Code("px_branches", "void", ((POINTER, "m"), (INT, "initial")))
+    m, initial = c.arguments
+    w, chosen = m.load(POINTER, Frame.W), m.load(POINTER, Own.BRANCHES)
+    edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
+    at_start = initial_conditions(program)
+    ordinary = initial.equals(0)
+    for k, when in enumerate(program.whens):
+        found = c.constant(0, INT)
+        for number, (slot, pre, _) in reversed(list(enumerate(when.branches, 1))):
+            acts = ~w.load(REAL, slot).equals(0.0)
+            if slot not in edges:
+                acts = acts & w.load(REAL, pre).equals(0.0)
+            if slot not in at_start:
+                acts = acts & ordinary
+            found = c.select(acts, c.constant(number, INT), found)
+        chosen.store(found, k)
+    c.give()
+    return c.text(_SELDOM)
+
+
+def _each(
+    program: Program, c: Code, m: Value, do: Callable[[int, Action], None], kinds: tuple[type, ...]
+) -> None:
+    """Write what is done where a branch acts."""
+    chosen, i = m.load(POINTER, Own.BRANCHES), 0
+    for k, when in enumerate(program.whens):
+        for number, (*_, found) in enumerate(when.branches, 1):
+            wanted = [(i + j, a) for j, a in enumerate(found) if isinstance(a, kinds)]
+            i += len(found)
+            if wanted:
+                with c.when(chosen.load(INT, k).equals(number)):
+                    for place, action in wanted:
+                        do(place, action)
+
+
+def _assign(program: Program) -> str:
+    c = Code("px_assign", FLAG, ((POINTER, "m"), (REAL, "t")))
+    m, t = c.arguments
+    w, number = m.load(POINTER, Frame.W), numbers(program)
+    leaf = reader(program, w, t)
+
+    def assign(i: int, action: Action) -> None:
+        assert isinstance(action, SetDiscrete)
+        value = real(c, formula(c, action.value, leaf))
+        with c.when(value.is_nan(), leaves=True):
+            m.store(c.constant(number[i], INT), Own.ENDED)
+            c.give(ACTED)
+        w.store(value, program.slots[action.name])
+
+    _each(program, c, m, assign, (SetDiscrete,))
+    chosen = m.load(POINTER, Own.BRANCHES)
+    for slot, pre in own_slots(program).items():
+        kept = Value(c, "i1", "true")
+        for k, when in enumerate(program.whens):
+            for branch, (*_, found) in enumerate(when.branches, 1):
+                if slot in _set_in(program, found):
+                    kept = kept & ~chosen.load(INT, k).equals(branch)
+        with c.when(kept):
+            w.store(w.load(REAL, pre), slot)
+    c.give(0)
+    return c.text(_SELDOM)
+
+
+def _set_in(program: Program, found: Sequence[Action]) -> set[int]:
+    return {program.slots[a.name] for a in found if isinstance(a, SetDiscrete)}
+
+
+def _act(program: Program) -> str:
+    c = Code("px_act", INT, ((POINTER, "m"), (REAL, "t")))
+    m, t = c.arguments
+    number, moved = numbers(program), c.variable(0, INT)
+    leaf = reader(program, m.load(POINTER, Frame.W), t)
+
+    def end(i: int, over: bool) -> None:
+        with c.when(m.load(INT, Own.ENDED).equals(0)):
+            m.store(c.constant(number[i], INT), Own.ENDED)
+            m.store(c.constant(int(over), INT), Own.OVER)
+
+    def act(i: int, action: Action) -> None:
+        if isinstance(action, Terminate):
+            end(i, True)
+        elif isinstance(action, Reinit):
+            value = real(c, formula(c, action.value, leaf))
+            none = value.is_nan()
+            with c.when(none):
+                end(i, False)
+            with c.when(~none):
+                slot = c.constant(program.slots[repr(action.symbol)], INT)
+                one = c.call(INT, "px_reinit", m, slot, value)
+                moved.set(c.select(one.equals(1), one, moved.get()))
+        elif isinstance(action, Assertion) and not action.warning:
+            with c.when(~bit(c, formula(c, action.condition, leaf))):
+                end(i, False)
+
+    _each(program, c, m, act, (Terminate, Reinit, Assertion))
+    c.give(moved.get())
+    return c.text(_SELDOM)
+
+
+def _samples(program: Program) -> str:
+    c = Code("px_samples", "void", ((POINTER, "m"), (POINTER, "rows")))
+    m, rows = c.arguments
+    w = m.load(POINTER, Frame.W)
+    leaf = reader(program, w, w.load(REAL))
+    for k, (_, start, interval, _) in enumerate(program.samplers):
+        for place, e in enumerate((start, interval)):
+            value = real(c, formula(c, e, leaf))
+            rows.store(value, place * len(program.samplers) + k)
+    c.give()
+    return c.text(_SELDOM)
