@@ -80,7 +80,7 @@ def declaration(model: Model, variable: str, span: Span) -> Span:
 
 def point_home(model: Model, found: Diagnostic, component: str, here: str = "") -> Diagnostic:
     """The message at the user's declaration of a component, if it is about a place in a library:
-    that one, and other places in libraries, come last. `here` is said of that place."""
+    that one, and other places in libraries, come last, as details. `here` is said of that place."""
     if model.span is NOWHERE:
         return found
     part = own_part(model, component)
@@ -91,4 +91,6 @@ def point_home(model: Model, found: Diagnostic, component: str, here: str = "") 
         if span not in (None, NOWHERE) and all(r.span != span for r in foreign):
             foreign += (Related(here or f"this stands in `{part.class_name}`", span),)
         span = part.span
+    if span is not None and is_own(model, span):
+        foreign = tuple(replace(r, detail=True) for r in foreign)
     return replace(found, span=span, related=own + foreign)

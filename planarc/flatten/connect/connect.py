@@ -184,8 +184,9 @@ def _unlike(left: Side, right: Side, why: str, span: Span, hint: str | None = No
         related=tuple(Related(f"`{s.name}` is declared here", s.node.span) for s in sides),
         kind=hint or f"{left.name} {right.name}",  # once for both ends of a damper
     )
-    mixed = {_kind(side.node) for side in sides} == {"turns", "slides"}
-    return PlanarcError(other_kind(found, sides) if mixed else found)
+    kinds = [_kind(side.node) or "" for side in sides]
+    mixed = {*kinds} == {"turns", "slides"}
+    return PlanarcError(other_kind(found, sides, kinds) if mixed else found)
 
 
 def _kinds_hint(left: Side, right: Side) -> str | None:

@@ -15,20 +15,22 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once, Related
+from planarc.core.prose import both
 from planarc.flatten.connect.sides import Side
 
 _FIELDS = ("Rotational", "Translational")
 
 
 class OtherKind(Once):
-    """A connection of a shaft with a slide. `parts` are the components that it joins, and `twins`
+    """A connection of a shaft with a slide. `parts` are the components that it joins, `twins`
     the classes of the same name in the other field, where there are."""
 
     parts: tuple[str, ...] = ()
+    ends: tuple[tuple[str, str], ...] = ()  # the connectors, each with its kind
     twins: tuple[str, ...] = ()
 
 
-def other_kind(found: Once, sides: Sequence[Side]) -> OtherKind:
+def other_kind(found: Once, sides: Sequence[Side], kinds: Sequence[str]) -> OtherKind:
     owners = [side.node.parent for side in sides]
     parts = tuple("" if o is None or not o.prefix else o.prefix for o in owners)
     twins = []
@@ -50,6 +52,7 @@ def other_kind(found: Once, sides: Sequence[Side]) -> OtherKind:
         found.related,
         kind=found.message,
         parts=parts,
+        ends=tuple((side.name, kind) for side, kind in zip(sides, kinds, strict=True)),
         twins=tuple(twins),
     )
 
@@ -74,5 +77,12 @@ def told_once(errors: Sequence[Diagnostic]) -> list[Diagnostic]:
             first[part] = len(told)
             twin = error.twins[error.parts.index(part)]
             hint = f"take `{twin}` for `{part}`" if twin else error.hint
+            ends = dict.fromkeys(
+                e.ends[e.parts.index(part)]
+                for e in wrong
+                if part in e.parts and e.ends[e.parts.index(part)]
+            )
+            if len({kind for _, kind in ends}) > 1:
+                hint = f"exchange {both(name for name, _ in ends)}"
             told.append(replace(error, hint=hint))
     return told

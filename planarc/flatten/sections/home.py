@@ -61,7 +61,7 @@ def homewards(found: Diagnostic, instance: Instance) -> Diagnostic:
     own = next((i for i in around[:-1] if is_own(home, i.span)), None)
     if own is None:
         return found
-    there = Related(f"this stands in `{own.cls.name}`", found.span)
+    there = Related(f"this stands in `{own.cls.name}`", found.span, detail=True)
     related = (*found.related, there)
     if type(found) is not Diagnostic:
         return replace(found, span=own.span, related=related)

@@ -73,7 +73,11 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not expected.dims and len(actual.dims) == 1:
         return "give one number, not a vector"
-    if len(expected.dims) == len(actual.dims) == 2 and expected.dims[1] != actual.dims[1]:
+    matrices = len(expected.dims) == len(actual.dims) == 2
+    lies = matrices and expected.dims[0] not in (1, None) and actual.dims == (1, expected.dims[0])
+    if lies and _is_short(span) and "," in span.text:
+        return f"rows are parted by `;`: write the column `{span.text.replace(',', ';')}`"
+    if matrices and expected.dims[1] != actual.dims[1]:
         rows, columns = expected.dims
         hint = f"write rows of {counted(columns, 'value')}" if columns else None
         turned = columns == actual.dims[0] and rows in (None, *actual.dims)

@@ -155,6 +155,9 @@ class Poles:
             return abs(ydot[i]) if flag == 0 and math.isfinite(ydot[i]) else math.inf
 
         low, high = 0.0, 1.0 + AHEAD
+        far = [a + high * (b - a) for a, b in zip(y0, y1, strict=True)]
+        if self.kernel.rhs(t0 + high * (t1 - t0), far, ydot) > 0:
+            return False  # a loop does not close there: near its dead point rates grow, too
         a, b = high - SECTION * (high - low), low + SECTION * (high - low)
         left, right = height(a), height(b)
         for done in range(2 * HALVINGS):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -101,3 +102,13 @@ def test_a_change_of_sign_that_is_none_is_passed(derivative: str, backend: str) 
     body = f"Real x(start=0.7, fixed=true); equation der(x) = {derivative};"
     result = planarc.load(f"model M {body} end M;", backend=backend).simulate(2)
     assert result.time[-1] == 2
+
+
+def test_a_dead_point_is_no_pole() -> None:
+    # A rocker mechanism whose speeds are large beside its dead points: the way that a step leads
+    # goes out of the loop's reach, where its rates grow as towards a pole.
+    model = planarc.load(Path(__file__).parents[3] / "examples" / "four_bar.pmo")
+    longer = {"coupler.r": [1.5, 0]}
+    runs = [model.simulate(2, tolerance=t, parameters=longer) for t in (1e-9, 1e-12)]
+    coarse, fine = (run.at("revB.phi", 2.0) for run in runs)
+    assert coarse == pytest.approx(fine, abs=1e-5)
