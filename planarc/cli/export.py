@@ -80,6 +80,14 @@ def export(
             help="With commas between them, as x86_64-linux,x86_64-windows. Without, all.",
         ),
     ] = None,
+    stiff: Annotated[
+        bool,
+        typer.Option(
+            "--stiff",
+            help="Integrate with an implicit method in co-simulation: for hard springs and strong "
+            "dampers. The parameter `_stiff` changes it.",
+        ),
+    ] = False,
     fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
     library: Libraries = None,
 ) -> int:
@@ -108,7 +116,8 @@ def export(
         int(fmi),
         read_pattern(outputs, "--outputs"),
         read_pattern(parameters, "--parameters"),
-        None if platforms is None else tuple(filter(None, platforms.replace(",", " ").split())),
+        None if platforms is None else tuple(platforms.replace(",", " ").split()),
+        stiff,
     )
     backend = choose_backend(Backend.NATIVE)
     request = make_request(target, class_name, library)

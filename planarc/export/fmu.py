@@ -68,12 +68,14 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 class Wishes(Data):
     """`version` of the standard is 2 or 3; `outputs` matches names of variables that become
     outputs; None: the model's own, or, where it has none, all coordinates. `parameters` matches
-    those that a host may set. Without `platforms` all that the version knows."""
+    those that a host may set. Without `platforms` all that the version knows. With `stiff`
+    co-simulation takes implicit steps."""
 
     version: int = 3
     outputs: re.Pattern[str] | None = None
     parameters: re.Pattern[str] | None = None
     platforms: tuple[str, ...] | None = None
+    stiff: bool = False
 
 
 class Fmu(Data):
@@ -99,8 +101,9 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     folders = _folders(wishes)
     program = restricted(compiled.program, wishes.parameters)
     refuse(program)
-    image = take_image(compiled)
-    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed)
+    image = replace(take_image(compiled), stiff=wishes.stiff)
+    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
+                      wishes.stiff)  # fmt: skip
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)
@@ -128,7 +131,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         _archive(files),
         causes.count("input"),
         causes.count("output"),
-        causes.count("parameter"),
+        causes.count("parameter") - 1,  # that of the integrator is planarc's own
         program.state_count,
     )
 

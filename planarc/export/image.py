@@ -38,6 +38,7 @@ class Image(Data):
     system: tuple[int, ...]
     timed: frozenset[int] = frozenset()
     span: float = 1.0
+    stiff: bool = False  # the choice of steps
 
 
 def take_image(compiled: Compiled) -> Image:

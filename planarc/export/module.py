@@ -36,6 +36,7 @@ from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
 from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
+from planarc.export.instance.stiff import stiff_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -57,6 +58,15 @@ _NO_SLOPES = f"""
 define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
   ret i32 1
 }}
+"""
+#: In the place of implicit steps, which nothing can choose there.
+_EXPLICIT = """
+define i32 @px_stiff(ptr %m, double %t, double %h) nounwind {
+  ret i32 1
+}
+define double @px_stiff_error(ptr %m) nounwind {
+  ret double 0x7E37E43C8800759C
+}
 """
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
@@ -84,23 +94,23 @@ _PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simpli
 
 
 def compile_library(
-    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str,
-    slopes: Slopes | None = None,
-) -> tuple[bytes, ...]:  # fmt: skip
-    """The objects of an exported model for a system and its processor: what is the same for all
-    models, kept for the next one, its own, and its derivatives."""
-    texts = write_texts(program, image, entries, token, tolerance, slopes)
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
+) -> tuple[bytes, ...]:
+    """The objects of an exported model without derivatives, for a system and its processor."""
+    texts = write_texts(program, image, entries, token, tolerance, None, False)
     return compile_texts(texts, triple)
 
 
 def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None = None,
+    slopes: Slopes | None = None, derivatives: bool = True,
 ) -> tuple[str, ...]:  # fmt: skip
-    """The modules as texts, which are the same for all platforms."""
-    derivatives = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
+    """The modules as texts, which are the same for all platforms: what all models share, the
+    model's own, and its derivatives. Without `derivatives` nothing asks for them, and steps are
+    explicit."""
+    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
     own = _own(program, image, entries, token, tolerance, slopes)
-    return _shared(entries), own, derivatives
+    return _shared(entries, derivatives), own, of_values
 
 
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
@@ -140,18 +150,18 @@ def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def _shared(entries: Entries) -> str:
+def _shared(entries: Entries, derivatives: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
     functions = (
         *block_functions(),
         *start_functions(),
         *state_functions(),
         *step_functions(),
-        *slope_functions(),
         *relation_functions(),
         *instant_functions(),
         *settling_functions(),
         *event_functions(),
+        *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
         entries.text(),
     )
     tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
@@ -251,7 +261,7 @@ def _image(program: Program, image: Image, made: Plan, tolerance: float) -> list
     words[Own.STALE] = Stale.START if is_eventful(program) else Stale.ALL
     words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))
     words[Own.TOLERANCE], words[Own.BOUND] = _bits(tolerance), _bits(image.bound)
-    words[Own.STOP] = _bits(1e300)
+    words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(float(image.stiff))
     homes = dict(made.homes)
     arrays = {Own.Y: image.states, Own.SCALES: image.scales, Frame.W: image.w,
               Frame.NUMBERS: image.numbers, Frame.ACCEPTED: image.accepted}  # fmt: skip

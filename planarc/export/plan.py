@@ -62,6 +62,7 @@ class Own(IntEnum):
     LATEST = auto()  # when the last one was
     NODE = auto()  # the first part of a step at which a relation has crossed; 2: none
     CROSSED = auto()  # 1 where the step ends behind a crossing
+    STIFF = auto()  # 1.0 where steps are those of `stiff`
     MARGIN = auto()  # what is left until other states are to be taken
     FIRST = auto()
 
@@ -220,6 +221,7 @@ def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
         Passing.RANGES: 2 * nodes,
         Passing.LOCAL: nodes * stride,
         Passing.SCRATCH: largest * (largest + width + 1),
+        Passing.MOVED: 2 * states * states + 4 * states,  # of `instance.stiff`
     }
 
 

@@ -75,7 +75,7 @@ def test_names_and_patterns_choose_what_a_host_sees(
     )
     found = described(path)
     assert found["output"] == ["hinge.phi", "hinge.w"]
-    assert found["parameter"] == ["wheel.m", "wheel.I"]
+    assert found["parameter"] == ["wheel.m", "wheel.I", "_stiff"]
     with zipfile.ZipFile(path) as archive:
         folders = {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")}
     assert folders == {"x86_64-windows", "x86_64-linux"}

@@ -32,6 +32,7 @@ def export_fmu(
     inputs: Sequence[str],
     parameters: Names | None,
     platforms: Sequence[str] | None,
+    stiff: bool,
 ) -> Path:
     """See `Model.export_fmu`."""
     from planarc.export.fmu import Wishes, make_fmu
@@ -50,6 +51,7 @@ def export_fmu(
         _pattern("outputs", outputs, [c.name for c in program.columns]),
         _pattern("parameters", parameters, [p.name for p in program.parameter_slots]),
         None if platforms is None else _several("platforms", platforms),
+        bool(stiff),
     )
     if wanted:  # as `take_name` keeps it where the model is a text
         compiled = replace(compiled, program=replace(program, name=model.program.name))

@@ -34,6 +34,10 @@ _KINDS = {Kind.REAL: NUMBER, Kind.INTEGER: INTEGER, Kind.ENUMERATION: INTEGER,
 _TWICE = re.compile(r"der\(der\((.*)\)\)")
 
 
+#: The parameter that chooses between the ways to integrate.
+STIFF = "_stiff"
+
+
 class Seen(Data):
     """`derivative` is the reference of the state that it is the derivative of."""
 
@@ -97,10 +101,11 @@ def interface(
     selection: Sequence[int],
     outputs: re.Pattern[str] | None,
     timed: Collection[int] = (),
+    stiff: bool = False,
 ) -> Interface:
     """`timed` are the relations that switch at known times: no host need look at them.
     `selection` are the states where they never change; `outputs` matches names of variables
-    that a host is shown as outputs, besides the model's own."""
+    that a host is shown as outputs, besides the model's own; `stiff` is the choice of steps."""
     groups: dict[int, list[Column]] = {}
     for column in program.columns:
         kind = _KINDS.get(column.kind)
@@ -110,6 +115,10 @@ def interface(
     found = _Shown(program, w, {slot for slot, _ in held}, outputs)
     candidates = [program.candidates[i] for i in selection]
     fixed = _never_exchanged(program)
+    place = program.size + 2 * program.state_count + 1 + len(program.relations)
+    choice = Seen(8 * place + 2 * TRUTH, TRUTH, STIFF,
+                  "parameter", "fixed", "exact", float(stiff),
+                  description="= true, if co-simulation takes implicit steps")  # fmt: skip
     seen = [
         Seen(0, NUMBER, "time", "independent", "continuous", None, unit="s", description="Time")
     ]
@@ -120,7 +129,7 @@ def interface(
         shown = [v for ref, cols in groups.items() for v in found.all(ref, cols, rate_of.get(ref))]
         zeros = _zeros(program, timed)
         watched = tuple(v.reference for v in zeros)
-        return Interface((*seen, *shown, *zeros), states, rates, watched)
+        return Interface((*seen, *shown, *zeros, choice), states, rates, watched)
     n = program.state_count
     states = tuple(8 * (program.size + k) for k in range(n))
     rates = tuple(8 * (program.size + n + k) for k in range(n))
@@ -140,7 +149,7 @@ def interface(
 
     zeros = _zeros(program, timed)
     watched = ((margin,) if open_blocks(program) else ()) + tuple(v.reference for v in zeros)
-    return Interface((*seen, *zeros), states, rates, watched)
+    return Interface((*seen, *zeros, choice), states, rates, watched)
 
 
 def _zeros(program: Program, timed: Collection[int]) -> list[Seen]:

@@ -8,4 +8,6 @@ relations   zero functions, stored truths, and what crosses
 instants    time events
 settling    truths and discrete values iterated at one instant
 events      what happens at an instant, at the start and at the end
+stiff       implicit steps
+slopes      exact derivatives by states and inputs
 """

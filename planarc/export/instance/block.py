@@ -160,10 +160,12 @@ def _place(c: Code, m: Value, given: Value, kind: Value) -> None:
     states = plan(c, Table.STATES)
     behind = slot - plan(c, Table.SIZE)
     wrong = ~((reference - slot * 8) / 2).equals(kind)
-    wrong = wrong | (behind > states * 2 + plan(c, Table.RELATIONS))
+    wrong = wrong | (behind > states * 2 + plan(c, Table.RELATIONS) + 1)
     with c.when(wrong, leaves=True):
         c.give(Value(c, POINTER, "null"))
     w, numbers, _, _ = open_frame(m)
+    with c.when(behind.equals(states * 2 + plan(c, Table.RELATIONS) + 1), leaves=True):
+        c.give(m.at(int(Own.STIFF)))
     with c.when(behind > states * 2, leaves=True):
         relations = m.load(POINTER, Own.RELATIONS)
         shown = plan(c, Table.RELATIONS) * int(Relation.SHOWN)
@@ -180,6 +182,13 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
     """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number."""
     place = c.call(POINTER, "px_place", m, reference, kind)
     slot = own(reference) / 8
+    behind = slot - plan(c, Table.SIZE) - plan(c, Table.STATES) * 2
+    chooses = behind.equals(plan(c, Table.RELATIONS) + 1)
+    with c.when(~is_null(c, place) & chooses, leaves=True):
+        early = m.load(INT, Own.PHASE) < Phase.EVENT
+        with c.when(early):
+            place.store(value)
+        c.give(c.select(early, c.constant(0, FLAG), c.constant(1, FLAG)))
     with c.when(is_null(c, place) | (slot >= plan(c, Table.SIZE)), leaves=True):
         c.give(2)
     with c.when(~((value - value).equals(0.0)), leaves=True):

@@ -5,6 +5,8 @@
     px_locate(block, t, most) -> h     a step that ends right behind a crossing
     px_happen(block) -> flag           what happens at the present point
 
+Where the parameter `_stiff` says so, steps are those of `stiff`, and end where the host's do.
+
 A step is as long as its errors allow, and the states at `end` are looked up within it: many
 short steps of a host cost as much as few long ones. After the host has set something the first
 step ends at `end` at the latest. Every step ends at events (`events`), right behind the first
@@ -44,7 +46,7 @@ _SAFETY, _LEAST, _MOST, _FAILED = 0.9, 0.2, 5.0, 0.25
 _DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -10690763975 / 1880347072,
           701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423)  # fmt: skip
 #: Behind the slopes: the states of a trial, at the begin and at the end of the last step.
-_TRIAL, _BEGIN, _END = 7, 8, 9
+TRIAL, BEGIN, END = 7, 8, 9
 #: First step of all, and steps below this part of the time are none.
 _FIRST, _NONE = 1e-4, 1e-14
 #: Trials until a crossing is known to so many last digits of the time.
@@ -61,7 +63,7 @@ def step_functions() -> tuple[str, ...]:
             _try(), _advance())  # fmt: skip
 
 
-def _vector(c: Code, m: Value, place: int) -> Value:
+def vector(c: Code, m: Value, place: int) -> Value:
     """One of the arrays of slopes and states."""
     return m.load(POINTER, Own.STAGES).at(plan(c, Table.STATES) * place)
 
@@ -70,7 +72,7 @@ def _vector(c: Code, m: Value, place: int) -> Value:
 def _combine(c: Code, m: Value, h: Value, weights: Value, count: Value) -> None:
     """trial = begin + h*(sum of weighted slopes)"""
     n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
-    begin, trial = _vector(c, m, _BEGIN), _vector(c, m, _TRIAL)
+    begin, trial = vector(c, m, BEGIN), vector(c, m, TRIAL)
     with c.loop(n) as i:
         total = c.variable(0.0)
         with c.loop(count) as k:
@@ -89,10 +91,15 @@ def _weights(c: Code, row: tuple[float, ...]) -> Value:
 @function("i32 px_stages(ptr m, double t, double h)")
 def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
     """All slopes of a step but the first; the trial values stand behind them."""
-    trial = _vector(c, m, _TRIAL)
+    with c.when(m.load(REAL, Own.STIFF) > 0.0, leaves=True):
+        flag = c.call(FLAG, "px_stiff", m, t, h)
+        with c.when(flag.equals(0) & (plan(c, Table.INDICATORS) > 0)):
+            _watch(c, m, t + h, 1.0)
+        c.give(flag)
+    trial = vector(c, m, TRIAL)
     for k in range(1, 7):
         c.run("px_combine", m, h, _weights(c, _ROWS[k]), whole(c, k))
-        flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, _vector(c, m, k))
+        flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, vector(c, m, k))
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
         with c.when(plan(c, Table.INDICATORS) > 0):
@@ -112,8 +119,10 @@ def _watch(c: Code, m: Value, t: Value, node: float) -> None:
 @function("double px_error(ptr m, double h)")
 def _error(c: Code, m: Value, h: Value) -> None:
     """The largest error of a step beside what is allowed."""
+    with c.when(m.load(REAL, Own.STIFF) > 0.0, leaves=True):
+        c.give(c.call(REAL, "px_stiff_error", m), REAL)
     n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
-    begin, trial = _vector(c, m, _BEGIN), _vector(c, m, _TRIAL)
+    begin, trial = vector(c, m, BEGIN), vector(c, m, TRIAL)
     tolerance = m.load(REAL, Own.TOLERANCE)
     worst = c.variable(0.0)
     with c.loop(n) as i:
@@ -130,7 +139,7 @@ def _error(c: Code, m: Value, h: Value) -> None:
 def _between(c: Code, m: Value, t: Value, out: Value) -> None:
     """The polynomial of the last step."""
     n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
-    begin, end = _vector(c, m, _BEGIN), _vector(c, m, _END)
+    begin, end = vector(c, m, BEGIN), vector(c, m, END)
     h = m.load(REAL, Own.SPAN)
     rest = (m.load(REAL, Own.REACH) - t) / h  # from 1 down to 0
     part = 1.0 - rest
@@ -179,7 +188,7 @@ def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
         c.give(most, REAL)
     m.store(whole(c, 1), Own.CROSSED)
     low, high = c.variable(0.0), c.variable(most)
-    c.call(FLAG, "pc_roots", m, t, _vector(c, m, _BEGIN), zeros)
+    c.call(FLAG, "pc_roots", m, t, vector(c, m, BEGIN), zeros)
     first = c.variable(c.largest(c.call(REAL, "px_crossed", m, zeros), 1e-300))
     side, done = c.variable(0, INT), c.variable(0, INT)
     least = c.largest(c.absolute(t), c.absolute(t + most)) * _EXACT
@@ -234,8 +243,8 @@ def _begin(c: Code, m: Value) -> None:
     """What happens where the last step ended; then the first slopes of a step: those at the end of
     the last one, or new ones."""
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
-    begin, end = _vector(c, m, _BEGIN), _vector(c, m, _END)
-    slopes, last = _vector(c, m, 0), _vector(c, m, 6)
+    begin, end = vector(c, m, BEGIN), vector(c, m, END)
+    slopes, last = vector(c, m, 0), vector(c, m, 6)
     w, _, _, _ = open_frame(m)
     exact = m.load(INT, Own.EXACT).equals(1)
     reach = m.load(REAL, Own.REACH)
@@ -300,7 +309,7 @@ def _try(c: Code, m: Value, most: Value) -> None:
     with c.when(node <= 1.0):
         length.set(c.call(REAL, "px_locate", m, t, h * node))
     cut = length.get() < h
-    trial, end = _vector(c, m, _TRIAL), _vector(c, m, _END)
+    trial, end = vector(c, m, TRIAL), vector(c, m, END)
     with c.loop(plan(c, Table.STATES)) as i:
         end.store(trial.load(REAL, i), i)
     m.store(c.select(whole_way & ~cut, most, t + length.get()), Own.REACH)
@@ -336,7 +345,9 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     stop = m.load(REAL, Own.STOP)
     beyond = c.select(stop > end, stop, end)
     # After something was set a step ends with the host's: more may be set there.
-    bounded = c.variable(m.load(INT, Own.EXACT), INT)
+    stiff = m.load(REAL, Own.STIFF) > 0.0
+    free = c.emit(INT, f"select i1 {stiff.text}, i64 0, i64 {m.load(INT, Own.EXACT).text}")
+    bounded = c.variable(free, INT)
     there = c.variable(0, INT)  # 1 where the workspace is that of the end
     flag = c.variable(c.constant(0, FLAG), FLAG)
     again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
@@ -356,7 +367,7 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     c.jump(again)
     c.begin(failed)
     with c.when(m.load(INT, Own.EXACT).equals(1)):  # as far as steps led
-        c.run("px_copy", y, _vector(c, m, _END), n)
+        c.run("px_copy", y, vector(c, m, END), n)
         w.store(m.load(REAL, Own.REACH))
     m.store(whole(c, Stale.ALL), Own.STALE)
     m.store(whole(c, 0), Own.EXACT)
@@ -366,7 +377,7 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     known = (c.call(REAL, "px_next", m) <= due(c, end)) & (reach <= due(c, end))
     exactly = reach.equals(end) | known
     with c.when(exactly):
-        c.run("px_copy", y, _vector(c, m, _END), n)
+        c.run("px_copy", y, vector(c, m, END), n)
     with c.when(~exactly):
         c.run("px_between", m, end, y)
     w.store(end)
