@@ -196,14 +196,17 @@ def _check_sources(joined: list[Member], connections: Sequence[Connection]) -> N
         span = _where_joined(sources[0].key, sources[1].key, connections)
         message = f"{names} are connected, but both give the value"
         related = [Related(f"`{m.key[0]}` is declared here", m.leaf.span) for m in sources[:2]]
-        hint = _open_input(sources, connections)
+        hint = _open_input(sources, joined, connections)
         raise error("F313", message, span, hint=hint, related=related)
 
 
-def _open_input(sources: Sequence[Member], connections: Sequence[Connection]) -> str:
+def _open_input(
+    sources: Sequence[Member], joined: Sequence[Member], connections: Sequence[Connection]
+) -> str:
     """What to connect instead: the input of a component whose outputs are joined to others."""
     connected = {side.name for c in connections for side in (c.left, c.right)}
-    for source in reversed(sources):
+    taken = (m for m in joined if m.leaf.causality is syntax.Causality.INPUT and not m.outside)
+    for source in (*reversed(sources), *taken):
         part = source.leaf.parent
         nodes = (e.node for e in part.elements.values())
         inputs = [
@@ -212,6 +215,8 @@ def _open_input(sources: Sequence[Member], connections: Sequence[Connection]) ->
             if isinstance(n, Leaf) and n.causality is syntax.Causality.INPUT and n.is_connector
         ]
         free = [name for name in inputs if name not in connected]
+        if free and source not in sources:
+            return f"connect one of them to `{free[0]}`, which is open"
         if free and not source.outside:
             return f"connect to `{free[0]}` instead of `{source.key[0]}`: it is an input, and open"
     return "connect each to inputs only, or put a block between them, such as a sum or a switch"

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import counted
+from planarc.core.prose import counted, ticked
 from planarc.core.source import Span
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
@@ -95,7 +95,10 @@ def input_of(
     """The input of that name."""
     if name not in inputs:
         message = f"`{function}` has no input `{name}`"
-        raise error("F290", message, span, hint=did_you_mean(name, inputs))
+        hint = did_you_mean(name, inputs) or (
+            f"its inputs are {ticked(inputs)}" if inputs else None
+        )
+        raise error("F290", message, span, hint=hint)
     return inputs[name]
 
 
