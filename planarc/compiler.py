@@ -24,9 +24,9 @@
     lead         FlatModel           Compiled            compiled.py               models
     handbook     library             HTML                catalog/handbook/         pages
 
-`recall` takes the place of everything from `open` to `print` while no file has changed.
-`check` goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`.
-With `redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
+`recall` takes the place of everything from `open` to `print` while no file has changed. `check`
+goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`. With
+`redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
 program, looks at its start, and again (at most five times) until nothing redundant is left in it.
 Kernels ask for `slopes` while they run. `lead` is the way to a start that `homotopy` simplifies.
 The stages stand in `stages.py`, each with its clock and its errors; they do not know each other.

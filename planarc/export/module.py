@@ -231,7 +231,8 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
                len(made.given), image.system[1], rows, len(nominals), w - Own.PHASE,
                Own.MARGIN - w, made.room, len(program.relations),
                len(program.relations) - len(image.timed), len(program.discretes),
-               len(program.samplers), len(unknowns(program)), *reserved)  # fmt: skip
+               len(program.samplers), len(unknowns(program)), *reserved,
+               sum(not b.linear for b in program.blocks))  # fmt: skip
     relations = [
         n
         for i, r in enumerate(program.relations)

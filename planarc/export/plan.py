@@ -150,7 +150,8 @@ class Table(IntEnum):
     INITIAL = 17  # the slots of `initial()` and `terminal()`, of the start time; or -1
     TERMINAL = 18
     BEGIN = 19
-    POINTERS = 20  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    NONLINEAR = 20  # blocks that Newton's method solves from a point near by
+    POINTERS = 21  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 #: Snapshots that an iteration compares, and passes of one before it is called endless.

@@ -14,7 +14,7 @@ from planarc.ir.dae import Assertion, Impact, Reinit, SetDiscrete
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, Program
 
-_HINT = "simulate it with `planarc simulate`; an FMU cannot do this yet"
+_HINT = "simulate it with `planarc simulate`; exported models cannot do this yet"
 
 
 def refuse(program: Program) -> None:

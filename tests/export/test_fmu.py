@@ -50,14 +50,15 @@ def simulate(path: Path, way: str, stop: float, **more: object) -> np.ndarray:
              if v.causality == "output"]  # fmt: skip
     return fmpy.simulate_fmu(
         path, fmi_type=way, stop_time=stop, relative_tolerance=1e-11, output=names,
-        output_interval=stop / 100, record_events=False, **more,
+        record_events=False, **{"output_interval": stop / 100, **more},
     )  # fmt: skip
 
 
 def misfit(name: str, table: np.ndarray, stop: float, **options: object) -> float:
     """The largest difference to a run of planarc, as a part of the variable's range."""
     program = compiled(name).program
-    result = run(compiled(name), RunOptions(stop=stop, intervals=100, tolerance=1e-11, **options))
+    chosen = {"intervals": 100, "tolerance": 1e-11, **options}
+    result = run(compiled(name), RunOptions(stop=stop, **chosen))
     assert result.ended is None
     rows = np.abs(result.time[:, None] - table["time"]).argmin(0)
     assert np.abs(result.time[rows] - table["time"]).max() < 1e-9
@@ -83,6 +84,15 @@ def test_fmpy_has_nothing_to_say(folder: Path, name: str, version: int) -> None:
 def test_a_run_is_the_one_of_planarc(folder: Path, name: str, way: str) -> None:
     stop = min(3.0, compiled(name).program.experiment.stop)
     assert misfit(name, simulate(archive(folder, name), way, stop), stop) < 1e-6
+
+
+@runs_here
+@pytest.mark.parametrize("interval", (0.01, 0.5))
+def test_loops_are_closed_however_far_steps_could_reach(folder: Path, interval: float) -> None:
+    """A drive of constant speed has no errors that would bound a step, and a long one would close
+    the loops of the leg in another way, or not at all."""
+    table = simulate(archive(folder, "walking_leg"), "CoSimulation", 3.0, output_interval=interval)
+    assert misfit("walking_leg", table, 3.0, intervals=round(3.0 / interval)) < 1e-6
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64" or not HERE, reason="not of FMI 2")

@@ -51,7 +51,7 @@ TRIAL, BEGIN, END = 7, 8, 9
 _FIRST, _NONE = 1e-4, 1e-14
 #: Trials until a crossing is known to so many last digits of the time.
 _TRIALS, _EXACT = 100, 4 * 2.0**-52
-#: Longest step of models with relations, crossings in a row that are too many, and the time from
+#: Longest step of models with relations or loops, crossings in a row that are too many, and the time from
 #: one to the next, in units of `Own.AHEAD`.
 _LONGEST, _CROWD, _CROWD_TIME = 1e5, 100, 3.0
 #: The flag of too many events.
@@ -283,7 +283,9 @@ def _try(c: Code, m: Value, most: Value) -> None:
         step.set(c.constant(_FIRST, REAL))
     least = c.largest(c.absolute(t), c.constant(1.0, REAL)) * _NONE
     watched, longest = plan(c, Table.INDICATORS) > 0, m.load(REAL, Own.AHEAD) * _LONGEST
-    step.set(c.select(watched & (step.get() > longest), longest, step.get()))
+    # Loops are closed from the end of the last step, wherever within this one the host looks.
+    bounded = watched | (plan(c, Table.NONLINEAR) > 0)
+    step.set(c.select(bounded & (step.get() > longest), longest, step.get()))
     again = c.label()
     c.enter(again)
     rest = most - t
