@@ -24,9 +24,9 @@
     lead         FlatModel           Compiled            compiled.py               models
     handbook     library             HTML                catalog/handbook/         pages
 
-`recall` takes the place of everything from `open` to `print` while no file has changed. `check`
-goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`. With
-`redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
+`recall` takes the place of everything from `open` to `print` while no file has changed.
+`check` goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`.
+With `redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
 program, looks at its start, and again (at most five times) until nothing redundant is left in it.
 Kernels ask for `slopes` while they run. `lead` is the way to a start that `homotopy` simplifies.
 The stages stand in `stages.py`, each with its clock and its errors; they do not know each other.
@@ -62,9 +62,8 @@ def compile_model(
     """All stages up to code for one back end, or what an earlier run remembered of them."""
     clock = clock or Clock()
     with clock.phase("recall"):
-        known = recall(request, backend)
-    if known is not None:
-        return Compiled.recalled(known, backend)
+        if (known := recall(request, backend)) is not None:
+            return Compiled.recalled(known, backend)
     with without_collection():
         target = open_target(request)
         model = stages.flatten(target, clock)
