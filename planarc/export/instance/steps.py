@@ -362,7 +362,9 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     most = c.select(bounded.get().equals(0), end, beyond)
     following = c.call(REAL, "px_next", m)
     most = c.select(following < most, following, most)
-    c.leave(m.load(REAL, Own.REACH) >= most, again)  # another instant, within rounding
+    now = m.load(REAL, Own.REACH)
+    c.leave((now >= most) & (now < end), again)  # another instant, within rounding
+    most = c.largest(most, now)  # a host that is there already is given a step of no length
     flag.set(c.call(FLAG, "px_try", m, most))
     c.leave(~flag.get().equals(0), failed)
     there.set(whole(c, 1))
