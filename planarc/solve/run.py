@@ -84,7 +84,10 @@ class Run(Begun):
         """End a run that creeps, and note what one may warn of."""
         t, y, tolerance = self.integrator.t, self.integrator.y, self.request.tolerance
         pace = self.effort.pace(way)
-        if pace is Pace.CREEPING:
+        if pace is Pace.CREEPING:  # it may be up to where a solution ends
+            if self._leap(t, y, self.kernel.outputs(t, y) == 0):
+                self.effort.restart()
+                return
             self.ended = self._stopped(t, y, Cause.STEP, way=way)
         elif pace is not Pace.ORDINARY and self.request.fixed_step is None:
             from planarc.solve.messages.labour import Labour, Stretch

@@ -152,6 +152,8 @@ class Poles:
         def height(part: float) -> float:
             y = [a + part * (b - a) for a, b in zip(y0, y1, strict=True)]
             flag = self.kernel.rhs(t0 + part * (t1 - t0), y, ydot)
+            if flag > 0:  # a block has no solution so far ahead: that is no pole
+                return 0.0
             return abs(ydot[i]) if flag == 0 and math.isfinite(ydot[i]) else math.inf
 
         low, high = 0.0, 1.0 + AHEAD

@@ -69,3 +69,34 @@ equation
     result = run(body, backend, 7.0)
     law = np.clip(result["u"] * 15000 / 15001, -15, 15)
     assert result["y"] == pytest.approx(law, abs=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1.1e-10])
+def test_a_generator_of_two_saturating_amplifiers_goes_on(backend: str, tolerance: float) -> None:
+    """The jumps lie where a straight piece of a curve begins: steps before them become ever
+    shorter, and none fails. Between them x goes from one edge to the other, as der(x) =
+    -(p + e)/T with p = 15 or -15 and e = x/(A + 1)."""
+    amplified, limit, T = 15000, 15, 0.0375
+    stop, jumps = (2.0, 40) if backend == "native" else (0.12, 2)  # NumPy takes minutes for all
+    saturated = "smooth(0, if 15000*{0} > 15 then 15 else max(-15, 15000*{0}))"
+    result = planarc.load(
+        f"""
+model M
+  Real x(start=0, fixed=true), p, q, e(start=0), d, i(start=0.01);
+equation
+  q = {saturated.format("e")};
+  x - q = e;
+  p = homotopy({saturated.format("d")}, -15);
+  d - p = 1500*i;
+  d - q = -1000*i;
+  der(x) = -(p + e)/{T};
+end M;
+""",
+        backend=backend,
+    ).simulate(stop, tolerance=tolerance, intervals=20)
+    edge = (limit - (limit / amplified - 0.4 * limit) / 0.6 - limit) * (1 + 1 / amplified)
+    s = amplified + 1
+    half = T * s * math.log((limit + edge / s) / (limit - edge / s))
+    assert np.diff([event.time for event in result.events]) == pytest.approx(
+        np.full(jumps - 1, half), rel=1e-5
+    )
