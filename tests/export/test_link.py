@@ -17,7 +17,7 @@ from planarc.core.options import RunOptions
 from planarc.export.fmi.three import functions
 from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
-from planarc.export.module import compile_library
+from planarc.export.module import compile_texts, write_texts
 from planarc.request.request import Request
 
 COMPILED = cache(
@@ -30,7 +30,9 @@ WINE = shutil.which("wine")
 def library(platform: str) -> tuple[bytes, tuple[str, ...]]:
     program, kind = COMPILED().program, PLATFORMS[platform]
     entries = functions()
-    code = compile_library(program, take_image(COMPILED()), entries, "x", 1e-8, kind.triple)
+    code = compile_texts(
+        write_texts(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
+    )
     data = make_library(kind, code, f"FourBar.{kind.ending}", entries.names)
     return data, tuple(entries.names)
 
@@ -107,7 +109,9 @@ def test_windows_runs_it(tmp_path: Path) -> None:
         c.run("exit", c.constant(7, "i32"))
         c.give()
     entries.also("declare void @exit(i32)\n")
-    code = compile_library(program, take_image(COMPILED()), entries, "x", 1e-8, kind.triple)
+    code = compile_texts(
+        write_texts(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
+    )
     (tmp_path / "a.dll").write_bytes(make_library(kind, code, "a.dll", entries.names))
     own = {"WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all", "PATH": "/usr/bin:/bin",
            "WINEDLLOVERRIDES": "mscoree,mshtml=", "HOME": str(tmp_path)}  # fmt: skip

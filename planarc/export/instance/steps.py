@@ -8,11 +8,12 @@
 Where the parameter `_stiff` says so, steps are those of `stiff`, and end where the host's do.
 
 A step is as long as its errors allow, and the states at `end` are looked up within it: many
-short steps of a host cost as much as few long ones. After the host has set something the first
-step ends at `end` at the latest. Every step ends at events (`events`), right behind the first
-crossing of a relation on its way; they happen before the next step, or where the host arrives
-there. What is accepted becomes the point that nonlinear blocks start
-from; where the states go bad there, others are taken before the next step.
+short steps of a host cost as much as few long ones. Where loops are to be closed no step is longer
+than a hundredth of the run. After the host has set something the first step ends at `end` at the
+latest. Every step ends at events (`events`), right behind the first crossing of a relation on its
+way; they happen before the next step, or where the host arrives there. What is accepted becomes
+the point that nonlinear blocks start from; where the states go bad there, others are taken before
+the next step.
 
 Reference: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6(1), 1980, 19-26; the states
 within a step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
@@ -51,8 +52,8 @@ TRIAL, BEGIN, END = 7, 8, 9
 _FIRST, _NONE = 1e-4, 1e-14
 #: Trials until a crossing is known to so many last digits of the time.
 _TRIALS, _EXACT = 100, 4 * 2.0**-52
-#: Longest step of models with relations or loops, crossings in a row that are too many, and the time from
-#: one to the next, in units of `Own.AHEAD`.
+#: Longest step of models with relations or loops, crossings in a row that are too many, and the
+#: time from one to the next, in units of `Own.AHEAD`.
 _LONGEST, _CROWD, _CROWD_TIME = 1e5, 100, 3.0
 #: The flag of too many events.
 CROWDED = 4
