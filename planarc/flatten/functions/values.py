@@ -96,7 +96,9 @@ def input_of(
     if name not in inputs:
         message = f"`{function}` has no input `{name}`"
         hint = did_you_mean(name, inputs) or (
-            f"its inputs are {ticked(inputs)}" if inputs else None
+            f"its {'input is' if len(inputs) == 1 else 'inputs are'} {ticked(inputs)}"
+            if inputs
+            else None
         )
         raise error("F290", message, span, hint=hint)
     return inputs[name]
