@@ -136,6 +136,40 @@ def test_loops_are_closed_from_row_to_row(tmp_path: Path) -> None:
 
 
 @needs_node
+def test_a_mass_bounces_where_it_does_in_planarc(tmp_path: Path) -> None:
+    """By the law of free fall: the first bounce is after sqrt(2*h/g), each further one after
+    sqrt(0.64) = 0.8 of the time of the one before."""
+    (tmp_path / "ball.pmo").write_text(
+        """
+model Ball
+  Real h(start=1, fixed=true), v(start=0, fixed=true);
+  Integer n(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h < 0 then
+    reinit(v, -0.8*pre(v));
+    n = pre(n) + 1;
+  end when;
+end Ball;
+"""
+    )
+    model = compile_model(Request(tmp_path / "ball.pmo"))
+    slots = {c.name: c.slot for c in model.program.columns}
+    first = (2 / 9.81) ** 0.5
+    bounces = first * np.array([1.0, 2.6, 3.88])
+    times = sorted(float(t) for b in bounces for t in (b - 1e-6, b + 1e-6))
+    (told,) = of_node(
+        tmp_path, make_module(model).code, [slots["n"], slots["v"]], ([], [0.0, *times])
+    )
+    count, speed = np.array(told["columns"])
+    assert count.tolist() == [0, 0, 1, 1, 2, 2, 3]
+    down = -9.81 * first * np.array([1.0, 0.8, 0.64])
+    assert np.abs(speed[1::2] - down).max() < 1e-4
+    assert np.abs(speed[2::2] + 0.8 * down).max() < 1e-4
+
+
+@needs_node
 def test_what_cannot_be_is_told(tmp_path: Path) -> None:
     model = compiled("four_bar")
     slots = {p.name: p.slot for p in model.program.parameter_slots}
