@@ -264,8 +264,8 @@ def explain(result: Result, tolerance: float | None) -> Result:
     return result if lost is None else replace(result, warnings=(*result.warnings, lost))
 
 
-def study(result: Result, kernel: Kernel | None = None) -> Insight:
+def study(result: Result, kernel: Kernel | None = None, peaks: bool = True) -> Insight:
     """What is known of a run's mechanism; of the ranks only with the run's kernel."""
     from planarc.insight.study import study as run_stage
 
-    return run_stage(result, kernel)
+    return run_stage(result, kernel, peaks)

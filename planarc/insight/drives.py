@@ -31,11 +31,11 @@ class Drive(Data):
     power: Vector  # W
 
 
-def find_drives(result: Result) -> tuple[Drive, ...]:
+def find_drives(result: Result, values: Values | None = None) -> tuple[Drive, ...]:
     """The drives of a run, in the order of the model."""
     if len(result.time) < 2:
         return ()
-    values = Values(result)
+    values = values or Values(result)
     with np.errstate(all="ignore"):
         declared = values.declared("energy")
     found = []

@@ -72,11 +72,13 @@ class Energies(Data):
         return max(float(np.ptp(kind)) for kind in kinds)
 
 
-def find_energies(result: Result, mechanism: Mechanism | None) -> Energies | None:
+def find_energies(
+    result: Result, mechanism: Mechanism | None, values: Values | None = None
+) -> Energies | None:
     """The energies of a run; None without two rows, or where nothing has kinetic energy."""
     if len(result.time) < 2:
         return None
-    values = Values(result)
+    values = values or Values(result)
     with np.errstate(all="ignore"):
         declared = values.declared("energy")
     kinetic, potential = (_stored(values, declared, kind) for kind in ("kinetic", "potential"))

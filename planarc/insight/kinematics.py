@@ -47,11 +47,13 @@ class _Motion(Data):
     z: Track
 
 
-def find_layers(result: Result, mechanism: Mechanism | None) -> tuple[Layer, ...]:
+def find_layers(
+    result: Result, mechanism: Mechanism | None, values: Values | None = None
+) -> tuple[Layer, ...]:
     """The layers of a run that hold something."""
     if mechanism is None or not len(result.time):
         return ()
-    values = Values(result)
+    values = values or Values(result)
     motions = {i: _motion(values, link) for i, link in enumerate(mechanism.links) if i != GROUND}
     points = [*_joint_points(values, mechanism, motions), *_declared_points(values)]
     moving = [p for p in points if not (isinstance(p.x, float) and isinstance(p.y, float))]

@@ -25,14 +25,16 @@ _NOTHING = 1e-9
 
 
 def find_peaks(
-    result: Result, mechanism: Mechanism | None, drives: Sequence[Drive]
+    result: Result,
+    mechanism: Mechanism | None,
+    drives: Sequence[Drive],
+    values: Values | None = None,
 ) -> tuple[Peak, ...]:
     """The peaks of all drives and joints, drives first."""
     if len(result.time) < 2:
         return ()
-    found = [
-        _peak(result.time, *own) for own in (*_driving(result, drives), *_held(result, mechanism))
-    ]
+    held = _held(values or Values(result), mechanism)
+    found = [_peak(result.time, *own) for own in (*_driving(result, drives), *held)]
     largest: dict[str, float] = {}
     for p in found:
         largest[p.unit] = max(p.largest, largest.get(p.unit, 0.0))
@@ -47,8 +49,7 @@ def _driving(result: Result, drives: Sequence[Drive]) -> Iterator[tuple[str, str
         yield f"{drive.name} power", "W", drive.power
 
 
-def _held(result: Result, mechanism: Mechanism | None) -> Iterator[tuple[str, str, Vector]]:
-    values = Values(result)
+def _held(values: Values, mechanism: Mechanism | None) -> Iterator[tuple[str, str, Vector]]:
     for joint in () if mechanism is None else mechanism.joints:
         frame = next((f for f in joint.frames if values.has(f, "f[1]", "f[2]", "t")), None)
         if frame is not None:

@@ -10,21 +10,25 @@ from planarc.insight.formulas import formula_series
 from planarc.insight.kinematics import find_layers
 from planarc.insight.peaks import find_peaks
 from planarc.insight.rank import Closeness, find_closeness
+from planarc.insight.values import Values
 from planarc.ir.insight import DRIVES, Insight, Series
 from planarc.ir.kernel import Kernel
 from planarc.ir.result import Result
 
 
-def study(result: Result, kernel: Kernel | None = None) -> Insight:
-    """The insight into a run; ranks only with a kernel, whose workspace is changed."""
-    mechanism = result.program.mechanism
+def study(result: Result, kernel: Kernel | None = None, peaks: bool = True) -> Insight:
+    """The insight into a run; ranks only with a kernel, whose workspace is changed.
+
+    Without `peaks`, which cost time and only a table shows, there are none.
+    """
+    mechanism, values = result.program.mechanism, Values(result)
     closeness = None if kernel is None else find_closeness(result, kernel)
-    energies = find_energies(result, mechanism)
+    energies = find_energies(result, mechanism, values)
     facts = [] if mechanism is None else mechanism_facts(mechanism)
     if kernel is not None:
         facts += closeness_facts(result, mechanism, closeness)
     facts += energy_facts(energies)
-    drives = find_drives(result)
+    drives = find_drives(result, values)
     power = [Series(f"{d.name} power", "W", "put in by it", d.power) for d in drives]
     energy, dead = _energy_series(energies), _nearness_series(closeness)
     driving = (*(name for d in drives for name in d.efforts), *(s.name for s in power))
@@ -36,8 +40,8 @@ def study(result: Result, kernel: Kernel | None = None) -> Insight:
             ("Energy", tuple(s.name for s in energy), True),
             ("Dead points", tuple(s.name for s in dead), False),
         ),
-        find_layers(result, mechanism),
-        find_peaks(result, mechanism, drives),
+        find_layers(result, mechanism, values),
+        find_peaks(result, mechanism, drives, values) if peaks else (),
     )
 
 

@@ -17,12 +17,15 @@ from planarc.ir.result import Result
 
 
 class Values:
-    """The variables of a run. Rows at one time (an event) are never differenced."""
+    """The variables of a run, each worked out once. Rows at one time (an event) are never
+    differenced."""
 
     def __init__(self, result: Result) -> None:
         self.result = result
         self.time = result.time
         self._rates: dict[tuple[int, int], Track] = {}
+        self._declared: dict[tuple[str, int], Mapping[str, Mapping[str, Any]]] = {}
+        self._evaluated: dict[Expr, Any] = {}
         slots = result.program.slots
         #: the slots of variables whose derivatives the result holds, too
         self._derivatives = {
@@ -38,13 +41,19 @@ class Values:
 
         A component of which something cannot be evaluated is left out.
         """
-        evaluator = _Declared(self)
+        if (kind, order) not in self._declared:
+            self._declared[kind, order] = self._worked_out(kind, order)
+        return self._declared[kind, order]
+
+    def _worked_out(self, kind: str, order: int) -> Mapping[str, Mapping[str, Any]]:
+        evaluator = _Declared(self, self._evaluated)
         found: dict[str, dict[str, Any]] = {}
         failed = set()
         for d in self.result.program.declared:
             if d.kind == kind:
                 try:
-                    found.setdefault(d.component, {})[d.name] = evaluator.derivative(d.value, order)
+                    own = found.setdefault(d.component, {})
+                    own[d.name] = evaluator.derivative(d.value, order)
                 except _Unknown:
                     failed.add(d.component)
         return {component: values for component, values in found.items() if component not in failed}
@@ -113,9 +122,9 @@ def _applied(e: Expr, args: Sequence[Any]) -> Any:
 class _Declared(RowValues):
     """The values of expressions; derivatives that the result does not hold are differences."""
 
-    def __init__(self, values: Values) -> None:
+    def __init__(self, values: Values, known: dict[Expr, Any]) -> None:
         super().__init__(self._variable, _applied)
-        self._rows = values
+        self._rows, self._values = values, known
 
     def derivative(self, value: Any, order: int) -> Any:
         """The derivative of a value; of a vector that of each component."""

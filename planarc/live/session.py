@@ -342,7 +342,7 @@ class Session:
 
     def _shown(self, result: Result, ended: Diagnostic | None) -> dict[str, Any]:
         rows = result.rows
-        scene, insight = make_scene(rows), study(rows)
+        scene, insight = make_scene(rows), study(rows, peaks=False)
         figures = choose_figures(rows, None, insight)
         chosen = choose_rows(rows, figures, tracks=4 * len(scene.items))
         events = sorted({e.time for e in rows.events})

@@ -30,6 +30,7 @@ from planarc.view.marks.shapes import forget_shapes
 from planarc.view.page.columns import Columns
 from planarc.view.page.data import curve_data, scene_data
 from planarc.view.page.figures import choose_figures
+from planarc.view.page.shapes import shape_data
 from planarc.view.scene import make_scene
 
 
@@ -78,15 +79,21 @@ class _Columns(Columns):
         return self._known[key]
 
 
+def _forget() -> None:
+    """Make shapes afresh: numbers that remember are taken for no others."""
+    forget_shapes()
+    shape_data.cache_clear()
+
+
 def draw(result: Result) -> Drawing:
     """The drawing of a model, by a run of it."""
     tape = Tape()
     given = {name: getattr(result, name) for name in result.__struct_fields__}
     own = _Remembering(**given | {"time": tape.rows(result.time, "time"), "tape": tape})
-    forget_shapes()
+    _forget()
     try:
         with np.errstate(all="ignore"):
-            scene, insight = make_scene(own), study(own)
+            scene, insight = make_scene(own), study(own, peaks=False)
             items = tuple(item for item in scene.items if _is_known(item.tracks))
             layers = tuple(filter(None, map(_kept, insight.layers)))
             series = tuple(s for s in insight.series if _is_known((s.values,)))
@@ -94,7 +101,7 @@ def draw(result: Result) -> Drawing:
             motion = scene_data(replace(scene, items=items), None, (), layers, _Columns())
             curves = curve_data(own, figures, None, series, columns=_Columns())
     finally:
-        forget_shapes()
+        _forget()
     for part in (motion, curves):
         part["time"] = None
     told = [[_value(own, part) for part in numbers_of(a)] for a in errors(result.program)]

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from planarc.core.data import Data
-from planarc.evaluate.record import cos, first, sin
+from planarc.evaluate.record import Number, cos, first, sin
 from planarc.ir.insight import Track
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.result import Result
@@ -31,6 +31,8 @@ from planarc.view.linkage.palette import paint
 _MOST, _LEAST, _SHORT = 1 / 30, 1 / 260, 0.14
 #: Places that are closer than this share of the picture are one.
 _SAME = 1e-6
+#: The decimal digits of a place in a link, of the size of its pose.
+_DIGITS = 10
 
 Pose = tuple[Track, Track, Track]
 Place = tuple[float, float]
@@ -198,7 +200,13 @@ def _seen(axes: Pose, pose: Pose) -> Place | None:
             return None
         x, y, phi, u, v = (float(row[known[0]]) for row in rows)
     c, s, dx, dy = cos(phi), sin(phi), u - x, v - y
-    return c * dx + s * dy, c * dy - s * dx
+    digits = _DIGITS - math.frexp(max(map(abs, map(float, (x, y, u, v)))))[1] * 3 // 10
+    return _rounded(c * dx + s * dy, digits), _rounded(c * dy - s * dx, digits)
+
+
+def _rounded(value: float, digits: int) -> float:
+    """A number without the round-off of its pose: runs from other starts share a shape."""
+    return value if isinstance(value, Number) else round(value, digits) + 0.0
 
 
 def _distinct(places: Iterable[Place], size: float) -> tuple[Place, ...]:

@@ -47,7 +47,7 @@ RAIL = 0.32
 _ARC = math.pi / 10
 
 
-class Shape(Data):
+class Shape(Data, cache_hash=True):
     """Forms of an item; `needs` are the sizes, `l` and `w`, without which none is drawn."""
 
     forms: tuple[Form, ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from planarc.evaluate.record import Number
@@ -11,8 +12,9 @@ from planarc.view.marks.shapes import Shape
 from planarc.view.page.columns import number
 
 
+@lru_cache(maxsize=1000)
 def shape_data(shape: Shape) -> dict[str, Any]:
-    """A shape for `json`."""
+    """A shape for `json`, which nobody changes: equal ones are one object."""
     return {"needs": shape.needs, "forms": [_form(form) for form in shape.forms]}
 
 
