@@ -28,6 +28,7 @@ from planarc.export.actions import action_functions, errors, messages, reader, t
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
+from planarc.export.instance.ends import end_functions
 from planarc.export.instance.events import event_functions
 from planarc.export.instance.instants import instant_functions
 from planarc.export.instance.relations import relation_functions
@@ -37,7 +38,8 @@ from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
-from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules
+from planarc.export.instance.uneventful import uneventful_functions
+from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules, starts_anew
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
@@ -110,7 +112,7 @@ def write_texts(
     explicit."""
     of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
     own = _own(program, image, entries, token, tolerance, slopes)
-    return _shared(entries, derivatives), own, of_values
+    return _shared(entries, derivatives, is_eventful(program)), own, of_values
 
 
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
@@ -150,17 +152,16 @@ def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def _shared(entries: Entries, derivatives: bool) -> str:
+def _shared(entries: Entries, derivatives: bool, eventful: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
+    events = (relation_functions, instant_functions, settling_functions, event_functions,
+              end_functions) if eventful else (uneventful_functions,)  # fmt: skip
     functions = (
         *block_functions(),
         *start_functions(),
         *state_functions(),
         *step_functions(),
-        *relation_functions(),
-        *instant_functions(),
-        *settling_functions(),
-        *event_functions(),
+        *(text for functions in events for text in functions()),
         *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
         entries.text(),
     )
@@ -259,7 +260,7 @@ def _image(program: Program, image: Image, made: Plan, tolerance: float) -> list
     """The words behind the pointers."""
     words = [0] * made.words
     words[Own.PHASE] = Phase.INSTANTIATED
-    words[Own.STALE] = Stale.START if is_eventful(program) else Stale.ALL
+    words[Own.STALE] = Stale.START if starts_anew(program) else Stale.ALL
     words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))
     words[Own.TOLERANCE], words[Own.BOUND] = _bits(tolerance), _bits(image.bound)
     words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(float(image.stiff))

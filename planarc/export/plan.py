@@ -188,7 +188,7 @@ def make_plan(
         Own.STAGES: STAGES * n,
         Own.RELATIONS: len(Relation) * len(program.relations),
         Own.SNAPSHOTS: SNAPSHOTS * switching,
-        Own.SEEN: passes(program),
+        Own.SEEN: passes(program) if is_eventful(program) else 0,
         Own.BRANCHES: len(program.whens),
         Own.SAMPLES: len(Sample) * len(program.samplers),
         Frame.W: program.size,
@@ -244,9 +244,14 @@ def rules(
 
 
 def is_eventful(program: Program) -> bool:
-    """Whether anything happens at instants."""
+    """Whether anything happens at instants behind the start."""
     found = program.relations or program.samplers or program.whens or program.discretes
-    return bool(found) or program.table.knows(TERMINAL) or INITIAL in program.slots
+    return bool(found) or program.table.knows(TERMINAL)
+
+
+def starts_anew(program: Program) -> bool:
+    """Whether the start itself is an event: an instance begins with it."""
+    return is_eventful(program) or INITIAL in program.slots
 
 
 def is_settable(p: ParameterSlot) -> bool:

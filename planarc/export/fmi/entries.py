@@ -25,10 +25,11 @@ from planarc.export.instance.block import (
     store_narrow,
     whole,
 )
+from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.relations import numbers_of, told
 from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
 from planarc.export.instance.slopes import UNKNOWN, has_slopes, node_of, slot_of
-from planarc.export.instance.steps import CROWDED, nominal_of
+from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
 from planarc.ir.derivatives import CHUNK
 from planarc.ir.frame import Frame, Number

@@ -37,7 +37,7 @@ def _measure(c: Code, m: Value) -> None:
     c.give()
 
 
-@function("void px_sort(ptr row, i64 count)", seldom=True)
+@function("void px_sort(ptr row, i64 count)")
 def _sort(c: Code, row: Value, count: Value) -> None:
     with c.loop(count, 1) as i, c.loop(i) as k:
         a, b = row.load(INT, k), row.load(INT, i)

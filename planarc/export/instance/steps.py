@@ -2,16 +2,13 @@
 
     px_advance(block, end) -> flag     to a time; 1 where no step leads on
     px_between(block, t, states)       the states within the last step, of order 4
-    px_locate(block, t, most) -> h     a step that ends right behind a crossing
-    px_happen(block) -> flag           what happens at the present point
 
 Where the parameter `_stiff` says so, steps are those of `stiff`, and end where the host's do.
 
 A step is as long as its errors allow, and the states at `end` are looked up within it: many
 short steps of a host cost as much as few long ones. Where loops are to be closed no step is longer
 than a hundredth of the run. After the host has set something the first step ends at `end` at the
-latest. Every step ends at events (`events`), right behind the first crossing of a relation on its
-way; they happen before the next step, or where the host arrives there. What is accepted becomes
+latest. Every step ends at events (`ends`), right behind the first crossing of a relation on its way; they happen before the next step, or where the host arrives there. What is accepted becomes
 the point that nonlinear blocks start from; where the states go bad there, others are taken before
 the next step.
 
@@ -26,8 +23,8 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.newton import open_frame
 from planarc.export.instance.block import hold, plan, whole
 from planarc.export.instance.instants import due
-from planarc.export.instance.relations import attempt, numbers_of
-from planarc.export.plan import Own, Relation, Stale, Table
+from planarc.export.instance.relations import attempt
+from planarc.export.plan import Own, Stale, Table
 from planarc.ir.frame import Number
 
 _NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -50,18 +47,12 @@ _DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -106907639
 TRIAL, BEGIN, END = 7, 8, 9
 #: First step of all, and steps below this part of the time are none.
 _FIRST, _NONE = 1e-4, 1e-14
-#: Trials until a crossing is known to so many last digits of the time.
-_TRIALS, _EXACT = 100, 4 * 2.0**-52
-#: Longest step of models with relations or loops, crossings in a row that are too many, and the
-#: time from one to the next, in units of `Own.AHEAD`.
-_LONGEST, _CROWD, _CROWD_TIME = 1e5, 100, 3.0
-#: The flag of too many events.
-CROWDED = 4
+#: Longest step of models with relations or loops, in units of `Own.AHEAD`.
+_LONGEST = 1e5
 
 
 def step_functions() -> tuple[str, ...]:
-    return (_combine(), _stages(), _error(), _between(), _trial(), _locate(), _happen(), _begin(),
-            _try(), _advance())  # fmt: skip
+    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _advance()
 
 
 def vector(c: Code, m: Value, place: int) -> Value:
@@ -95,7 +86,7 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
     with c.when(m.load(REAL, Own.STIFF) > 0.0, leaves=True):
         flag = c.call(FLAG, "px_stiff", m, t, h)
         with c.when(flag.equals(0) & (plan(c, Table.INDICATORS) > 0)):
-            _watch(c, m, t + h, 1.0)
+            c.run("px_watch", m, t + h, c.constant(1.0, REAL))
         c.give(flag)
     trial = vector(c, m, TRIAL)
     for k in range(1, 7):
@@ -104,17 +95,8 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
         with c.when(plan(c, Table.INDICATORS) > 0):
-            _watch(c, m, t + h * _NODES[k], _NODES[k])
+            c.run("px_watch", m, t + h * _NODES[k], c.constant(_NODES[k], REAL))
     c.give(0)
-
-
-def _watch(c: Code, m: Value, t: Value, node: float) -> None:
-    """Note the first stage that lies behind a crossing."""
-    zeros = numbers_of(c, m, Relation.TRIAL)
-    c.call(FLAG, "pc_zeros", m, t, zeros)
-    over = c.call(REAL, "px_crossed", m, zeros) <= 0.0
-    with c.when(over & (m.load(REAL, Own.NODE) > node)):
-        m.store(node, Own.NODE)
 
 
 @function("double px_error(ptr m, double h)")
@@ -167,76 +149,6 @@ def nominal_of(c: Code, m: Value, i: Value) -> Value:
         value = c.absolute(w.load(REAL, table.load(INT, k * 2 + 1)))
         found.set(c.select(value > 0.0, value, 1.0))
     return found.get()
-
-
-@function("double px_trial(ptr m, double t, double h)")
-def _trial(c: Code, m: Value, t: Value, h: Value) -> None:
-    """A step, and how far it ends from the next crossing of a relation."""
-    zeros = numbers_of(c, m, Relation.TRIAL)
-    with c.when(c.call(FLAG, "px_stages", m, t, h).equals(0), leaves=True):
-        flag = c.call(FLAG, "pc_zeros", m, t + h, zeros)
-        way = c.call(REAL, "px_crossed", m, zeros)
-        c.give(c.select(flag.equals(0), way, -1e300), REAL)
-    c.give(c.constant(-1e300, REAL), REAL)
-
-
-@function("double px_locate(ptr m, double t, double most)", seldom=True)
-def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
-    """The step itself is made anew each time, so that its end is as exact as any other."""
-    zeros = numbers_of(c, m, Relation.TRIAL)
-    last = c.variable(c.call(REAL, "px_trial", m, t, most))
-    with c.when(last.get() > 0.0, leaves=True):  # a stage was not the solution
-        c.give(most, REAL)
-    m.store(whole(c, 1), Own.CROSSED)
-    low, high = c.variable(0.0), c.variable(most)
-    c.call(FLAG, "pc_roots", m, t, vector(c, m, BEGIN), zeros)
-    first = c.variable(c.largest(c.call(REAL, "px_crossed", m, zeros), 1e-300))
-    side, done = c.variable(0, INT), c.variable(0, INT)
-    least = c.largest(c.absolute(t), c.absolute(t + most)) * _EXACT
-    with c.loop(_TRIALS) as k, c.when(done.get().equals(0)):
-        width = high.get() - low.get()
-        with c.when(width <= least):
-            done.set(whole(c, 1))
-        with c.when(width > least):
-            part = first.get() / (first.get() - last.get())
-            halved = (k - k / 4 * 4).equals(3) | ~((part > 0.0) & (part < 1.0))
-            x = low.get() + width * c.select(halved, c.constant(0.5, REAL), part)
-            x = c.select(x > low.get() + least * 0.5, x, low.get() + least * 0.5)
-            x = c.select(x < high.get() - least * 0.5, x, high.get() - least * 0.5)
-            way = c.call(REAL, "px_trial", m, t, x)
-            over = way <= 0.0
-            # Illinois' rule: where the same end moves again, the other's value counts half.
-            again = side.get().equals(c.select(over, whole(c, 1), whole(c, -1)))
-            half = c.select(again, c.constant(0.5, REAL), 1.0)
-            low.set(c.select(over, low.get(), x))
-            first.set(c.select(over, first.get() * half, way))
-            last.set(c.select(over, way, last.get() * half))
-            high.set(c.select(over, x, high.get()))
-            side.set(c.select(over, whole(c, 1), whole(c, -1)))
-    c.call(REAL, "px_trial", m, t, high.get())
-    c.give(high.get(), REAL)
-
-
-@function("i32 px_happen(ptr m)", seldom=True)
-def _happen(c: Code, m: Value) -> None:
-    """Where it is not too often."""
-    w, _, _, _ = open_frame(m)
-    t = w.load(REAL)
-    m.store(whole(c, 0), Own.EXACT)
-    with c.when(m.load(INT, Own.CROSSED).equals(1)):
-        soon = t - m.load(REAL, Own.LATEST) < m.load(REAL, Own.AHEAD) * _CROWD_TIME
-        count = c.select(soon, m.load(INT, Own.CROWDED) + 1, whole(c, 0))
-        m.store(count, Own.CROWDED)
-        m.store(t, Own.LATEST)
-    m.store(whole(c, 0), Own.CROSSED)
-    with c.when(m.load(INT, Own.CROWDED) > _CROWD, leaves=True):
-        c.give(CROWDED)
-    attempt(c, "px_update", m)
-    with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
-        changed = c.call(FLAG, "px_exchange", m)
-        with c.when(changed > 0):
-            m.store(whole(c, Stale.ALL), Own.STALE)
-    c.give(0)
 
 
 @function("i32 px_begin(ptr m)")
