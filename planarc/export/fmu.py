@@ -180,7 +180,7 @@ def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
 def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:
     """A shared library; elementary functions are those of the system."""
     from planarc.export.link import elf, macho, pe
-    from planarc.export.link.objects import put_together, read_object
+    from planarc.runtime.link.objects import put_together, read_object
 
     found = put_together([read_object(part) for part in code])
     if kind.ending == "dll":

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import bit, formula
-from planarc.codegen.native.machine import LARGEST_OPTIMISED
+from planarc.codegen.native.machine import LARGEST_OPTIMISED, emit_object
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
@@ -92,7 +92,6 @@ _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
     *("wanted", "starts", "nodes", "seal", "relations", "discretes", "sampled", "quiet_slots"),
 )
-_PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
 def compile_library(
@@ -137,19 +136,7 @@ def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
     machine = llvm.Target.from_triple(triple).create_target_machine(
         opt=level, reloc="static" if fixed else "pic", codemodel="small"
     )
-    module = llvm.parse_assembly(text)
-    module.triple, module.data_layout = triple, str(machine.target_data)
-    for each in (*module.functions, *module.global_variables):
-        if each.name.startswith(("pc_", "px_")) and each.linkage.name == "external":
-            each.visibility = "hidden"
-    module.verify()
-    if tidied:
-        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
-        manager = llvm.create_new_module_pass_manager()
-        for name in _PASSES:
-            getattr(manager, f"add_{name}_pass")()
-        manager.run(module, builder)
-    return bytes(machine.emit_object(module))
+    return emit_object(text, machine, ("pc_", "px_"), tidied)
 
 
 def _shared(entries: Entries, derivatives: bool, eventful: bool) -> str:

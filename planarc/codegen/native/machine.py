@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import key, target_machine
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
+from planarc.runtime.link import PLACES
 
 if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
@@ -49,14 +50,14 @@ def compile_slopes(program: Program, scope: Scope) -> bytes | None:
 def _joined(runtime: bytes, text: str) -> bytes:
     """A model whose values or comments alone were changed has the text that it had."""
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
-    code = _kept((str(level), text), lambda: _compiled(text, level, ()))
+    code = _kept((str(level), text), lambda: _compiled(text, level, tidied=False))
     return len(runtime).to_bytes(8, "little") + runtime + code
 
 
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models."""
-    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, _PASSES))
+    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, tidied=True))
 
 
 @cache
@@ -64,7 +65,7 @@ def _passing() -> bytes:
     """The functions that pass derivatives on, likewise."""
     from planarc.codegen.native.passing import passing_text
 
-    return _kept(("passing",), lambda: _compiled(passing_text(), 1, _PASSES))
+    return _kept(("passing",), lambda: _compiled(passing_text(), 1, tidied=True))
 
 
 def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
@@ -78,19 +79,26 @@ def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
     return known
 
 
-def _compiled(text: str, level: int, passes: tuple[str, ...]) -> bytes:
+def _compiled(text: str, level: int, tidied: bool) -> bytes:
+    machine = target_machine(level)
+    return emit_object(text, machine, hidden=("pc_",) if PLACES else (), tidied=tidied)
+
+
+def emit_object(text: str, machine: Any, hidden: tuple[str, ...], tidied: bool) -> bytes:
+    """The text's object code. Names that begin in a `hidden` way are known to what is linked
+    with it alone, which needs no table to find them."""
     import llvmlite.binding as llvm
 
-    machine = target_machine(level)
     module = llvm.parse_assembly(text)
-    module.triple = llvm.get_process_triple()
-    module.data_layout = str(machine.target_data)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    for each in (*module.functions, *module.global_variables):
+        if each.name.startswith(hidden) and each.linkage.name == "external":
+            each.visibility = "hidden"
     module.verify()
-    if passes:
+    if tidied:
         builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
         manager = llvm.create_new_module_pass_manager()
-        for name in passes:
+        for name in _PASSES:
             getattr(manager, f"add_{name}_pass")()
         manager.run(module, builder)
-    compiled: bytes = machine.emit_object(module)
-    return compiled
+    return bytes(machine.emit_object(module))

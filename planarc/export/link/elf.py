@@ -18,8 +18,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from planarc.export.link.join import X86_64, join
-from planarc.export.link.objects import Object
+from planarc.runtime.link.join import X86_64, join
+from planarc.runtime.link.objects import Object
 
 #: Pages are at most that long on any Linux for these processors.
 _PAGE = {X86_64: 0x1000}

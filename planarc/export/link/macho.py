@@ -20,8 +20,8 @@ import struct
 from collections.abc import Sequence
 from hashlib import sha256
 
-from planarc.export.link.join import AARCH64, X86_64, join
-from planarc.export.link.objects import Object
+from planarc.runtime.link.join import AARCH64, X86_64, join
+from planarc.runtime.link.objects import Object
 
 _PAGE, _HASHED = 0x4000, 0x1000
 #: type and subtype of the processor

@@ -19,8 +19,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from planarc.export.link.join import AARCH64, X86_64, join
-from planarc.export.link.objects import Object
+from planarc.runtime.link.join import AARCH64, X86_64, join
+from planarc.runtime.link.objects import Object
 
 _PAGE, _BLOCK, _HEADERS = 0x1000, 0x200, 0x400
 _BASE = 0x180000000

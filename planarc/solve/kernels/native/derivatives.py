@@ -28,7 +28,7 @@ class NativeDerivatives:
     def __init__(self, program: Program, engine: Engine, scope: Scope, frame: int) -> None:
         self._program = program
         self._ranges, self._pass, self._gather = engine.passing()
-        text = engine.value(f"pc_tape_{scope.value}")
+        text = engine.address(f"pc_tape_{scope.value}")
         length = ctypes.c_int64.from_address(text + 8 * Head.LENGTH).value
         self._tape = tape = Tape((ctypes.c_int64 * length).from_address(text)[:])
         self.memory = np.zeros(len(Passing), np.int64)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import math
-import sys
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Final
 
-from planarc.runtime import elementary, external
+from planarc.runtime import external
+from planarc.runtime.link import PLACES
+from planarc.solve.kernels.native.linkers import LlvmLinker, OwnLinker
 
 _REAL, _POINTER = ctypes.c_double, ctypes.c_void_p
 _FRAME_AND_TIME = (_POINTER, _REAL)
@@ -47,43 +48,19 @@ class Engine:
     """Owns the memory of the functions: it must outlive every address taken from it."""
 
     def __init__(self, code: bytes) -> None:
-        import llvmlite.binding as llvm
-
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        target = llvm.Target.from_triple(llvm.get_process_triple())
-        machine = target.create_target_machine(codemodel="jitdefault", jit=True)
-        empty = llvm.parse_assembly("")
-        empty.triple = llvm.get_process_triple()
-        self._engine = llvm.create_mcjit_compiler(empty, machine)
-        if sys.platform == "win32":
-            _name_library(llvm)
-        llvm.add_symbol("pc_external", ctypes.cast(_CALLED, _POINTER).value)
-        self._known: set[bytes] = set()
-        self._addresses: dict[str, int] = {}
+        called = ctypes.cast(_CALLED, _POINTER).value or 0
+        self._linker = (OwnLinker if PLACES else LlvmLinker)({"pc_external": called})
         self.add(code)
         self.functions = {name: self._function(name) for name in _SIGNATURES}
 
     def add(self, code: bytes) -> None:
         """Link both parts, what is the same for all models once."""
-        import llvmlite.binding as llvm
-
         split = 8 + int.from_bytes(code[:8], "little")
-        for part in (code[8:split], code[split:]):
-            if part not in self._known:
-                self._known.add(part)
-                self._engine.add_object_file(llvm.ObjectFileRef.from_data(part))
-        self._engine.finalize_object()
+        self._linker.add(code[8:split], code[split:])
 
     def address(self, name: str) -> int:
-        found = self._addresses.get(name)
-        if not found:
-            found = self._addresses[name] = int(self._engine.get_function_address(name))
-        return found
-
-    def value(self, name: str) -> int:
-        """The address of a constant."""
-        return int(self._engine.get_global_value_address(name))
+        """The address of a function or a constant."""
+        return self._linker.address(name)
 
     def passing(self) -> tuple[Callable[..., int], ...]:
         """`pc_ranges`, `pc_pass` and `pc_gather`, once code of derivatives was added."""
@@ -105,12 +82,3 @@ class Engine:
     def _function(self, name: str) -> Callable[..., int]:
         made = ctypes.CFUNCTYPE(ctypes.c_int, *_SIGNATURES[name])
         return made(self.address(name))
-
-
-def _name_library(llvm: Any) -> None:
-    """Tell LLVM where the C library's functions are: on Windows it does not find them."""
-    c_library = ctypes.CDLL("ucrtbase")
-    named = (row.in_native for row in elementary.TABLE.values())
-    library = (name for name in named if name and not name.startswith("llvm."))
-    for name in (*library, "pow", "floor", "ceil", "trunc"):
-        llvm.add_symbol(name, ctypes.cast(getattr(c_library, name), _POINTER).value)

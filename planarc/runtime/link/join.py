@@ -20,7 +20,7 @@ import struct
 from collections.abc import Callable
 
 from planarc.core.data import Data
-from planarc.export.link.objects import Object
+from planarc.runtime.link.objects import Object
 
 X86_64, AARCH64 = 62, 183
 #: Length of a stub.
