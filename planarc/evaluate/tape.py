@@ -9,6 +9,9 @@ Example: 2*x/y + time, x in slot 7, y in slot 8
         v1 = w(7); v3 = w(8)
         v4 = divide(v2, v3) ...
 
+`prepare_assignments` makes one such function of many assignments, each of which sees the
+values of those before it.
+
 Both branches of a choice are evaluated, and what has no value is nan until it is known
 whether it counts. The text is made of numbers and the names here, nothing of the user's.
 
@@ -19,14 +22,22 @@ Promises:  the same values as `value.evaluate`, but for rounding, and an Arithme
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, TypeAlias
 
 from planarc.evaluate.value import VALUES
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.expr import Expr, Op, fold, postorder
 from planarc.runtime import elementary, external
 
 Prepared: TypeAlias = Callable[[Sequence[float], float], Any]
+
+#: `assign(w, t)` gives the number of the first assignment that has no value, or -1.
+Assigning: TypeAlias = Callable[[MutableSequence[float], float], int]
+
+#: Assignments in one function.
+PART = 100
+#: Terms of a sum written out: Python's compiler goes down into it term by term.
+WRITTEN = 100
 
 
 def prepare(root: Expr, slot: Callable[[Expr], int]) -> Prepared:
@@ -51,6 +62,67 @@ def prepare(root: Expr, slot: Callable[[Expr], int]) -> Prepared:
     return evaluated
 
 
+def prepare_assignments(
+    assignments: Sequence[tuple[int, Expr]], slot: Callable[[Expr], int]
+) -> Assigning:
+    """A function that sets slots, one after the other, to the values of expressions. What has
+    no value ends it."""
+    parts = [
+        (first, _assigning(assignments[first : first + PART], slot))
+        for first in range(0, len(assignments), PART)
+    ]
+
+    def assign(w: MutableSequence[float], t: float) -> int:
+        get, put = getattr(w, "item", w.__getitem__), w.__setitem__
+        for first, part in parts:
+            failed: int = part(get, put, t)
+            if failed >= 0:
+                return first + failed
+        return -1
+
+    return assign
+
+
+def _assigning(
+    assignments: Sequence[tuple[int, Expr]], slot: Callable[[Expr], int]
+) -> Callable[..., int]:
+    """`part(get, put, t)`, for as many assignments as Python's compiler takes at once."""
+    names: dict[str, Any] = dict(_NAMES)
+    name: dict[Expr, str] = {}
+    handed: dict[tuple[Expr, ...], str] = {}  # arguments of functions with many results
+    read: set[int] = set()
+    lines: list[str] = []
+
+    def place(e: Expr) -> int:
+        found = slot(e)
+        read.add(found)
+        return found
+
+    def line(formula: str) -> str:
+        lines.append(f" v{len(lines)} = {formula}")
+        return f"v{len(lines) - 1}"
+
+    def of(e: Expr) -> str:
+        listed = [name[a] for a in e.args]
+        if e.op is Op.APPLY and len(listed) > WRITTEN:
+            if e.args not in handed:
+                handed[e.args] = line(f"({', '.join(listed)})")
+            listed = [f"*{handed[e.args]}"]
+        return line(_formula(e, listed, names, place))
+
+    for i, (target, root) in enumerate(assignments):
+        v = fold(root, name, of)
+        lines += [f" if {v} != {v}: return {i}", f" put({target}, 1.0*{v})"]
+        if target in read:  # what was read before is known no longer
+            name.clear()
+            handed.clear()
+            read.clear()
+    text = "\n".join(["def part(w, put, t):", *lines, " return -1"])
+    exec(compile(text, "<planarc event>", "exec"), names)
+    part: Callable[..., int] = names["part"]
+    return part
+
+
 def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr], int]) -> str:
     listed = ", ".join(a)
     match e.op:
@@ -60,9 +132,9 @@ def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr]
         case Op.TIME:
             return "t"
         case Op.ADD:
-            return " + ".join(a)
+            return " + ".join(a) if len(a) <= WRITTEN else f"sum(({listed}))"
         case Op.MUL:
-            return "*".join(a)
+            return "*".join(a) if len(a) <= WRITTEN else f"prod(({listed}))"
         case Op.NEG:
             return f"-{a[0]}"
         case Op.CALL:
@@ -71,6 +143,11 @@ def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr]
         case Op.APPLY:
             names[f"f{e.id}"] = _safe(_applied(e))
             return f"f{e.id}({listed})"
+        case Op.LESS | Op.LESS_EQUAL | Op.EQUAL:
+            compared = f"{a[0]} {_COMPARED[e.op]} {a[1]}"
+            return f"{compared} if {a[0]} == {a[0]} and {a[1]} == {a[1]} else {a[0]} + {a[1]}"
+        case Op.IF:
+            return f"{a[0]} if {a[0]} != {a[0]} else {a[1]} if {a[0]} else {a[2]}"
         case _ if e.op in _OPERATORS:
             return f"{e.op.name}({listed})"
         case _:
@@ -105,14 +182,15 @@ def _either(a: Any, b: Any) -> Any:
     return a if a != a else a or b
 
 
-def _choice(c: Any, a: Any, b: Any) -> Any:
-    return c if c != c else (a if c else b)
-
-
 _OPERATORS: dict[Op, Callable[..., Any]] = {
     **{op: _safe(value) for op, value in VALUES.items()},
     Op.AND: _both,
     Op.OR: _either,
-    Op.IF: _choice,
 }
-_NAMES: dict[str, Any] = {"__builtins__": {}, **{op.name: f for op, f in _OPERATORS.items()}}
+_COMPARED = {Op.LESS: "<", Op.LESS_EQUAL: "<=", Op.EQUAL: "=="}
+_NAMES: dict[str, Any] = {
+    "__builtins__": {},
+    "sum": sum,
+    "prod": math.prod,
+    **{op.name: f for op, f in _OPERATORS.items()},
+}

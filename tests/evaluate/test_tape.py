@@ -10,7 +10,7 @@ import pytest
 
 from planarc import compiler
 from planarc.core.options import Backend, RunOptions
-from planarc.evaluate.tape import prepare
+from planarc.evaluate.tape import prepare, prepare_assignments
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Exprs
 from planarc.request.request import Request
@@ -138,3 +138,57 @@ def test_a_prepared_expression_gives_what_the_expression_gives(seed: int) -> Non
         return None if math.isnan(found) else pytest.approx(found, rel=1e-12)
 
     assert outcome(lambda: prepared(w, 0.25)) == outcome(lambda: evaluate(root, leaf))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_prepared_assignments_give_what_one_by_one_they_give(seed: int) -> None:
+    table, r = Exprs(), random.Random(seed)
+    names = [f"x{i}" for i in range(6)]
+    leaves = [*(table.symbol(n) for n in names), table.time, table.zero, table.const(2.0)]
+    assignments = [(r.randrange(6), _grown(table, leaves, seed * 100 + i)) for i in range(12)]
+    begin = [r.choice([0.0, 1.5, -0.7]) for _ in names]
+
+    w, expected = list(begin), -1
+    for i, (slot, root) in enumerate(assignments):
+        try:
+            value = float(
+                evaluate(root, lambda e: 0.25 if e is table.time else w[names.index(e.name)])
+            )
+        except (ArithmeticError, ValueError):
+            value = math.nan
+        if math.isnan(value):
+            expected = i
+            break
+        w[slot] = value
+    found = list(begin)
+    assert prepare_assignments(assignments, lambda e: names.index(e.name))(found, 0.25) == expected
+    assert found == pytest.approx(w, rel=1e-12)
+
+
+def test_a_long_buffer_is_filled_at_an_index_that_varies(backend: Backend) -> None:
+    """1,500 samples into as many elements, and their sum at every one of the last thirty."""
+    result = run(
+        """
+model M
+  constant Integer n = 1500;
+  Real buffer[n](start = zeros(n), each fixed = true);
+  Integer k(start = 0, fixed = true);
+  discrete Real total(start = 0, fixed = true);
+algorithm
+  when sample(0.001, 0.001) then
+    k := pre(k) + 1;
+    if k <= n then
+      buffer[k] := time;
+    end if;
+    if k > n - 30 and k <= n then
+      total := sum(buffer);
+    end if;
+  end when;
+end M;
+""",
+        backend,
+    )
+    assert result.ended is None
+    assert [result[f"buffer[{k}]"][-1] for k in (1, 700, 1500)] == pytest.approx([0.001, 0.7, 1.5])
+    assert result["buffer[700]"][result.time < 0.6995][-1] == 0.0
+    assert result["total"][-1] == pytest.approx(0.001 * 1500 * 1501 / 2)

@@ -21,13 +21,13 @@ from planarc.ir.dae import (
     Assertion,
     Impact,
     Reinit,
-    SetDiscrete,
     Terminate,
     set_by_whens,
 )
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program
+from planarc.solve.events.assignments import Assignments
 from planarc.solve.messages.text import Reader, text_of
 from planarc.solve.settings import Request
 
@@ -54,6 +54,7 @@ class Whens:
         self._at_start = initial_conditions(program)
         self._slots = own_slots(program)
         self._read = Reader(program, kernel, 0.0)
+        self._assignments = Assignments(program, kernel, self._read)
         self._edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
 
     def reader(self, t: float) -> Reader:
@@ -79,18 +80,14 @@ class Whens:
         What no clause assigns keeps the value that it had before, also where an earlier
         pass of this instant has set it.
         """
-        read, w, slots = self.reader(t), self.kernel.w, self.program.slots
-        kept = dict(self._slots)
+        self.reader(t)
+        w, kept = self.kernel.w, dict(self._slots)
         for actions in edges:
-            for action in actions:
-                if isinstance(action, SetDiscrete):
-                    value = _value(action, read)
-                    if value is None:
-                        from planarc.solve.messages.event import no_value
+            failed = self._assignments.do(actions, kept)
+            if failed is not None:
+                from planarc.solve.messages.event import no_value
 
-                        return no_value(self.program, t, action.name, action)
-                    w[slots[action.name]] = value
-                    kept.pop(slots[action.name], None)
+                return no_value(self.program, t, failed.name, failed)
         for slot, pre in kept.items():
             w[slot] = w[pre]
         return None
@@ -163,7 +160,7 @@ def _impacts(program: Program, kernel: Kernel, request: Request) -> Impacts | No
     return Impacts(program, kernel, request.span, request.tolerance)
 
 
-def _value(action: SetDiscrete | Reinit, read: Reader) -> float | None:
+def _value(action: Reinit, read: Reader) -> float | None:
     """The value that an action gives; None where there is none."""
     try:
         return float(read(action.value))

@@ -42,14 +42,15 @@ class Reader:
                 return evaluate(e, self.leaf)
             from planarc.evaluate.tape import prepare
 
-            prepared = self._prepared[e] = prepare(e, self._slot)
+            prepared = self._prepared[e] = prepare(e, self.slot)
         return prepared(self._w, self.t)
 
     def leaf(self, e: Expr) -> float:
         """The value of a leaf."""
-        return self.t if e.op is Op.TIME else float(self._w[self._slot(e)])
+        return self.t if e.op is Op.TIME else float(self._w[self.slot(e)])
 
-    def _slot(self, e: Expr) -> int:
+    def slot(self, e: Expr) -> int:
+        """Where the value of a leaf stands."""
         if e.op is Op.PAST:
             raise AssertionError(f"`{e}` has a variable of its own")
         slot = self._slots.get(repr(e))
