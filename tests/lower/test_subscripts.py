@@ -147,3 +147,73 @@ end M;""",
         "called": (523, 153),
     }
     assert result["set"][[0, -1]].tolist() == [[1, 0], [0, 1]]
+
+
+#: Legs of 1, 10 and 100 m, and a grid of two by three; k counts 1, 2, 3 at every second.
+LEGS = """
+model M
+  record Pair
+    Real a;
+    Real b;
+  end Pair;
+  model Leg
+    parameter Real len = 1;
+    Real v = len*time;
+    Real q[2] = {len, 2*len*time};
+    Pair pair(a = v, b = -v);
+  end Leg;
+  Leg leg[3](len = {1, 10, 100});
+  Leg grid[2, 3](len = {{1, 2, 3}, {4, 5, 6}});
+  Integer k(start = 1, fixed = true);
+  parameter Integer n(fixed = false);
+  Pair pair = leg[k].pair;
+  Real v = leg[k].v;
+  Real other = leg[4 - k].q[2];
+  Real both[2] = leg[k].q;
+  Real cell = grid[if k > 1 then 2 else 1, k].pair.b;
+  Real rate = der(leg[k].v);
+  Real chosen = leg[n].len;
+  Real twice;
+initial equation
+  n = 2;
+equation
+  when sample(1, 1) then
+    k = pre(k) + 1;
+  end when;
+algorithm
+  twice := 2*leg[k].v;
+end M;
+"""
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_members_of_component_arrays_are_chosen_while_running(backend: Backend) -> None:
+    options = RunOptions(stop=2.5, intervals=5, backend=backend)
+    result: Any = compiler.run(compiler.compile_model(Request(text=LEGS), backend), options)
+    length, grid = {1: 1.0, 2: 10.0, 3: 100.0}, {1: 1.0, 2: 5.0, 3: 6.0}
+    for t, k in ((0.5, 1), (1.5, 2), (2.5, 3)):
+        at = list(result.time).index(t)
+        expected = {
+            "k": k,
+            "pair.a": length[k] * t,
+            "pair.b": -length[k] * t,
+            "v": length[k] * t,
+            "other": 2 * length[4 - k] * t,
+            "both[1]": length[k],
+            "both[2]": 2 * length[k] * t,
+            "cell": -grid[k] * t,
+            "rate": length[k],
+            "chosen": 10.0,
+            "twice": 2 * length[k] * t,
+        }
+        assert {name: float(result[name][at]) for name in expected} == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("backend", list(Backend))
+def test_a_member_that_is_not_there_ends_the_run(backend: Backend) -> None:
+    text = LEGS.replace("Real other = leg[4 - k].q[2];", "Real other = leg[k + 1].v;")
+    options = RunOptions(stop=2.5, intervals=5, backend=backend)
+    result: Any = compiler.run(compiler.compile_model(Request(text=text), backend), options)
+    assert result.ended is not None
+    assert "4" in result.ended.message and "1 to 3" in result.ended.message
+    assert result.time[-1] == pytest.approx(2.0)

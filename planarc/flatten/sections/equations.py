@@ -81,7 +81,7 @@ def _refuse_connectors(node: syntax.Equality, env: Env) -> None:
     left, right = node.left, node.right
     if not (isinstance(left, syntax.Ref) and isinstance(right, syntax.Ref)):
         return
-    views = [resolve(ref, env) for ref in (left, right)]
+    views = [resolve(ref, env.picking()) for ref in (left, right)]
     if all(isinstance(v, Instance) and v.is_connector for v in views):
         message = f"`{left}` and `{right}` are connectors, which no equation joins"
         raise error("F216", message, node.span, hint=f"write `connect({left}, {right});`")

@@ -377,6 +377,8 @@ class Env(Data):
     #: true in the body of a loop that `break` can leave
     in_loop: bool = False
     in_when: bool = False
+    #: true where a member of an array of components may be chosen while the model runs
+    picks: bool = False
 
     @property
     def session(self) -> Session:
@@ -401,6 +403,9 @@ class Env(Data):
 
     def with_iterator(self, name: str, value: flat.Expression) -> Env:
         return replace(self.with_local(name, value), iterators=self.iterators | {name})
+
+    def picking(self) -> Env:
+        return replace(self, picks=True)
 
     def with_end(self, base: flat.Expression, dimension: int) -> Env:
         return replace(self, end=(base, dimension))

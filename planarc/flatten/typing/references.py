@@ -13,14 +13,16 @@ Reference: Modelica Language Specification 3.6, sections 5.3.2 and 10.5.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
 from planarc.core.prose import counted, listed
 from planarc.core.source import Span
-from planarc.flatten.refusal import NotThere, unsupported
+from planarc.flatten.refusal import NotThere, unknown_value, unsupported
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup
@@ -38,11 +40,21 @@ from planarc.flatten.tree.nodes import (
 )
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import names_in
 
+#: An index, many, or one that varies.
+Chosen: TypeAlias = "int | list[int] | flat.Expression"
 #: classes whose text does not know `time` (3.6.7)
 _TIMELESS = (syntax.ClassKind.RECORD, syntax.ClassKind.CONNECTOR, syntax.ClassKind.FUNCTION)
 
-View: TypeAlias = "Node | Class | flat.Expression | list[View]"
+View: TypeAlias = "Node | Class | flat.Expression | Pick | list[View]"
+
+
+class Pick(Struct, eq=False):
+    """One of many, chosen by an index that varies: a value only."""
+
+    views: list[View]
+    index: flat.Expression
 
 
 def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
@@ -55,6 +67,8 @@ def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
             kind = env.scope.part.definition.kind.value
             raise error("F217", f"`time` is known in models and blocks, not in a {kind}", ref.span)
         return flat.Builtin(flat.REAL, ref.span, "time")
+    if any(part.subscripts for part in ref.parts):
+        env = env.picking()
     return value_of(resolve(ref, env), ref, env)
 
 
@@ -128,6 +142,8 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     """One more identifier of a reference."""
     if isinstance(view, list):
         return [step(v, part, ref, env) for v in view]
+    if isinstance(view, Pick):
+        return Pick([step(v, part, ref, env) for v in view.views], view.index)
     if isinstance(view, Family):
         if not view.items:
             return _step_empty(view, part, ref, env)
@@ -195,18 +211,20 @@ def select(node: Node, subscripts: syntax.Expressions, env: Env, ref: syntax.Ref
     if len(subscripts) > len(node.dims):
         message = f"`{node.name}` has {counted(len(node.dims), 'dimension')}, not {len(subscripts)}"
         raise error("F218", message, ref.span)
-    chosen = [_chosen(node, k, s, env) for k, s in enumerate(subscripts)]
+    chosen: list[Chosen] = [_chosen(node, k, s, env) for k, s in enumerate(subscripts)]
     chosen += [list(range(1, d + 1)) for d in node.dims[len(subscripts) :]]
     return _select(node, chosen, 0, 0)
 
 
-def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int | list[int]:
+def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> Chosen:
     if isinstance(subscript, syntax.Colon):
         return list(range(1, node.dims[k] + 1))
     size = flat.Type(flat.Base.INTEGER, node.dims)
     typed = type_subscript(
         subscript, env.with_end(flat.Reference(size, subscript.span, node.name), k)
     )
+    if env.picks and not typed.type.dims and _varies(typed, env):
+        return typed
     value = evaluate.structural_value(
         typed, env, f"the index of the array of components `{node.name}`"
     )
@@ -216,6 +234,13 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> int
             raise out_of_range(node.name, index, node.dims[k], subscript.span, env)
     chosen = [i for i in indices if isinstance(i, int)]
     return chosen if isinstance(value, list) else chosen[0]
+
+
+def _varies(index: flat.Expression, env: Env) -> bool:
+    """Whether an index is known only while the model runs. A loop over the array's members is
+    written out instead."""
+    turns = env.iterators & env.hidden
+    return evaluate.try_value(index, env) is None and turns.isdisjoint(names_in((index,)))
 
 
 def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> PlanarcError:
@@ -228,14 +253,16 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
     return error("F219", message, span, hint=hint)
 
 
-def _select(node: Family, chosen: list[int | list[int]], k: int, offset: int) -> View:
+def _select(node: Family, chosen: Sequence[Chosen], k: int, offset: int) -> View:
     if k == len(chosen):
         return node.items[offset]
     here = chosen[k]
     base = offset * node.dims[k]
     if isinstance(here, int):
         return _select(node, chosen, k + 1, base + here - 1)
-    return [_select(node, chosen, k + 1, base + i - 1) for i in here]
+    if isinstance(here, list):
+        return [_select(node, chosen, k + 1, base + i - 1) for i in here]
+    return Pick([_select(node, chosen, k + 1, base + i) for i in range(node.dims[k])], here)
 
 
 def _nested(node: Family) -> list[View]:
@@ -305,6 +332,8 @@ def value_of(view: View, ref: syntax.Ref, env: Env) -> flat.Expression:
         return leaf_value(view, ref.span, env)
     if isinstance(view, list):
         return _list_value([value_of(v, ref, env) for v in view], ref)
+    if isinstance(view, Pick):
+        return _picked([value_of(v, ref, env) for v in view.views], view.index, ref)
     if isinstance(view, Instance):
         return instance_value(view, ref.span, env)
     if isinstance(view, Family):
@@ -314,6 +343,16 @@ def value_of(view: View, ref: syntax.Ref, env: Env) -> flat.Expression:
     if isinstance(view, Absent):
         raise absent_error(view, ref.span)
     return view
+
+
+def _picked(
+    items: list[flat.Expression], index: flat.Expression, ref: syntax.Ref
+) -> flat.Expression:
+    first = items[0].type
+    if any(item.type.dims != first.dims for item in items):
+        message = f"the members that the index of `{ref}` may choose have different sizes"
+        raise unknown_value(message, index.span)
+    return subscripted(array(items, first, ref.span), (index,), ref.span)
 
 
 def _list_value(items: list[flat.Expression], ref: syntax.Ref) -> flat.Expression:

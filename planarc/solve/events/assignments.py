@@ -28,6 +28,7 @@ class Branch(Struct):
 
     actions: tuple[SetDiscrete, ...]
     targets: tuple[int, ...]  # the slots that they set
+    others: tuple[Action, ...]  # what the branch does beside
     done: int = 0  # assignments done so far, until there is code
     code: Assigning | None = None
 
@@ -42,9 +43,9 @@ class Assignments:
     def do(self, actions: Sequence[Action], kept: dict[int, int]) -> SetDiscrete | None:
         """Assign, and take what is assigned out of `kept`; gives an action without value."""
         branch = self._branches[id(actions)]
-        if branch.code is None and branch.done >= OFTEN:
-            branch.code = prepare_assignments(_pairs(branch), self._read.slot)
         branch.done += len(branch.actions)
+        if branch.code is None and branch.done > OFTEN:
+            branch.code = prepare_assignments(_pairs(branch), self._read.slot)
         if branch.code is not None:
             failed = branch.code(self._w, self._read.t)
         else:
@@ -54,6 +55,10 @@ class Assignments:
         for slot in branch.targets:
             kept.pop(slot, None)
         return None
+
+    def others(self, actions: Sequence[Action]) -> tuple[Action, ...]:
+        """The actions of a branch that are no assignments."""
+        return self._branches[id(actions)].others
 
     def _one_by_one(self, branch: Branch) -> int:
         for i, (slot, value) in enumerate(_pairs(branch)):
@@ -75,5 +80,7 @@ def _branches(program: Program) -> dict[int, Branch]:
     for when in program.whens:
         for *_, actions in when.branches:
             set_ = tuple(a for a in actions if isinstance(a, SetDiscrete))
-            found[id(actions)] = Branch(set_, tuple(program.slots[a.name] for a in set_))
+            targets = tuple(program.slots[a.name] for a in set_)
+            others = tuple(a for a in actions if not isinstance(a, SetDiscrete))
+            found[id(actions)] = Branch(set_, targets, others)
     return found

@@ -106,7 +106,7 @@ class Whens:
         read = self.reader(t)
         moved = []
         for actions in edges:
-            for action in actions:
+            for action in self._assignments.others(actions):
                 if isinstance(action, Reinit):
                     index = states.get(self.program.slots[repr(action.symbol)])
                     if index is None:
