@@ -35,8 +35,6 @@ AHEAD, SECTION = 16.0, (math.sqrt(5) - 1) / 2
 SOON = 12
 #: Times that differ by less than this part cannot be told apart: a thousand roundings.
 ROUNDING = 2.0**-42
-#: Whether zero lies above a number.
-_IS_ABOVE = (0.0).__gt__
 
 
 class Poles:
@@ -67,7 +65,6 @@ class Poles:
         self.trail[0] = math.nan
         self._pick = itemgetter(0, *places)  # of the workspace: the time, states, derivatives
         self._last: Sequence[float] = ()  # the last point that `note` took
-        self._falling: list[bool] = []  # which derivatives are negative there
 
     @property
     def point(self) -> tuple[float, list[float]]:
@@ -77,17 +74,17 @@ class Poles:
     def note(self) -> bool:
         """Take the point of the workspace, of a step's end or of the last row in the step; whether
         a pole lies before it."""
-        n, before, were = 1 + self.size, self._last, self._falling
+        n, before = 1 + self.size, self._last
         self._last = here = self._pick(self.kernel.w)
-        rates = here[n:]
-        self._falling = falling = [*map(_IS_ABOVE, rates)]
         if not before:
             return False
-        most, least = max(rates, default=0.0), min(rates, default=0.0)
-        if not max(most, -least) * abs(here[0]) > self._least_way:
-            turned = (i for i, (a, b) in enumerate(zip(were, falling, strict=True)) if a != b)
-            if falling == were or not any(self._is_off(i, before, here) for i in turned):
-                return False
+        steep = self._least_way / abs(here[0]) if here[0] else math.inf
+        pairs = zip(before[n:], here[n:], strict=True)
+        for i, (a, b) in enumerate(pairs):  # asked after every step
+            if b > steep or b < -steep or (a * b < 0.0 and self._is_off(i, before, here)):
+                break
+        else:
+            return False
         self.trail[: 2 * n - 1] = before
         return self.lies_before()
 

@@ -6,7 +6,9 @@ Out:  Watch    how far a coordinate, and how much faster than the states, may mo
 In Python a look at the sensitivities X costs as much as ten steps of the integrator, so
 it is put off. Two things bring it about. The ratio of velocities, compared after every step: as the
 velocities of what is determined are -X times those of the states, it is the sensitivity
-itself where a mechanism has one degree of freedom, and a bound for it where it has more.
+itself where a mechanism has one degree of freedom and no constraint holds time; then nothing
+else is asked, but for the sizes of columns, which change slowly. Where a mechanism has more, it
+is a bound from below.
 And the way of the coordinates: what X is in other directions than that of the motion
 changes with the angle psi = atan(x), x the largest entry of X. It turns evenly while x
 goes to infinity (psi = pi/2), as fast as paths are curved, which is taken from X here and
@@ -40,6 +42,10 @@ BESIDE = 1e-4
 SOON = 0.5
 #: Sensitivities so small are far from a dead centre: what was seen on the way is enough.
 CALM = 2.0
+#: Relative difference from a ratio of velocities to the sensitivity that it is.
+EXACT = 1e-6
+#: Way (radians or metres) on which the sizes of columns hardly change.
+STEADY = 0.5
 
 Rows = Sequence[Sequence[float]]
 #: A velocity's slot with its weight, negative for a state: groups of a block after another.
@@ -67,9 +73,12 @@ class Outlook:
         self._seen = [0.0] * len(self._slots)
         self._psi, self._rate = 0.0, RATE
 
-    def plan(self, worst: float, bound: float, changed: bool, paces: Paces) -> None:
+    def plan(
+        self, worst: float, bound: float, changed: bool, paces: Paces, single: bool = False
+    ) -> None:
         """Plan the next look, which must come before `bound`, after one that found `worst`.
-        Where the choice `changed`, psi is another angle than before."""
+        Where the choice `changed`, psi is another angle than before. `single`: there is one
+        block, with one state."""
         values = [float(self._kernel.w[s]) for s in self._slots]
         way = max(map(abs, map(sub, values, self._seen)), default=0.0)
         psi = math.atan(worst)
@@ -77,10 +86,14 @@ class Outlook:
         if known:
             self._rate = max(0.8 * self._rate, SEEN * abs(self._psi - psi) / way)
         self._seen, self._psi = values, psi
-        turning = PRESENT * self._turning() if worst > CALM or not known else 0.0
-        self._rate = max(RATE, self._rate, turning)
-        self._begin(max(math.atan(bound) - psi, LEAST))
         self._pace(paces, bound)
+        if single and abs(self.watch.ratio(self._kernel.w) - worst) <= EXACT * worst:
+            self.watch.pace, least = bound, STEADY
+        else:
+            turning = PRESENT * self._turning() if worst > CALM or not known else 0.0
+            self._rate, least = max(self._rate, turning), 0.0
+        self._rate = max(RATE, self._rate)
+        self._begin(max(math.atan(bound) - psi, LEAST), least)
 
     def hurry(self, paces: Paces) -> None:
         """The last look ahead was too far: look much sooner from here."""
@@ -89,8 +102,8 @@ class Outlook:
         self._begin(LEAST)
         self._pace(paces, 0.0)
 
-    def _begin(self, left: float) -> None:
-        self.watch.begin(self._seen, CAUTION * left / self._rate)
+    def _begin(self, left: float, least: float = 0.0) -> None:
+        self.watch.begin(self._seen, max(CAUTION * left / self._rate, least))
 
     def _pace(self, paces: Paces, bound: float) -> None:
         watch = self.watch

@@ -180,7 +180,7 @@ class Selector:
             worst = max(worst, size)
         self.watch.bind(worst, changed)
         if not self._measured:
-            self.outlook.plan(worst, self.watch.bound, changed, self.paces())
+            self.outlook.plan(worst, self.watch.bound, changed, self.paces(), self._single())
         self._present.clear()
         return changed, lost
 
@@ -206,6 +206,13 @@ class Selector:
         v, u = (float(w[s]) for s in slots)
         dv, du = (float(w[rates[s]]) if s in rates else 0.0 for s in slots)
         return v * u * (dv * u + v * du) > 0.0
+
+    def _single(self) -> bool:
+        """Whether one block alone has a choice to make, of one state."""
+        if len(self.open) != 1:
+            return False
+        (i,) = self.open
+        return len(self._program.blocks[i].tears) - len(self._determined[i]) == 1
 
     def paces(self) -> list[tuple[int, float]]:
         """Velocities in the measure of the sensitivities, the states' first, of each block."""
