@@ -9,6 +9,8 @@ Reference `link[1].body.m`; `link.body.m` becomes `{link[1].body.m, link[2].body
 Promises:  constants of packages are replaced by their values; protected elements are
            not reached through a dot; a component that is not there is reported.
 Reference: Modelica Language Specification 3.6, sections 5.3.2 and 10.5.
+
+The file is long because parts, subscripts and values of a reference are steps of one walk.
 """
 
 from __future__ import annotations
