@@ -15,7 +15,14 @@ from msgspec.structs import replace
 from planarc.api.choices import integrated, treatment_of
 from planarc.api.loaded import Loaded
 from planarc.api.result import Result, RunStopped
-from planarc.api.values import Value, finite, parameter_values, run_options, start_values
+from planarc.api.values import (
+    Value,
+    finite,
+    parameter_values,
+    run_options,
+    slots_of,
+    start_values,
+)
 from planarc.api.variables import Names, Variable, variables_of
 from planarc.api.variant import Recompiled, recompiled, texts_of, variant_of
 from planarc.compiled import Compiled
@@ -243,8 +250,9 @@ class Model(Loaded):
     ) -> tuple[Model, dict[str, float]]:
         """The model to run, and values to set. Structural ones make another model."""
         values = parameter_values(self.program, parameters)
-        structural = {p.name: p for p in self.program.parameter_slots if p.structural}
-        changed = {n: v for n, v in values.items() if n in structural}
+        known = slots_of(self.program)
+        structural = {n: known[n] for n in values if known[n].structural}
+        changed = {n: values[n] for n in structural}
         if not changed:
             return self, values
         kernel = self.compiled().load()

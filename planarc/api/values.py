@@ -18,6 +18,7 @@ from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 from planarc.ir.program import ParameterSlot, Program
+from planarc.solve.once import once
 
 #: A number, one with a unit as text (`"20cm"`) or of pint, a truth value, the name of an
 #: enumeration literal, or a (nested) sequence of them.
@@ -26,9 +27,33 @@ Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"
 _START = ".start"
 
 
+@once
+def slots_of(program: Program) -> Mapping[str, ParameterSlot]:
+    """The parameters of a program by name."""
+    return {p.name: p for p in program.parameter_slots}
+
+
+@once
+def _variables(program: Program) -> Mapping[str, Any]:
+    """The variables that have a start value by name: columns, and candidates that are none."""
+    columns = {c.name: c for c in program.columns}
+    return columns | {c.name: c for c in program.candidates if c.name not in columns}
+
+
+@once
+def _without_start(program: Program) -> frozenset[str]:
+    """Parameters that have a value, not a start; one with `fixed=false` has a start, too."""
+    free = {c.display for c in program.candidates} | {f.display for f in program.fixed}
+    return frozenset(slots_of(program)) - free
+
+
+def _unit(variable: Any) -> str:
+    return getattr(variable, "unit", "")
+
+
 def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
     """Values by the names of scalar parameters. Raises UsageError (C201 to C203)."""
-    known = {p.name: p for p in program.parameter_slots}
+    known = slots_of(program)
     result: dict[str, float] = {}
     for name, value in _scalars(given, known, "parameter", program):
         parameter = known[name]
@@ -44,10 +69,10 @@ def plain_value(program: Program, name: Any, value: Any) -> Any:
     with_unit = hasattr(value, "to_base_units") or (isinstance(value, str) and split(value))
     if not with_unit or _is_sequence(value) or not isinstance(name, str):
         return value
-    known = {p.name: p.unit for p in program.parameter_slots}
+    known: Mapping[str, Any] = slots_of(program)
     if name not in known:
-        name, known = name.removesuffix(_START), {c.name: c.unit for c in program.columns}
-    return _number(name, value, (), known[name]) if name in known else value
+        name, known = name.removesuffix(_START), _variables(program)
+    return _number(name, value, (), _unit(known[name])) if name in known else value
 
 
 def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
@@ -63,24 +88,20 @@ def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
 
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
     """Start values by the names of variables; `x.start` is understood as `x`."""
-    known = {c.name: c for c in program.columns}
-    known |= {c.name: c for c in program.candidates if c.name not in known}  # type: ignore[misc]
+    known = _variables(program)
     plain = {
         n.removesuffix(_START) if isinstance(n, str) and n not in known else n: v
         for n, v in by_name(given).items()
     }
     _refuse_parameters(plain, program)
-    units = {c.name: c.unit for c in program.columns}
     scalars = _scalars(plain, known, "variable", program)
-    return {n: _number(n, v, (), units.get(n, "")) for n, v in scalars}
+    return {n: _number(n, v, (), _unit(known[n])) for n, v in scalars}
 
 
 def _refuse_parameters(given: Iterable[str], program: Program) -> None:
-    """A parameter has a value, not a start; but one with `fixed=false` has a start, too."""
-    free = {c.display for c in program.candidates} | {f.display for f in program.fixed}
-    parameters = {p.name for p in program.parameter_slots} - free
+    """Refuse start values of parameters that have none."""
     for name in given:
-        if name in parameters:
+        if name in _without_start(program):
             raise usage_error(
                 "C213",
                 f"`{name}` is a parameter: it has a value, and no start value",
