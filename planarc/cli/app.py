@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -56,8 +56,8 @@ class _Group(TyperGroup):
         return _long_names(super().shell_complete(ctx, incomplete), incomplete)
 
 
-def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
-    """The application with these commands."""
+def make_app(names: Iterable[str] = COMMANDS, options: bool = True) -> typer.Typer:
+    """The application with these commands; without their options, which cost time, to list them."""
     app = typer.Typer(
         name="planarc",
         cls=_Group,
@@ -73,14 +73,29 @@ def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
         command = getattr(
             import_module(f"planarc.cli.{_FILES.get(name, name)}"), _RENAMED.get(name, name)
         )
-        app.command(name, cls=_Command, epilog=epilog)(command)
+        shown = command if options else _without_options(command)
+        app.command(name, cls=_Command, epilog=epilog)(shown)
     return app
+
+
+def _without_options(command: Callable[..., object]) -> Callable[[], None]:
+    def listed() -> None:
+        raise NotImplementedError
+
+    listed.__doc__ = command.__doc__
+    return listed
 
 
 def _wanted(arguments: Sequence[str]) -> Iterable[str]:
     """The command that is asked for, or all of them where help or completion may name any."""
     first = arguments[0] if arguments else "--help"
     return (first,) if first in COMMANDS and "_PLANARC_COMPLETE" not in os.environ else COMMANDS
+
+
+def _lists(arguments: Sequence[str]) -> bool:
+    """Whether the commands are only listed."""
+    asked = list(arguments) in ([], ["--help"], ["-h"])
+    return asked and "_PLANARC_COMPLETE" not in os.environ
 
 
 #: What typer raises when the command line itself cannot be understood.
@@ -129,7 +144,7 @@ def run(arguments: Sequence[str]) -> int:
 def _answer(arguments: Sequence[str], as_json: bool) -> int:
     """The exit code. Raises BrokenPipeError, CannotPrint."""
     try:
-        app = make_app(_wanted(arguments))
+        app = make_app(_wanted(arguments), options=not _lists(arguments))
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
         _tell_of_the_cache()
         sys.stdout.flush()
