@@ -18,14 +18,23 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own
-from planarc.ir.dae import EDGE, Action, Assertion, Message, Reinit, SetDiscrete, Terminate
+from planarc.ir.dae import (
+    EDGE,
+    Action,
+    Assertion,
+    Impact,
+    Message,
+    Reinit,
+    SetDiscrete,
+    Terminate,
+)
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
 
-_SELDOM = "noinline optnone "
+SELDOM = "noinline optnone "
 
 
 def errors(program: Program) -> tuple[Assertion, ...]:
@@ -96,6 +105,7 @@ def action_functions(program: Program) -> str:
     return "\n".join(
         (
             "declare i64 @px_reinit(ptr, i64, double)",
+            "declare void @px_impact(ptr, double)",
             _branches(program),
             _assign(program),
             _act(program),
@@ -131,7 +141,7 @@ def _branches(program: Program) -> str:
             found = c.select(acts, c.constant(number, INT), found)
         chosen.store(found, k)
     c.give()
-    return c.text(_SELDOM)
+    return c.text(SELDOM)
 
 
 def _each(
@@ -174,7 +184,7 @@ def _assign(program: Program) -> str:
         with c.when(kept):
             w.store(w.load(REAL, pre), slot)
     c.give(0)
-    return c.text(_SELDOM)
+    return c.text(SELDOM)
 
 
 def _set_in(program: Program, found: Sequence[Action]) -> set[int]:
@@ -184,7 +194,7 @@ def _set_in(program: Program, found: Sequence[Action]) -> set[int]:
 def _act(program: Program) -> str:
     c = Code("px_act", INT, ((POINTER, "m"), (REAL, "t")))
     m, t = c.arguments
-    number, moved = numbers(program), c.variable(0, INT)
+    number, moved, struck = numbers(program), c.variable(0, INT), c.variable(0, INT)
     leaf = reader(program, m.load(POINTER, Frame.W), t)
 
     def end(i: int, over: bool) -> None:
@@ -208,9 +218,18 @@ def _act(program: Program) -> str:
             with c.when(~bit(c, formula(c, action.condition, leaf))):
                 end(i, False)
 
+    def strike(_: int, action: Action) -> None:
+        struck.set(c.constant(1, INT))
+
     _each(program, c, m, act, (Terminate, Reinit, Assertion))
+    if any(isinstance(a, Impact) for a in actions(program)):
+        _each(program, c, m, strike, (Impact,))
+        goes_on = m.load(INT, Own.ENDED).equals(0) & m.load(INT, Own.OVER).equals(0)
+        with c.when(struck.get().equals(1) & goes_on):
+            c.run("px_impact", m, t)
+            moved.set(c.constant(1, INT))
     c.give(moved.get())
-    return c.text(_SELDOM)
+    return c.text(SELDOM)
 
 
 def _samples(program: Program) -> str:
@@ -223,4 +242,4 @@ def _samples(program: Program) -> str:
             value = real(c, formula(c, e, leaf))
             rows.store(value, place * len(program.samplers) + k)
     c.give()
-    return c.text(_SELDOM)
+    return c.text(SELDOM)

@@ -28,6 +28,8 @@ from planarc.export.actions import action_functions, errors, messages, reader, t
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
+from planarc.export.instance.contact.area import kept_words, sizes
+from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
 from planarc.export.instance.events import event_functions
 from planarc.export.instance.instants import instant_functions
@@ -40,12 +42,14 @@ from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
 from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules, starts_anew
+from planarc.export.touches import jams, touch_functions
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
 from planarc.ir.flat import StateSelect
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import Program
+from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import AHEAD, unknowns
 
 if TYPE_CHECKING:
@@ -70,6 +74,12 @@ define double @px_stiff_error(ptr %m) nounwind {
   ret double 0x7E37E43C8800759C
 }
 """
+#: Where nothing touches, nothing is remembered of touches.
+_APART = """
+define void @px_unstruck(ptr %m) nounwind {
+  ret void
+}
+"""
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -80,6 +90,7 @@ declare void @free(ptr)
 declare void @px_branches(ptr, i64)
 declare i32 @px_assign(ptr, double)
 declare i64 @px_act(ptr, double)
+declare void @px_feel(ptr, double, ptr)
 declare void @px_samples(ptr, ptr)
 declare i32 @pc_discrete(ptr, double)
 declare double @pow(double, double)
@@ -91,6 +102,7 @@ declare i32 @pc_slopes_all(ptr, double, ptr)
 _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
     *("wanted", "starts", "nodes", "seal", "relations", "discretes", "sampled", "quiet_slots"),
+    "touches",
 )
 
 
@@ -111,7 +123,8 @@ def write_texts(
     explicit."""
     of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
     own = _own(program, image, entries, token, tolerance, slopes)
-    return _shared(entries, derivatives, is_eventful(program)), own, of_values
+    touches = bool(Points(program).all)
+    return _shared(entries, derivatives, is_eventful(program), touches), own, of_values
 
 
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
@@ -139,7 +152,7 @@ def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
     return emit_object(text, machine, ("pc_", "px_"), tidied)
 
 
-def _shared(entries: Entries, derivatives: bool, eventful: bool) -> str:
+def _shared(entries: Entries, derivatives: bool, eventful: bool, touches: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
     events = (relation_functions, instant_functions, settling_functions, event_functions,
               end_functions) if eventful else (uneventful_functions,)  # fmt: skip
@@ -149,6 +162,7 @@ def _shared(entries: Entries, derivatives: bool, eventful: bool) -> str:
         *state_functions(),
         *step_functions(),
         *(text for functions in events for text in functions()),
+        *(contact_functions() if touches else (_APART,)),
         *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
         entries.text(),
     )
@@ -162,9 +176,12 @@ def _own(
 ) -> str:  # fmt: skip
     """The model's functions, its tables and its messages."""
     tape = _NOTHING if slopes is None else slopes.tape()
-    plan = make_plan(program, image.held, len(image.scales), tape)
+    touches = len(Points(program).all)
+    plan = make_plan(program, image.held, len(image.scales), tape, kept_words(touches),
+                     sizes(touches, program.state_count))  # fmt: skip
     name = program.name.encode("ascii", "replace").decode()
-    ends = [entries.as_shown(text) for text in messages(program)]
+    stuck = [d.message.replace(" at t = 0 s", "") for d in jams(program)]
+    ends = [entries.as_shown(text) for text in (*messages(program), *stuck)]
     texts = [("token", token), ("name", name)]
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
@@ -175,6 +192,7 @@ def _own(
             table("px_nodes", _nodes(program, slopes)),
             table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
             action_functions(program),
+            touch_functions(program),
             _asserts(program),
             _message(len(ends)),
         )
@@ -197,7 +215,7 @@ def _nodes(program: Program, slopes: Slopes | None) -> list[int]:
 def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str:
     from planarc.solve.states.selector import leaders_of, open_blocks
 
-    placed = place(program)
+    placed, points = place(program), Points(program)
     records = [1 + sum(map(len, placed.records[:k])) for k in range(len(placed.records))]
     opened = open_blocks(program)
     tears = [
@@ -220,11 +238,18 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
                Own.MARGIN - w, made.room, len(program.relations),
                len(program.relations) - len(image.timed), len(program.discretes),
                len(program.samplers), len(unknowns(program)), *reserved,
-               sum(not b.linear for b in program.blocks))  # fmt: skip
+               sum(not b.linear for b in program.blocks), len(points.all),
+               len(messages(program)) + 1)  # fmt: skip
     relations = [
         n
         for i, r in enumerate(program.relations)
-        for n in (r.slot, int(r.strict), int(r.time_only), int(i in image.timed))
+        for n in (
+            r.slot,
+            int(r.strict),
+            int(r.time_only),
+            int(i in image.timed),
+            int(r.component in points.components),
+        )
     ]
     return "".join(
         (

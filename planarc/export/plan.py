@@ -13,7 +13,7 @@ copy it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from enum import IntEnum, auto
 from itertools import accumulate
 
@@ -38,6 +38,8 @@ class Own(IntEnum):
     SEEN = auto()  # of the snapshots that an iteration went through
     BRANCHES = auto()  # which branch of each `when` acts: 0 none, 1 the first
     SAMPLES = auto()  # numbers of each `sample` (`Sample`)
+    TOUCHES = auto()  # what is remembered of touches (`instance.contact.area.Kept`)
+    CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
     HOST = auto()  # what the host wants to be told with each message
     LOGGER = auto()
@@ -56,6 +58,7 @@ class Own(IntEnum):
     AHEAD = auto()  # how far it is looked ahead at an event
     TOUCHED = auto()  # 1 where an input was set since the last event
     RESET = auto()  # 1 where an event set a state anew
+    MOVED = auto()  # 1 where an impact did
     ENDED = auto()  # the message with which an event ended the run, 0: none
     OVER = auto()  # 1 where the run was terminated
     CROWDED = auto()  # crossings in a row, each right behind the one before
@@ -95,6 +98,30 @@ class Row(IntEnum):
     STRICT = auto()
     OF_TIME = auto()
     TIMED = auto()  # its instant is known
+    TOUCH = auto()  # it belongs to a touch, whose operator sets what it compares
+
+
+class Touch(IntEnum):
+    """What the table `px_touches` says of a touch: slots, as of `ir.impact.KEPT`."""
+
+    HELD = 0
+    WAY = auto()
+    REST = auto()
+    IMPULSE = auto()
+    LOW = auto()
+    PUSH_N = auto()
+    PUSH_T = auto()
+    JOINT = auto()  # 1 where it is a joint that rubs, which neither parts nor meets
+
+
+class Jam(IntEnum):
+    """Why a run ends at a touch; each has messages for all of these."""
+
+    OVERLAP = 0
+    ONE_BODY = auto()
+    NO_IMPACT = auto()
+    NO_FORCES = auto()
+    UNSOLVED = auto()
 
 
 class Sample(IntEnum):
@@ -151,7 +178,9 @@ class Table(IntEnum):
     TERMINAL = 18
     BEGIN = 19
     NONLINEAR = 20  # blocks that Newton's method solves from a point near by
-    POINTERS = 21  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    TOUCHES = 21
+    JAMS = 22  # the number of the first message of touches (`Jam`)
+    POINTERS = 23  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 #: Snapshots that an iteration compares, and passes of one before it is called endless.
@@ -173,10 +202,16 @@ class Plan(Data):
 
 
 def make_plan(
-    program: Program, given: tuple[tuple[int, int], ...], scales: int, tape: Sequence[int]
+    program: Program,
+    given: tuple[tuple[int, int], ...],
+    scales: int,
+    tape: Sequence[int],
+    kept: int,
+    area: Mapping[int, int],
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
-    that of the derivatives."""
+    that of the derivatives; `kept`: words that are remembered of touches; `area`: sizes of what is
+    no state of them."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -191,6 +226,7 @@ def make_plan(
         Own.SEEN: passes(program) if is_eventful(program) else 0,
         Own.BRANCHES: len(program.whens),
         Own.SAMPLES: len(Sample) * len(program.samplers),
+        Own.TOUCHES: kept,
         Frame.W: program.size,
         Frame.NUMBERS: placed.numbers,
         Frame.ACCEPTED: placed.accepted,
@@ -203,7 +239,13 @@ def make_plan(
     begins = list(accumulate(rooms.values(), initial=passing + len(Passing)))
     homes += [(int(Own.PASSING), passing)]
     homes += [(passing + k, at) for k, at in zip(rooms, begins, strict=False)]
-    return Plan(passing, begins[-1], tuple(homes), given)
+    contact, room = begins[-1], begins[-1]
+    if area:
+        begins = list(accumulate(area.values(), initial=contact + len(area)))
+        homes += [(int(Own.CONTACT), contact)]
+        homes += [(contact + k, at) for k, at in zip(area, begins, strict=False)]
+        room = begins[-1]
+    return Plan(passing, room, tuple(homes), given)
 
 
 def passes(program: Program) -> int:

@@ -30,8 +30,9 @@ def refuse(program: Program) -> None:
 
 def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     acting = [a for when in program.whens for *_, found in when.branches for a in found]
-    for name, span in dict.fromkeys((a.component, a.span) for a in acting if isinstance(a, Impact)):
-        yield f"the contact `{name}`, of which velocities jump at events,", span
+    crowds = {a.component: a.span for a in acting if isinstance(a, Impact) and a.crowd}
+    for name, span in crowds.items():
+        yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
     for delay in program.delays:
         yield f"the delay `{delay.text}`", delay.span
     if program.sharing is not None:

@@ -129,6 +129,10 @@ class Entries:
         flag = c.call(FLAG, "px_refresh", m, whole(c, least))
         with c.when(~flag.equals(0), leaves=True):
             starting = m.load(INT, Own.STALE).equals(Stale.START)
+            with c.when(starting & flag.equals(ACTED), leaves=True):
+                text = c.call(POINTER, "px_message", c.flag(m.load(INT, Own.ENDED)))
+                c.run("px_log", m, c.constant(ERROR, FLAG), text)
+                c.give(ERROR)
             with c.when(starting, leaves=True):
                 self.fail(
                     c,
@@ -405,7 +409,9 @@ class Entries:
                 changed.set(whole(c, 1))
                 m.store(whole(c, Stale.ALL), Own.STALE)
         other = changed.get()
-        anew = c.emit(INT, f"or i64 {other.text}, {m.load(INT, Own.RESET).text}")
+        anew = other
+        for moved in (Own.RESET, Own.MOVED):
+            anew = c.emit(INT, f"or i64 {anew.text}, {m.load(INT, moved).text}")
         return anew, other, m.load(INT, Own.OVER), c.call(REAL, "px_next", m)
 
     def judge(self, c: Code, m: Value, flag: Value) -> None:

@@ -8,6 +8,7 @@ relations   zero functions, stored truths, and what crosses
 instants    time events
 settling    truths and discrete values iterated at one instant
 events      what happens at an instant, at the start and at the end
+contact     impacts, stops, friction of rigid bodies (`impact`)
 ends        steps that end at events
 uneventful  the same for models without any
 stiff       implicit steps

@@ -132,6 +132,7 @@ def _refresh(c: Code, m: Value, least: Value) -> None:
     with c.when(m.load(INT, Own.STALE).equals(Stale.START)):
         flag = c.call(FLAG, "px_start", m)
         with c.when(~flag.equals(0), leaves=True):
+            m.store(whole(c, Stale.START), Own.STALE)
             c.give(flag)
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)

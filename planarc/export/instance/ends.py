@@ -9,9 +9,9 @@ They stand apart from `steps`, which calls them, since only models with events h
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import plan, whole
+from planarc.export.instance.block import whole
 from planarc.export.instance.relations import attempt, numbers_of
 from planarc.export.instance.steps import BEGIN, vector
 from planarc.export.plan import Own, Relation, Stale

@@ -195,7 +195,9 @@ def _crossing(c: Code, m: Value, t: Value) -> None:
             beside = c.absolute(now.load(REAL, i)) <= largest.load(REAL, i) * NEAR
             rise = rises.load(REAL, i)
             ahead = c.select(truth(c, m, i), rise, -rise)
-            moves = ahead > c.largest(largest.load(REAL, i) * NEAR, c.call(REAL, "px_quiet", m))
+            touch = told(c, i, Row.TOUCH).equals(1)
+            quiet = c.select(touch, c.constant(0.0, REAL), c.call(REAL, "px_quiet", m))
+            moves = ahead > c.largest(largest.load(REAL, i) * NEAR, quiet)
             with c.when(told(c, i, Row.TIMED).equals(0) & beside & moves):
                 crossing.store(whole(c, 1), i)
                 found.set(whole(c, 1))
@@ -207,6 +209,7 @@ def _update(c: Code, m: Value) -> None:
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
     m.store(whole(c, 0), Own.RESET)
+    m.store(whole(c, 0), Own.MOVED)
     found = c.call(INT, "px_crossing", m, t)
     with c.when(found.equals(0) & m.load(INT, Own.TOUCHED).equals(0), leaves=True):
         flag = c.call(FLAG, "pc_outputs", m, t, m.load(POINTER, Own.Y))
@@ -235,6 +238,7 @@ def _prepare(c: Code, m: Value) -> None:
         w.store(start, discrete(c, i, 0))
         w.store(start, discrete(c, i, 1))
     set_flag(c, m, Table.INITIAL, 1.0)
+    c.run("px_unstruck", m)
     c.run("px_instants", m, t)
     w.store(t)
     c.call(FLAG, "pc_zeros", m, t, now)

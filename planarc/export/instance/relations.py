@@ -190,8 +190,11 @@ def _widen(c: Code, m: Value, t: Value) -> None:
         beyond = c.select(truth(c, m, i), g, -g)
         with c.when(beyond > 0.0):
             far.set(far.get() + beyond * MORE)
-        stands = (c.absolute(rises.load(REAL, i)) <= quiet * STILL) & (c.absolute(g) <= quiet)
+        # What a touch compares is known better: bounces may be lower than what is quiet.
+        touch = told(c, i, Row.TOUCH).equals(1)
+        least = c.select(touch, c.constant(QUIET, REAL), quiet)
+        stands = (c.absolute(rises.load(REAL, i)) <= least * STILL) & (c.absolute(g) <= least)
         with c.when(stands):
-            far.set(c.largest(far.get(), quiet * STILL))
+            far.set(c.largest(far.get(), least * STILL))
         width.store(far.get(), i)
     c.give(0)

@@ -101,7 +101,9 @@ def _clear(c: Code, m: Value, i: Value, quiet: Value) -> None:
     noise = numbers_of(c, m, Relation.LARGEST).load(REAL, i) * NOISE
     size = c.absolute(g)
     large = (size > quiet) & ((size > noise) | (c.absolute(g - before) > quiet))
-    c.give(word(c, (size <= EXACT) | large), INT)
+    touch = told(c, i, Row.TOUCH).equals(1)
+    of_touch, other = word(c, (g >= 0.0) | (size > noise)), word(c, (size <= EXACT) | large)
+    c.give(c.select(touch, of_touch, other))
 
 
 @function("i64 px_signs(ptr m, i64 careful)")
@@ -143,7 +145,8 @@ def _release(c: Code, m: Value) -> None:
     now, held, at = (numbers_of(c, m, k) for k in (Relation.NOW, Relation.HELD, Relation.HELD_AT))
     quiet = c.call(REAL, "px_quiet", m)
     with c.loop(plan(c, Table.RELATIONS)) as i:
-        moved = c.absolute(now.load(REAL, i) - at.load(REAL, i)) > quiet
+        own = c.select(told(c, i, Row.TOUCH).equals(1), c.constant(0.0, REAL), quiet)
+        moved = c.absolute(now.load(REAL, i) - at.load(REAL, i)) > own
         with c.when(moved):
             held.store(whole(c, 0), i)
     c.give()
@@ -265,16 +268,20 @@ def _turn(c: Code, m: Value, t: Value) -> None:
     def least(i: Value) -> Value:
         return largest.load(REAL, i) * (1e-4 * NOISE)
 
+    def is_flat(i: Value, pace: Value) -> Value:
+        # What begins to slide has no pace at first, but for how its surfaces turn meanwhile.
+        return told(c, i, Row.TOUCH).equals(1) | (c.absolute(pace) <= least(i))
+
     with c.loop(count) as i:
         bent.store(rises.load(REAL, i), i)
-        with c.when(near(i) & (c.absolute(rises.load(REAL, i)) <= least(i))):
+        with c.when(near(i) & is_flat(i, rises.load(REAL, i))):
             flat.set(whole(c, 1))
     with c.when(flat.get().equals(1)):
         flag = c.call(FLAG, "px_rises", m, t, whole(c, 1))
         with c.loop(count) as i:
             first = bent.load(REAL, i)
             second = c.select(flag.equals(0), rises.load(REAL, i), first)
-            rises.store(c.select(c.absolute(first) <= least(i), second, first), i)
+            rises.store(c.select(is_flat(i, first), second, first), i)
     changed = c.variable(c.constant(0, FLAG), FLAG)
     with c.loop(count) as i, c.when(near(i)):
         size, rise = c.absolute(now.load(REAL, i)), rises.load(REAL, i)

@@ -8,7 +8,8 @@ Where the parameter `_stiff` says so, steps are those of `stiff`, and end where 
 A step is as long as its errors allow, and the states at `end` are looked up within it: many
 short steps of a host cost as much as few long ones. Where loops are to be closed no step is longer
 than a hundredth of the run. After the host has set something the first step ends at `end` at the
-latest. Every step ends at events (`ends`), right behind the first crossing of a relation on its way; they happen before the next step, or where the host arrives there. What is accepted becomes
+latest. Every step ends at events (`ends`), right behind the first crossing of a relation on its
+way; they happen before the next step, or where the host arrives there. What is accepted becomes
 the point that nonlinear blocks start from; where the states go bad there, others are taken before
 the next step.
 

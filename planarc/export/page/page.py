@@ -32,6 +32,7 @@ from planarc.export.actions import endings, errors, message_text
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.plan import is_settable
+from planarc.export.touches import jams
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
 from planarc.solve.messages.event import assertion_diagnostic, no_value, terminated
 from planarc.view.page import assets
@@ -170,6 +171,7 @@ def _ends(program: Program) -> Iterator[Diagnostic]:
             assert isinstance(action, SetDiscrete | Reinit)
             name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
             yield no_value(program, 0.0, name, action)
+    yield from jams(program)
 
 
 def _dotted(assertion: Assertion) -> str:

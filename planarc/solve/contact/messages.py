@@ -10,7 +10,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.places import own_part
 from planarc.solve.contact.bodies import bodies, fixed_together
-from planarc.solve.contact.touches import Touches
+from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages import event
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ FELT = 1e-12
 _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 
-def named(touches: Touches, i: int) -> str:
+def named(touches: Points, i: int) -> str:
     """A touch as a user knows it: its component, and its point where there are several."""
     name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
     found = _POINT.match(name)
@@ -32,19 +32,19 @@ def named(touches: Touches, i: int) -> str:
     return f"`{found[1]}`" + f" (point {found[2]})" * several
 
 
-def between(touches: Touches, i: int) -> str:
+def between(touches: Points, i: int) -> str:
     """A touch with the bodies that meet there: "`contact` of `ball` and the ground"."""
     met = _met(touches, i)
     return f"{named(touches, i)} of {met}" if met else named(touches, i)
 
 
-def _met(touches: Touches, i: int) -> str:
+def _met(touches: Points, i: int) -> str:
     """The bodies that meet at a touch; empty at joints that rub and without frames."""
     met = () if touches.bound[i] else bodies(touches.program, touches.all[i].name)
     return listed(met) if len(met) > 1 else ""
 
 
-def told(touches: Touches, before: Mapping[str, Vector], after: Mapping[str, Vector]) -> list[str]:
+def told(touches: Points, before: Mapping[str, Vector], after: Mapping[str, Vector]) -> list[str]:
     """What happened at an instant, one text for each touch to which something did."""
     found, largest = [], float(after["impulse"].max())
     for i in range(len(touches.all)):
@@ -68,14 +68,22 @@ def unsolved(touches: Touches, t: float) -> Diagnostic:
     return event.unsolved(touches.program, touches.kernel, t, ())
 
 
-def _found(touches: Touches, i: int, code: str, message: str, hint: str) -> Diagnostic:
+def lost(touches: Points, i: int, t: float) -> Diagnostic:
+    """Where more is not known of what was not solved."""
+    message = f"what follows from {named(touches, i)} at t = {t:.6g} s could not be solved"
+    hint = "the mechanism may be stretched or jammed here: look at its position at this time"
+    return _found(touches, i, "R422", message, hint)
+
+
+def _found(touches: Points, i: int, code: str, message: str, hint: str) -> Diagnostic:
     part = own_part(touches.program, touches.all[i].name)
     return Diagnostic(code, message, part.span if part else touches.all[i].span, hint=hint)
 
 
-def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
+def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
+    """`depth` is a number as it is told."""
     what = _met(touches, i) or "its two sides"
-    message = f"{what} overlap by {depth:.3g} m in {named(touches, i)} at t = {t:.6g} s"
+    message = f"{what} overlap by {depth} m in {named(touches, i)} at t = {t:.6g} s"
     hint = "start the bodies apart, or exactly where they touch"
     parameters = {p.name for p in touches.program.parameter_slots}
     name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
@@ -85,7 +93,7 @@ def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
         if p.name.startswith(f"{name}.") and p.name.endswith(".switchSide")
     ]
     if f"{name}.length" in parameters:  # a rope, whose gap is what is left of its slack
-        message = f"{named(touches, i)} is {depth:.3g} m too short to join {what} at t = {t:.6g} s"
+        message = f"{named(touches, i)} is {depth} m too short to join {what} at t = {t:.6g} s"
         hint = f"give `{name}.length` a larger value, or start the bodies nearer to each other"
     if open_curves:
         curve = open_curves[-1].removeprefix(f"{name}.")
@@ -93,7 +101,7 @@ def overlap(touches: Touches, i: int, depth: float, t: float) -> Diagnostic:
     return _found(touches, i, "R480", message, hint)
 
 
-def begun_wrong(touches: Touches, t: float) -> Diagnostic | None:
+def begun_wrong(touches: Points, t: float) -> Diagnostic | None:
     """Why a run cannot begin: both contours of a contact are on one body."""
     owners = {n: touch.name.rpartition(".")[0] for n, touch in enumerate(touches.all)}
     alone = fixed_together(touches.program, dict.fromkeys(owners.values()))
@@ -101,7 +109,7 @@ def begun_wrong(touches: Touches, t: float) -> Diagnostic | None:
     return None if found is None or touches.bound[found] else one_body(touches, found, t)
 
 
-def one_body(touches: Touches, i: int, t: float) -> Diagnostic:
+def one_body(touches: Points, i: int, t: float) -> Diagnostic:
     message = f"the contours of {named(touches, i)} cannot move against each other"
     met = bodies(touches.program, touches.all[i].name)
     if len(met) == 1:
@@ -110,17 +118,20 @@ def one_body(touches: Touches, i: int, t: float) -> Diagnostic:
     return _found(touches, i, "R481", message, hint)
 
 
-def _friction(touches: Touches, some: Sequence[int], mu: Vector) -> str:
+def _friction(touches: Points, some: Sequence[int], mu: Vector | None) -> str:
+    if mu is None:
+        return listed([named(touches, i) for i in some])
     rubbing = [i for i in some if mu[i] > 0] or list(some)
     return listed([f"{named(touches, i)} (mu = {mu[i]:.4g})" for i in rubbing])
 
 
-def no_impact(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Diagnostic:
+def no_impact(touches: Points, some: Sequence[int], mu: Vector | None, t: float) -> Diagnostic:
+    """Without `mu` coefficients are not told."""
     message = f"no impulses end the impact at {_friction(touches, some, mu)} at t = {t:.6g} s"
     return _found(touches, some[0], "R482", message, "lower mu, or take the compliant law")
 
 
-def no_forces(touches: Touches, some: Sequence[int], mu: Vector, t: float) -> Diagnostic:
+def no_forces(touches: Points, some: Sequence[int], mu: Vector | None, t: float) -> Diagnostic:
     rubbing, jam = _friction(touches, some, mu), "with so much friction rigid bodies jam"
     if touches.bound[list(some)].all():
         message = f"no forces hold {rubbing} at t = {t:.6g} s: {jam} while they slide"

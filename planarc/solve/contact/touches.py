@@ -1,7 +1,8 @@
 """The touches of a model: what they are in the workspace, and what forces at them do.
 
 In:   Program, Kernel
-Out:  Touches    their gaps and speeds; the response to forces
+Out:  Points     the touches and their expressions
+      Touches    their gaps and speeds; the response to forces
 
 The equations of a model are linear in its forces. With all touches open, a unit force at one of
 them therefore shows, by one evaluation more, how the derivatives of the states and the motion of
@@ -50,10 +51,26 @@ class Response(Data):
     states: Vector
 
 
-class Touches:
-    def __init__(self, program: Program, kernel: Kernel) -> None:
-        self.program, self.kernel = program, kernel
+class Points:
+    """The touches of a model, as it says them."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
         self.all = tuple(_touches(program))
+        #: What a joint holds together, which therefore neither parts nor meets. The distance of
+        #: contours that stand still has parameters in it.
+        self.bound = np.array(
+            [all(t.read[n].is_const for n in ("gap", "v", "e")) for t in self.all], dtype=bool
+        )
+        self.components = frozenset(t.name for t in self.all)
+
+
+class Touches(Points):
+    """The touches of a run."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        super().__init__(program)
+        self.kernel = kernel
         self._read = Reader(program, kernel, 0.0)
         self._rates = {c.slot: c.derivative for c in program.candidates}
         self._force = np.ones(2 * len(self.all))  # that shows what a force does
@@ -65,12 +82,6 @@ class Touches:
             for n, slots in self._slots.items()
             if None not in slots
         }
-        #: What a joint holds together, which therefore neither parts nor meets. The distance of
-        #: contours that stand still has parameters in it.
-        self.bound = np.array(
-            [all(t.read[n].is_const for n in ("gap", "v", "e")) for t in self.all], dtype=bool
-        )
-        self.components = frozenset(t.name for t in self.all)
 
     def get(self, name: str) -> Vector:
         w, take = self.kernel.w, self._takers.get(name)

@@ -126,7 +126,7 @@ class Moreau(FixedStep):
         gap = touches.get("gap")
         if len(gap) and gap.min() < -DEEP:
             i = int(gap.argmin())
-            raise PlanarcError(messages.overlap(touches, i, -float(gap[i]), self._t))
+            raise PlanarcError(messages.overlap(touches, i, f"{-float(gap[i]):.3g}", self._t))
         for crowd in self._crowds:
             crowd.begin()
             found = crowd.find(0.0)

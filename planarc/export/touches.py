@@ -1,0 +1,54 @@
+"""The touches of a model (`impact`): what they read, what they set, and why a run may end at them.
+
+    px_feel(block, t, out)    what all touches read: arrays as of `instance.contact.area.Reads`
+
+and the table `px_touches`, rows as of `plan.Touch`.
+"""
+
+from __future__ import annotations
+
+from planarc.codegen.native.assembly import POINTER, REAL, Code
+from planarc.codegen.native.formulas import formula, real
+from planarc.core.diagnostic import Diagnostic
+from planarc.export.actions import SELDOM, reader, table
+from planarc.export.instance.contact.area import Reads
+from planarc.export.plan import Jam, Touch
+from planarc.ir.frame import Frame
+from planarc.ir.program import Program
+from planarc.solve.contact import messages
+from planarc.solve.contact.touches import Points
+
+
+def touch_functions(program: Program) -> str:
+    """The function and the table."""
+    points = Points(program)
+    rows = [
+        n
+        for touch, joint in zip(points.all, points.bound, strict=True)
+        for n in (*(touch.slots[w.name.lower()] for w in Touch if w is not Touch.JOINT), int(joint))
+    ]
+    c = Code("px_feel", "void", ((POINTER, "m"), (REAL, "t"), (POINTER, "out")))
+    m, t, out = c.arguments
+    leaf = reader(program, m.load(POINTER, Frame.W), t)
+    for which in Reads:
+        for i, touch in enumerate(points.all):
+            value = real(c, formula(c, touch.read[which.name.lower()], leaf))
+            out.store(value, int(which) * len(points.all) + i)
+    c.give()
+    return c.text(SELDOM) + table("px_touches", rows)
+
+
+def jams(program: Program) -> list[Diagnostic]:
+    """Why a run may end at each touch, at time 0, in the order of `Jam`; numbers are dots."""
+    points = Points(program)
+    found = []
+    for i in range(len(points.all)):
+        told = {
+            Jam.OVERLAP: messages.overlap(points, i, "...", 0.0),
+            Jam.ONE_BODY: messages.one_body(points, i, 0.0),
+            Jam.NO_IMPACT: messages.no_impact(points, [i], None, 0.0),
+            Jam.NO_FORCES: messages.no_forces(points, [i], None, 0.0),
+            Jam.UNSOLVED: messages.lost(points, i, 0.0),
+        }
+        found += [told[kind] for kind in Jam]
+    return found
