@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own
@@ -33,8 +33,6 @@ from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
-
-SELDOM = "noinline optnone "
 
 
 def errors(program: Program) -> tuple[Assertion, ...]:

@@ -18,9 +18,9 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import bit, formula
-from planarc.codegen.native.machine import LARGEST_OPTIMISED, emit_object
+from planarc.codegen.native.machine import emit_object
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
@@ -80,6 +80,8 @@ define void @px_unstruck(ptr %m) nounwind {
   ret void
 }
 """
+#: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
+_SMALL = 'noinline optsize "no-jump-tables"="true" '
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -133,23 +135,21 @@ def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
     name = store.key("exported", version("llvmlite"), triple, shared)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(shared, triple, 1, True)
+        known = _compiled(shared, triple, True)
         store.store("native", name, known)
-    levels = (1 if text.count("\n") <= LARGEST_OPTIMISED else 0 for text in others)
-    made = (_compiled(t, triple, level, False) for t, level in zip(others, levels, strict=True))
-    return known, *made
+    return known, *(_compiled(text, triple, False) for text in others)
 
 
-def _compiled(text: str, triple: str, level: int, tidied: bool) -> bytes:
+def _compiled(text: str, triple: str, tidied: bool) -> bytes:
     import llvmlite.binding as llvm
 
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     fixed = triple.startswith("wasm")  # there constants have addresses of their own
     machine = llvm.Target.from_triple(triple).create_target_machine(
-        opt=level, reloc="static" if fixed else "pic", codemodel="small"
+        opt=1, reloc="static" if fixed else "pic", codemodel="small"
     )
-    return emit_object(text, machine, ("pc_", "px_"), tidied)
+    return emit_object(text.replace(SELDOM, _SMALL), machine, ("pc_", "px_"), tidied)
 
 
 def _shared(entries: Entries, derivatives: bool, eventful: bool, touches: bool) -> str:
@@ -300,7 +300,7 @@ def _asserts(program: Program) -> str:
         with c.when(~truth, leaves=True):
             c.give(i)
     c.give(0)
-    return c.text("noinline optnone ")
+    return c.text(SELDOM)
 
 
 def _message(count: int) -> str:
@@ -310,4 +310,4 @@ def _message(count: int) -> str:
         with c.when(c.arguments[0].equals(i), leaves=True):
             c.give(Value(c, POINTER, f"@px_message_{i}"))
     c.give(Value(c, POINTER, "null"))
-    return c.text("noinline optnone ")
+    return c.text(SELDOM)

@@ -132,6 +132,10 @@ class Variable:
         self._place.store(value)
 
 
+#: What a function is marked with that is called seldom: it is compiled in the quickest way.
+SELDOM = "noinline optnone "
+
+
 def function(
     signature: str, seldom: bool = False
 ) -> Callable[[Callable[..., None]], Callable[[], str]]:
@@ -145,7 +149,7 @@ def function(
         def text() -> str:
             c = Code(name, result, arguments)
             write(c, *c.arguments)
-            return c.text("noinline optnone " if seldom else "")
+            return c.text(SELDOM if seldom else "")
 
         return text
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.text import text_constant
 from planarc.export.instance.block import (
@@ -62,7 +62,7 @@ class Entries:
         with c.when(given):
             log(c, m, status, constant(c, self.string("logStatusError")), message)
         c.give()
-        self._texts.append(c.text("noinline optnone "))
+        self._texts.append(c.text(SELDOM))
 
     def text(self) -> str:
         """The functions and their messages."""
@@ -102,7 +102,7 @@ class Entries:
         pairs = [(t, n) for t, n in (a.split() for a in arguments.split(", ") if a)]
         c = Code(name, result, pairs)
         yield c, c.arguments
-        self._texts.append(c.text("noinline optnone "))
+        self._texts.append(c.text(SELDOM))
         self.names.append(name)
 
     def refused(self, names: Iterable[str]) -> None:
