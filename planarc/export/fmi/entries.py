@@ -4,7 +4,8 @@ Every function looks at its instance first: that there is one, and that it is in
 which the function may be called. What goes wrong is told to the host's logger in words, and by
 the standard's status; nothing else happens then.
 
-The file is long because the standard has many functions; each takes a few lines.
+Derivatives stand in `derivatives`. The file is long because the standard has many functions; each
+takes a few lines.
 """
 
 from __future__ import annotations
@@ -28,10 +29,8 @@ from planarc.export.instance.block import (
 from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.relations import numbers_of, told
 from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
-from planarc.export.instance.slopes import UNKNOWN, has_slopes, node_of, slot_of
 from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
-from planarc.ir.derivatives import CHUNK
 from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -238,71 +237,6 @@ class Entries:
             w, _, _, _ = open_frame(m)
             w.store(t)
             m.store(whole(c, Stale.ALL), Own.STALE)
-
-    def directional(self, name: str, arguments: str, lengths: int) -> None:
-        """Derivatives along a direction: `lengths` more are told behind directions and results."""
-        with self._slopes(name, arguments) as (c, m, unknowns, given):
-            count, knowns, number, seeds, *more = given
-            results = more[lengths // 2]
-            c.run("px_seed", m, whole(c, CHUNK))
-            with c.loop(number) as k:
-                self._move(c, m, name, knowns, k, seeds.load(REAL, k))
-            self._pass(c, m)
-            with c.loop(count) as i:
-                results.store(self._moved(c, m, name, unknowns, i), i)
-
-    def adjoint(self, name: str, arguments: str) -> None:
-        """The sums of the unknowns' derivatives by each known, weighted by `seeds`."""
-        with self._slopes(name, arguments) as (c, m, unknowns, given):
-            count, knowns, number, seeds, _, results, _ = given
-            with c.loop(number) as k:
-                c.run("px_seed", m, whole(c, CHUNK))
-                self._move(c, m, name, knowns, k, c.constant(1.0, REAL))
-                self._pass(c, m)
-                total = c.variable(0.0)
-                with c.loop(count) as i:
-                    slope = self._moved(c, m, name, unknowns, i)
-                    total.set(total.get() + seeds.load(REAL, i) * slope)
-                results.store(total.get(), k)
-
-    @contextmanager
-    def _slopes(
-        self, name: str, arguments: str
-    ) -> Iterator[tuple[Code, Value, Value, list[Value]]]:
-        with self.entry(name, arguments, EVALUABLE) as (c, (m, unknowns, *given)):
-            with c.when(~has_slopes(c), leaves=True):
-                self.fail(c, m, f"{name}: the model calls functions without derivatives")
-            self.refresh(c, m, Stale.NOTHING)
-            yield c, m, unknowns, given
-
-    def _pass(self, c: Code, m: Value) -> None:
-        with c.when(~c.call(FLAG, "px_pass", m).equals(0), leaves=True):
-            self.fail(c, m, "the equations have no derivatives at this point", DISCARD)
-
-    def _placed(
-        self, c: Code, m: Value, name: str, references: Value, k: Value
-    ) -> tuple[Value, Value]:
-        """The address of a number, and 1 or -1."""
-        reference = load_narrow(c, "i32", references, k)
-        place = c.call(POINTER, "px_place", m, reference, whole(c, NUMBER))
-        with c.when(is_null(c, place), leaves=True):
-            self.fail(c, m, f"{name}: there is no such variable")
-        odd = (reference - reference / 2 * 2).equals(1)
-        return place, c.select(odd, c.constant(-1.0, REAL), 1.0)
-
-    def _move(self, c: Code, m: Value, name: str, references: Value, k: Value, by: Value) -> None:
-        place, sign = self._placed(c, m, name, references, k)
-        flag = c.call(FLAG, "px_move", m, place, whole(c, 0), sign * by)
-        with c.when(~flag.equals(0), leaves=True):
-            self.fail(c, m, f"{name}: derivatives are those by states and inputs")
-
-    def _moved(self, c: Code, m: Value, name: str, references: Value, i: Value) -> Value:
-        place, sign = self._placed(c, m, name, references, i)
-        with c.when(node_of(c, slot_of(c, m, place)).equals(UNKNOWN), leaves=True):
-            self.fail(
-                c, m, f"{name}: derivatives are those of outputs and of derivatives of states"
-            )
-        return sign * c.call(REAL, "px_moved", m, place, whole(c, 0))
 
     def save(self, name: str) -> None:
         with self.entry(name, "ptr to", tuple(Phase)) as (c, (m, to)):

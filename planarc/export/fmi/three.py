@@ -9,6 +9,7 @@ Reference: FMI 3.0.2, headers fmi3FunctionTypes.h and chapters 2 to 4.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
+from planarc.export.fmi.derivatives import adjoint, directional
 from planarc.export.fmi.entries import (
     ANYWHERE,
     INTEGER,
@@ -54,8 +55,8 @@ def functions() -> Entries:
     arrays = (
         "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, i64 some, ptr results, i64 all"
     )
-    e.directional("fmi3GetDirectionalDerivative", arrays, 2)
-    e.adjoint("fmi3GetAdjointDerivative", arrays)
+    directional(e, "fmi3GetDirectionalDerivative", arrays, 2)
+    adjoint(e, "fmi3GetAdjointDerivative", arrays)
     e.save("fmi3GetFMUState")
     e.restore("fmi3SetFMUState")
     e.forget("fmi3FreeFMUState")

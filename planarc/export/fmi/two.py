@@ -8,6 +8,7 @@ Reference: FMI 2.0.4, headers fmi2FunctionTypes.h and chapters 2 to 4.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
+from planarc.export.fmi.derivatives import directional
 from planarc.export.fmi.entries import (
     DISCARD,
     INTEGER,
@@ -63,7 +64,7 @@ def functions() -> Entries:
                    DISCARD)  # fmt: skip
         e.give_word(c, value, m.load(INT, Own.OVER), 0)
     arrays = "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, ptr results"
-    e.directional("fmi2GetDirectionalDerivative", arrays, 0)
+    directional(e, "fmi2GetDirectionalDerivative", arrays, 0)
     e.save("fmi2GetFMUstate")
     e.restore("fmi2SetFMUstate")
     e.forget("fmi2FreeFMUstate")
