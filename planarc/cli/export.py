@@ -13,6 +13,7 @@ from planarc.cli import console
 from planarc.cli.arguments import (
     ClassName,
     Libraries,
+    RedundantJoints,
     Target,
     choose_backend,
     make_request,
@@ -20,7 +21,7 @@ from planarc.cli.arguments import (
     read_pattern,
 )
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import Backend
+from planarc.core.options import Backend, Redundant
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -89,6 +90,7 @@ def export(
         ),
     ] = False,
     fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
+    redundant: RedundantJoints = Redundant.REFUSE,
     library: Libraries = None,
 ) -> int:
     """Write a model as an FMU, or as a page that runs it.
@@ -109,7 +111,7 @@ def export(
                  "platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
         _refuse_given([name for name, value in given.items() if value is not None])
         compiled = compile_model(
-            make_request(target, class_name, library), choose_backend(Backend.NATIVE)
+            make_request(target, class_name, library, redundant), choose_backend(Backend.NATIVE)
         )
         return _page(compiled, output)
     wishes = Wishes(
@@ -120,7 +122,7 @@ def export(
         stiff,
     )
     backend = choose_backend(Backend.NATIVE)
-    request = make_request(target, class_name, library)
+    request = make_request(target, class_name, library, redundant)
     compiled = compile_model(replace(request, inputs=tuple(input or ())), backend)
     return _fmu(compiled, output, wishes)
 

@@ -4,6 +4,7 @@ fmu         one call: a compiled model becomes an FMU
 refusal     what cannot be exported, told with its line
 plan        the memory of one instance, and what its code must know of the model
 actions     what the model does at events, as code
+fits        what was left out of redundant joints
 touches     what its rigid contacts read and set
 image       its first content: the assembly found here, at export
 module      the code as one LLVM module, its object

@@ -25,6 +25,7 @@ from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
 from planarc.export.actions import action_functions, errors, messages, reader, table
+from planarc.export.fits import misfit_slots, misfits
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
@@ -51,6 +52,7 @@ from planarc.ir.frame import Frame, place
 from planarc.ir.program import Program
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import AHEAD, unknowns
+from planarc.solve.start.sharing import FITS
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
@@ -180,7 +182,10 @@ def _own(
     plan = make_plan(program, image.held, len(image.scales), tape, kept_words(touches),
                      sizes(touches, program.state_count))  # fmt: skip
     name = program.name.encode("ascii", "replace").decode()
-    stuck = [d.message.replace(" at t = 0 s", "") for d in jams(program)]
+    stuck = [
+        d.message.replace(" at t = 0 s", "").removeprefix("at t = 0 s ")
+        for d in (*jams(program), *misfits(program))
+    ]
     ends = [entries.as_shown(text) for text in (*messages(program), *stuck)]
     texts = [("token", token), ("name", name)]
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
@@ -291,13 +296,18 @@ def _bits(value: float) -> int:
 
 
 def _asserts(program: Program) -> str:
-    """Which assertion fails first, counted from 1."""
+    """Which assertion fails first, counted from 1, or which condition that was left out."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
     leaf = reader(program, frame.load(POINTER, Frame.W), t)
     for i, assertion in enumerate(errors(program), 1):
         truth = bit(c, formula(c, assertion.condition, leaf))
         with c.when(~truth, leaves=True):
+            c.give(i)
+    first = len(messages(program)) + len(jams(program)) + 1
+    for i, slot in enumerate(misfit_slots(program), first):
+        off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
+        with c.when(~(off <= FITS), leaves=True):
             c.give(i)
     c.give(0)
     return c.text(SELDOM)

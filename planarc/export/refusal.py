@@ -35,8 +35,6 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
         yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
     for delay in program.delays:
         yield f"the delay `{delay.text}`", delay.span
-    if program.sharing is not None:
-        yield "a mechanism with redundant joints", program.span
     lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
              program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]

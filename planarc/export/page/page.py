@@ -29,6 +29,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import render_all
 from planarc.export.actions import endings, errors, message_text
+from planarc.export.fits import misfits
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.plan import is_settable
@@ -172,6 +173,7 @@ def _ends(program: Program) -> Iterator[Diagnostic]:
             name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
             yield no_value(program, 0.0, name, action)
     yield from jams(program)
+    yield from misfits(program)
 
 
 def _dotted(assertion: Assertion) -> str:

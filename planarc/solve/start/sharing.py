@@ -143,16 +143,18 @@ def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> 
         wrong = np.flatnonzero(~(np.abs(off) <= FITS))
         if len(wrong):
             first = int(wrong[0])
-            return _does_not_hold(program, condition, float(times[first]), float(off[first]))
+            by = f"{float(off[first]):.2g}"
+            return does_not_hold(program, condition, float(times[first]), by)
     return None
 
 
-def _does_not_hold(program: Program, condition: Condition, t: float, off: float) -> Diagnostic:
+def does_not_hold(program: Program, condition: Condition, t: float, off: str) -> Diagnostic:
+    """`off` is a number as it is told."""
     info = condition.info
     found = Diagnostic(
         "R417",
         f"at t = {t:.6g} s `{info.component or 'the model'}` does not fit: `{info.text}`, which "
-        f"was left out because it followed from other conditions, is off by {off:.2g}",
+        f"was left out because it followed from other conditions, is off by {off}",
         info.span,
         hint="joints repeat each other in some positions only: replace one of them by a freer one",
     )
