@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import shutil
 from functools import cache
 from pathlib import Path
 
@@ -18,10 +17,11 @@ from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
 from planarc.export.fmu import Wishes, make_fmu
 from planarc.export.page.module import make_module
+from planarc.export.page.page import ends_of
 from planarc.export.refusal import refuse
 from planarc.ir.result import Result
 from planarc.request.request import Request
-from tests.export.test_wasm import of_node
+from tests.export.test_wasm import needs_node, of_node
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LIBRARY = "PlanarMultiBody.Examples."
@@ -174,7 +174,7 @@ def test_a_saved_state_holds_what_touches_remember(folder: Path) -> None:
     fmu.freeFMUState(state)
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node here")
+@needs_node
 @pytest.mark.parametrize("name", ("Contacts.BouncingBall", "cam_lift_off"))
 def test_pages_strike_as_planarc_does(name: str, tmp_path: Path) -> None:
     model, stop = compiled(name), 4.0
@@ -205,3 +205,18 @@ def test_bodies_that_overlap_are_told(folder: Path, way: str) -> None:
         simulate(archive(folder, "Drop"), way, 1.0, start_values={"ball.frame_a.r[2]": 0.01},
                  logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
     assert told and "overlap by ... m" in told[0]
+
+
+@needs_node
+def test_pages_tell_bodies_that_overlap_at_the_start(tmp_path: Path) -> None:
+    model = compiled("Drop")
+    height = next(c for c in model.program.columns if c.name == "ball.frame_a.r[2]")
+    low, high = of_node(
+        tmp_path, make_module(model).code, [height.slot],
+        ([(height.slot, 0.01)], [0.0, 0.1]), ([(height.slot, 0.5)], [0.0, 0.1]),
+    )  # fmt: skip
+    assert high["begun"] and high["failed"] == 0
+    assert not low["begun"]
+    number = low["failed"]
+    assert isinstance(number, int)
+    assert list(ends_of(model.program))[number - 1].code == "R480"

@@ -6,7 +6,7 @@
 // `values` are pairs [slot, number] in SI units; of a run are kept the `slots` of its workspace.
 //
 //   run    { refused: slot that cannot be set, or -1;  begun: whether a start was found;
-//            rows: count;  failed: number of the assertion that ended it, or 0;
+//            rows: count;  failed: number of the message that ended it, also its start, or 0;
 //            column: (number of a slot) => Float64Array }
 //
 // It gives null where the run was no longer wanted: so often it lets go of the page.
@@ -62,7 +62,8 @@ planarc.createEngine = async function (bytes, slots) {
     for (const [slot, value] of values) {
       if (model.page_set(block, slot, value) !== 0) return { ...found, refused: slot };
     }
-    if (model.page_begin(block) !== 0) return found;
+    const flag = model.page_begin(block);
+    if (flag !== 0) return { ...found, failed: Math.max(0, -flag) };
     const at = room(count);
     const own = room(width);
     const out = room(count * width + 1);

@@ -3,7 +3,8 @@ JavaScript knows as its own numbers.
 
     page_new() -> block                     an instance as it was exported
     page_set(block, slot, value) -> flag    a parameter or a start value, before it begins
-    page_begin(block) -> flag               start values that fit together; 1 where there are none
+    page_begin(block) -> flag               start values that fit together; 1 where there are none;
+                                            below zero the message with which the start ends a run
     page_rows(block, times, first, last, slots, width, out) -> rows
                                             run on, and keep a row at each time
 
@@ -34,7 +35,8 @@ def functions() -> Entries:
     with e.plain("page_begin", "ptr m") as (c, (m,)):
         flag = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
         e.enter(c, m, Phase.STEP)
-        c.give(flag)
+        ended = c.flag(m.load(INT, Own.ENDED).negative())
+        c.give(c.select(flag.equals(ACTED), ended, flag))
     _rows(e)
     return e
 

@@ -49,7 +49,7 @@ planarc.source = (() => {
 
   function wrong(run, order, times, numbers) {
     if (run.refused >= 0) return problem(told.refused, order);
-    if (!run.begun) return problem(told.start, order);
+    if (!run.begun && !run.failed) return problem(told.start, order);
     const now = Number(times[Math.max(0, run.rows - 1)].toPrecision(6));
     if (run.failed) {
       const { message, text, severity } = told.assertions[run.failed - 1];

@@ -154,12 +154,12 @@ def _told(program: Program, drawing: Drawing) -> dict[str, Any]:
                 "text": render_all((d,)),
                 "severity": d.severity.value,
             }
-            for d in _ends(program)
+            for d in ends_of(program)
         ],
     }
 
 
-def _ends(program: Program) -> Iterator[Diagnostic]:
+def ends_of(program: Program) -> Iterator[Diagnostic]:
     """What a run tells that ends at time 0, in the order of the numbers of endings."""
     for i, action in enumerate(endings(program)):
         if isinstance(action, Assertion):
