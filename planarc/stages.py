@@ -179,7 +179,9 @@ def attachment_warnings(
     dae: Dae, mechanism: Mechanism | None, held: Diagnostic | None = None
 ) -> tuple[Diagnostic, ...]:
     """What a user may not have meant: parts that float, that change nothing, and that are held."""
-    told = () if held is None else (held,)
+    from planarc.insight.idle import idle_between_flanges
+
+    told = (*idle_between_flanges(dae), *(() if held is None else (held,)))
     if mechanism is None:
         return told
     from planarc.insight.attachment import attachment_warnings as find
@@ -201,6 +203,12 @@ def _held_too_often(
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
     if twice is not None:
         found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])
+    if mechanism.mobility == 0 and mechanism.locked is not None and first.code == "S302":
+        # What is driven besides cannot be.
+        locked = mechanism.locked
+        told = (Related(first.message), *first.related)
+        driven = f"{locked.message}, so that nothing can be driven"
+        return (replace(first, message=driven, hint=locked.hint, related=told), *found[1:])
     if mechanism.mobility >= 0:
         return tuple(found)
     from planarc.insight.facts import count_text

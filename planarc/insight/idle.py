@@ -6,18 +6,24 @@ Out:  warnings S323
     both ends together   a spring whose ends are connected to each other
     free beside a joint  a part that only gives coordinates, as `FreeMotion`, between links that
                          joints hold together; with start values of its own it is no idle one
+    inside of one part   a spring, damper or drive between two points of one rigid body or shaft
+    on one point         a sensor of distances whose frames are always at the same place
+
+A spring, damper or drive is a component with two ends that declares what energy it stores, loses or
+supplies, but no kinetic energy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
-from planarc.insight.connectors import grouped, owner
+from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
 from planarc.ir.dae import Dae
-from planarc.ir.flat import StateSelect
+from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.flat import Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_part
 
@@ -29,6 +35,129 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
     yield from _ends_together(dae, link_of)
     yield from _free_beside_joints(dae, mechanism, link_of)
+    yield from _inside_links(dae, mechanism, link_of)
+    yield from _on_one_point(dae, mechanism)
+
+
+def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
+    """Springs, dampers and drives between two flanges of one rigid shaft or slide."""
+    connectors = find_connectors(v.name for v in dae.variables)
+    positions = {c: f"{c}.{pairs[0][1]}" for c, pairs in connectors.items() if pairs is not FRAME}
+    ends = grouped(positions, owner)
+    every = frozenset(_elements(dae))
+    elements = [c for c in ends if c in every and len(ends[c]) == 2]
+    rigid = _tied(dae, every) if elements else DisjointSets[str]()
+    for component in elements:
+        first, second = ends[component]
+        part = _own(dae, component)
+        if part is not None and _are_tied(rigid, positions[first], positions[second]):
+            yield _idle(
+                f"`{component}` does nothing: `{first}` and `{second}` are held together by rigid "
+                "parts",
+                part,
+            )
+
+
+def _inside_links(
+    dae: Dae, mechanism: Mechanism, link_of: Mapping[str, int]
+) -> Iterator[Diagnostic]:
+    elements = set(_elements(dae))
+    for component in mechanism.inside:
+        part = _own(dae, component) if component in elements else None
+        if part is not None and not _together(dae, component):
+            frame = next(f for f in link_of if owner(f) == component)
+            link = mechanism.links[link_of[frame]].name if link_of[frame] else ""
+            on = f"on `{link.partition('.')[0]}`, which is rigid" if link else "on the ground"
+            yield _idle(f"`{component}` does nothing: both its ends are {on}", part)
+
+
+def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """Sensors that read places, but no angles, of two frames with the same place."""
+    frames = [f for link in mechanism.links for f in link.frames]
+    zero = _zeros(dae)
+    pairs = [
+        (component, ends)
+        for component, ends in grouped(frames, owner).items()
+        if len(ends) == 2 and all(f"{e}.{f}" in zero for e in ends for f in _FLOWS)
+    ]
+    tied = _tied(dae) if pairs else None
+    for component, ends in pairs:
+        part = _own(dae, component)
+        if tied is None or part is None or _together(dae, component):
+            continue
+        same = all(_are_tied(tied, *(f"{e}.r[{i}]" for e in ends)) for i in (1, 2))
+        if same and not {f"{e}.phi" for e in ends} & _read_by(dae, component):
+            yield Diagnostic(
+                "S323",
+                f"`{component}` always shows 0: {both(ends)} are one point",
+                part.span,
+                Severity.WARNING,
+                hint="connect one of them to another point",
+            )
+
+
+def _idle(message: str, part: Part) -> Diagnostic:
+    hint = "connect one of them to another part"
+    return Diagnostic("S323", message, part.span, Severity.WARNING, hint=hint)
+
+
+def _own(dae: Dae, component: str) -> Part | None:
+    """The part that a component is, if the user declared it."""
+    part = own_part(dae, component)
+    return part if part is not None and part.name == component else None
+
+
+def _together(dae: Dae, component: str) -> bool:
+    """Whether two ends of a component are connected to each other."""
+    return any(sum(owner(n) == component for n in names) > 1 for names in dae.connections)
+
+
+def _elements(dae: Dae) -> Iterator[str]:
+    declared = (d for d in dae.declared if d.kind == "energy")
+    for component, told in grouped(((f"{d.component}.{d.name}") for d in declared), owner).items():
+        if not any(name.startswith(f"{component}.kinetic") for name in told):
+            yield component
+
+
+def _tied(dae: Dae, apart: Collection[str] = ()) -> DisjointSets[str]:
+    """Positions that are equal, or differ by what never changes, by equations of all components
+    but some; "" is one that stands still."""
+    unknown, fixed = {v.name for v in dae.variables}, {p.name for p in dae.parameters}
+    sets = DisjointSets([""])
+    for equation in dae.equations:
+        if equation.component in apart:
+            continue
+        sides = [_place(side, unknown, fixed) for side in (equation.left, equation.right)]
+        if None not in sides and sides[0] != sides[1]:
+            sets.join(*(s for s in sides if s is not None))
+    return sets
+
+
+def _place(e: Expr, unknown: set[str], fixed: set[str]) -> str | None:
+    """The one unknown of a sum of it and of parameters; "" where there is none."""
+    terms = e.args if e.op is Op.ADD else (e,)
+    places = [t.name for t in terms if t.op is Op.SYMBOL and not t.order and t.name in unknown]
+    others = [t for t in terms if not (t.op is Op.SYMBOL and t.name in unknown)]
+    if len(places) > 1 or len(places) + len(others) < len(terms):
+        return None
+    leaves = (t for t in postorder(others) if not t.args)
+    still = all(t.op is Op.CONST or (t.op is Op.SYMBOL and t.name in fixed) for t in leaves)
+    return (places or [""])[0] if still else None
+
+
+def _are_tied(sets: DisjointSets[str], first: str, second: str) -> bool:
+    return first in sets and second in sets and sets.find(first) == sets.find(second)
+
+
+def _zeros(dae: Dae) -> set[str]:
+    """The unknowns that an equation says to be 0."""
+    return {e.left.name for e in dae.equations if e.right is dae.table.zero and e.left.is_symbol}
+
+
+def _read_by(dae: Dae, component: str) -> set[str]:
+    """The names in a component's own equations."""
+    sides = [s for e in dae.equations if e.component == component for s in (e.left, e.right)]
+    return {e.data[0] for e in postorder(sides) if e.op is Op.SYMBOL}
 
 
 def _ends_together(dae: Dae, frames: Mapping[str, int]) -> Iterator[Diagnostic]:
@@ -54,7 +183,7 @@ def _free_beside_joints(
     ends_of = grouped((f for f in link_of if owner(f) in wanted), owner)
     if not ends_of:
         return
-    zero = {e.left.name for e in dae.equations if e.right is dae.table.zero and e.left.is_symbol}
+    zero = _zeros(dae)
     joined = DisjointSets(range(len(mechanism.links)))
     for joint in mechanism.joints:
         for other in joint.links[1:]:

@@ -181,7 +181,9 @@ def _mechanism(
     every = [_held(c, r, order, links, members) for c, r in groups.items()]
     held = [h for h in every if h.conditions > 0 and len(h.roots) > 1]
     # Of two frames of one link, a rigid part gives all three conditions, and a spring none.
-    bridged = (h.component for h in every if len(h.frames) == 2 and -3 < h.conditions < 0)
+    within = [h for h in every if len(h.frames) == 2]
+    bridged = (h.component for h in within if -3 < h.conditions < 0)
+    inside = (h.component for h in within if h.conditions == -3)
     turned = {
         links.root(f) for r in groups.values() if not _is_angle(r) for e in r for f in e.angles
     }
@@ -209,7 +211,12 @@ def _mechanism(
         ends = tuple(sorted(number[r] for r in h.roots))
         return Joint(h.component, h.conditions, h.count, ends, h.frames)
 
-    return Mechanism(tuple(map(link, roots)), tuple(map(joint, held)), bridged=tuple(bridged))
+    return Mechanism(
+        tuple(map(link, roots)),
+        tuple(map(joint, held)),
+        bridged=tuple(bridged),
+        inside=tuple(inside),
+    )
 
 
 class _Held(Data):

@@ -42,7 +42,7 @@ class Mechanism(Data):
 
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
     `bridged` are joints whose frames other parts hold together; `passive` are those with flanges
-    that nothing drives.
+    that nothing drives. `inside` are components that hold nothing, between two frames of one link.
     """
 
     links: tuple[Link, ...]
@@ -50,6 +50,7 @@ class Mechanism(Data):
     locked: Diagnostic | None = None
     bridged: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
+    inside: tuple[str, ...] = ()
 
     @property
     def bodies(self) -> int:

@@ -25,7 +25,7 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.lower.scalar import assertion, lower_expression, message, ways
-from planarc.lower.scope import Model, Scope
+from planarc.lower.scope import Model, Scope, outside_of_when
 from planarc.lower.texts import number_held
 from planarc.lower.values import RecordValue, Value, expr, exprs
 from planarc.runtime.tensor import Tensor, elements, shape_of
@@ -64,9 +64,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
             case flat.Assert():
                 model.assertions.append(assertion(scope.without_events(), e))
             case flat.Terminate() | flat.Reinit():
-                message = "`terminate` and `reinit` stand in when-clauses only"
-                hint = "write `when condition then ... end when;`"
-                raise error("L340", message, e.span, hint=hint)
+                raise outside_of_when(e.span)
 
 
 def add_equation(into: Lowered, left: Expr, right: Expr, origin: flat.EquationNode) -> None:
@@ -155,6 +153,11 @@ def _matched(scope: Scope, left: Value, right: Value, span: Span) -> Iterator[Pa
 
 def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
     """Branch by branch: `if c then a = b; else a = d; end if` is `a = if c then b else d`."""
+    for condition, body in e.branches:
+        for action in body:
+            if isinstance(action, flat.Terminate | flat.Reinit):
+                when = f"when {condition.span.text or 'condition'} then"
+                raise outside_of_when(action.span, when, " in the place of the `if`")
     truths = [expr(lower_expression(scope, condition)) for condition, _ in e.branches]
     reached = ways(scope, truths)
     result = _section(reached[-1], e.otherwise)

@@ -47,7 +47,8 @@ def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
 
 def divide(t: Exprs, a: Expr, b: Expr, span: Span) -> Expr:
     if b.is_const and b.data == 0:
-        raise error("L303", "division by zero", span)
+        hint = "correct the divisor, which is 0 at all times"
+        raise error("L303", "division by zero", span, hint=hint)
     return t.div(a, b)
 
 
@@ -62,7 +63,14 @@ def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
     exponent = expr(b)
     whole = exponent.is_const and exponent.data >= 0 and float(exponent.data).is_integer()
     if not whole or not isinstance(a, Tensor):
-        raise error("L304", "the power of a matrix needs a constant whole exponent", span)
+        hint = None
+        if isinstance(a, Tensor) and exponent.is_const and exponent.data < 0:
+            hint = (
+                "solve for the inverse: in the place of `x = A^(-1)*b` write `A*x = b`; the matrix "
+            )
+            hint += "`X` itself follows from `A*X = identity(n)`"
+        message = "the power of a matrix needs a constant whole exponent that is not negative"
+        raise error("L304", message, span, hint=hint)
     return power(t, a, int(exponent.data))
 
 

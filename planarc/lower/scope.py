@@ -195,6 +195,12 @@ class Scope(Data):
         raise AssertionError(f"the flat model does not declare `{name}`")
 
 
+def outside_of_when(span: Span, when: str = "when condition then", where: str = "") -> PlanarcError:
+    """An action at events that stands in no when-clause."""
+    message = "`terminate` and `reinit` stand in when-clauses only"
+    return error("L340", message, span, hint=f"write `{when} ... end when;`{where}")
+
+
 def outside_array(number: int, count: int, span: Span) -> OutsideArray:
     """A subscript, counted from 1, that no entry has."""
     message = f"subscript {number} is outside of 1 to {count}"

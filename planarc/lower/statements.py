@@ -29,7 +29,7 @@ from planarc.ir.expr import Expr
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.bounds import bounds
-from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
+from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
 from planarc.lower.values import Value, expr, fixed_dims
 from planarc.runtime.tensor import elements, shape_of
 
@@ -324,6 +324,8 @@ class Runner(Struct):
             self.scope.model.assertions.append(found)
 
     def refuse(self, s: flat.Statement) -> None:
+        if isinstance(s, flat.Terminate | flat.Reinit):
+            raise outside_of_when(s.span, where=" in the place of an `if`")
         raise self.refused("this statement", s.span)
 
 

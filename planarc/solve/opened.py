@@ -12,7 +12,7 @@ import math
 
 from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
-from planarc.core.source import NOWHERE
+from planarc.core.source import NOWHERE, Span
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import declaration
 from planarc.ir.program import Program
@@ -45,6 +45,8 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     if flag != 0 or bad:
         spans = {f"parameter `{p.name}`": (p.name, p.span) for p in program.parameter_slots}
         name, span = spans.get(bad, (bad.strip("`"), NOWHERE))
+        if span is NOWHERE:
+            span = _place(program, kernel, name)
         raise error(
             "R414",
             f"{bad} has no finite value" if bad else "the parameters have no value",
@@ -55,6 +57,15 @@ def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
         w[slot] = value
     for name in program.inputs:  # what nobody drives keeps its start value
         w[program.slots[name]] = w[program.slots[f"start({name})"]]
+
+
+def _place(program: Program, kernel: Kernel, name: str) -> Span:
+    """The place of the equation that gives a variable its value."""
+    from planarc.solve.messages.trouble import determining
+
+    slot = next((c.slot for c in program.columns if c.name == name), None)
+    giver = None if slot is None else determining(program, kernel, slot)
+    return NOWHERE if giver is None else giver.span
 
 
 def _not_finite(program: Program, kernel: Kernel) -> str:

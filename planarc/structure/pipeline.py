@@ -26,7 +26,7 @@ from planarc.structure.linear import Contents
 from planarc.structure.numbers import ParameterNumbers
 from planarc.structure.pantelides import Offsets, reduce_index
 from planarc.structure.report import check_regular
-from planarc.structure.rewrite import expressions_of_rest, reset_symbols, rewrite_rest
+from planarc.structure.rewrite import expressions_of_rest, find_resets, rewrite_rest
 from planarc.structure.signs import Signs
 from planarc.structure.states import (
     check_always,
@@ -83,9 +83,9 @@ def structure(dae: Dae) -> SortedDae:
     elimination, contents = reduced.elimination, reduced.contents
     check_regular(dae, elimination, reduced.unknowns)
     rest = rewrite_rest(dae, elimination.rewrite)
-    reset = reset_symbols(rest)
+    resets = find_resets(dae, elimination.rewrite)
     attributes = merge_attributes(dae, elimination, ParameterNumbers(dae))
-    attributes = hold_states(dae, attributes, reset)
+    attributes = hold_states(dae, attributes, resets.symbols)
 
     held = [table.der(s) for s, a in attributes.items() if a.select in CANDIDATES]
     offsets = reduced.offsets(dae, held)
@@ -110,7 +110,7 @@ def structure(dae: Dae) -> SortedDae:
         system = systems.at(height)
         if height:
             steps = sort_level(systems, system, attributes, favoured)
-            check_always(steps, attributes, expansion.equations, reset)
+            check_always(steps, attributes, expansion.equations, resets)
             candidates.extend(describe_candidates(dae, steps, attributes))
             favoured = derivatives_of_tears(table, steps)
         else:

@@ -13,11 +13,15 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
-from planarc.core.prose import either
+from planarc.core.prose import either, shortened
 from planarc.ir.actions import expressions_of, rewrite_action
 from planarc.ir.dae import Action, Dae, Reinit, When
-from planarc.ir.expr import Expr, Op, Substitution, postorder, text
+from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols, text
+
+#: Names of states that a hint shows.
+_SHOWN = 4
 
 
 def rewrite_rest(dae: Dae, substitute: Substitution) -> Dae:
@@ -44,16 +48,37 @@ def expressions_of_rest(dae: Dae) -> Iterator[Expr]:
         yield equation.right
 
 
-def reset_symbols(dae: Dae) -> tuple[Expr, ...]:
-    """The variables that some `reinit` sets: these must stay states."""
-    found = (
-        action.symbol
-        for when in dae.whens
-        for _, actions in when.branches
-        for action in actions
-        if isinstance(action, Reinit)
-    )
-    return tuple(dict.fromkeys(found))
+class Resets(Data):
+    """The symbols that some `reinit` sets, which must stay states; those of them that no equation
+    differentiates; and the names of all variables that equations differentiate."""
+
+    symbols: tuple[Expr, ...] = ()
+    stateless: frozenset[Expr] = frozenset()
+    states: tuple[str, ...] = ()
+
+    @property
+    def hint(self) -> str:
+        """What to set instead."""
+        names = shortened([f"`{name}`" for name in self.states], _SHOWN)
+        here = f", here {names}" if names else ""
+        return f"`reinit` sets states, whose `der` stands in the equations{here}"
+
+
+NO_RESETS = Resets()
+
+
+def find_resets(dae: Dae, rewrite: Substitution) -> Resets:
+    """What is set by `reinit` in a model before its aliases are eliminated."""
+    actions = (a for when in dae.whens for _, found in when.branches for a in found)
+    reset = dict.fromkeys(a.symbol for a in actions if isinstance(a, Reinit))
+    if not reset:
+        return NO_RESETS
+    sides = (side for e in dae.equations for side in (e.left, e.right))
+    moved = {s.name for s in symbols(*sides) if s.order}
+    states = tuple(v.name for v in dae.variables if v.name in moved)
+    kept = {s.name for s in symbols(*(rewrite(dae.table.symbol(name)) for name in states))}
+    found = tuple(dict.fromkeys(s for r in reset for s in symbols(rewrite(r))))
+    return Resets(found, frozenset(s for s in found if s.name not in kept), states)
 
 
 def _when(when: When, dae: Dae, substitute: Substitution) -> When:

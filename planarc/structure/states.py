@@ -34,6 +34,7 @@ from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
+from planarc.structure.rewrite import NO_RESETS, Resets
 from planarc.structure.steps import make_steps
 from planarc.structure.system import System, Systems
 from planarc.structure.tearing import Torn, tear_system
@@ -99,11 +100,12 @@ def check_always(
     steps: Sequence[Step],
     attributes: Mapping[Expr, Attributes],
     equations: Sequence[SourceEquation],
-    reset: Sequence[Expr] = (),
+    resets: Resets = NO_RESETS,
 ) -> None:
     """A symbol with StateSelect.always is a candidate, and its block has states enough.
 
-    `reset` are symbols that must be states because a `reinit` sets them.
+    Of what is set by a `reinit` and is no state, the states from which it follows can be found
+    only where no equations have to be solved for it.
     """
     wrong = []
     for step in steps:
@@ -122,7 +124,14 @@ def check_always(
                 )
             )
         wrong += [
-            _follows(attributes[a.target], equations[a.equation], a.target in reset)
+            _no_state(attributes[t], equations[step.residuals[0].equation], resets)
+            for t in step.tears
+            if t in resets.stateless and step.residuals
+        ]
+        wrong += [
+            _follows(attributes[a.target], equations[a.equation], resets)
+            if a.target in resets.symbols
+            else _asked_too_much(attributes[a.target], equations[a.equation])
             for a in step.inner
             if select_of(a.target, attributes) is StateSelect.ALWAYS
         ]
@@ -130,13 +139,23 @@ def check_always(
         raise PlanarcError(wrong)
 
 
-def _follows(a: Attributes, source: SourceEquation, is_reset: bool) -> Diagnostic:
+def _asked_too_much(a: Attributes, source: SourceEquation) -> Diagnostic:
     """The refusal of a symbol that must be a state and is computed."""
-    code, said = "S307", "has `StateSelect.always`"
+    message = f"`{a.display}` has `StateSelect.always`, but follows from other variables"
     hint = "use `StateSelect.prefer`, or take `always` away from what it follows from"
-    if is_reset:
-        code, said = "S313", "is set by `reinit`"
-        hint = "reinit the variable that it follows from"
-    message = f"`{a.display}` {said}, but follows from other variables"
     related = (Related("from this equation", source.span),)
-    return Diagnostic(code, message, a.span, hint=hint, related=related)
+    return Diagnostic("S307", message, a.span, hint=hint, related=related)
+
+
+def _follows(a: Attributes, source: SourceEquation, resets: Resets) -> Diagnostic:
+    """The refusal of a `reinit` of what is computed."""
+    message = f"`{a.display}` is set by `reinit`, but follows from other variables"
+    related = (Related("from this equation", source.span),)
+    return Diagnostic("S313", message, a.span, hint=resets.hint, related=related)
+
+
+def _no_state(a: Attributes, source: SourceEquation, resets: Resets) -> Diagnostic:
+    """The refusal of a `reinit` of what other variables give, and no derivative moves."""
+    message = f"`{a.display}` is set by `reinit`, but is no state: nothing differentiates it"
+    related = (Related("it follows from this equation", source.span),)
+    return Diagnostic("S313", message, a.span, hint=resets.hint, related=related)

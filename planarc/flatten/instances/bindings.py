@@ -19,7 +19,7 @@ from itertools import takewhile
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances.starts import is_start_written
-from planarc.flatten.terms.conform import expect, type_text
+from planarc.flatten.terms.conform import conforms, expect, type_text
 from planarc.flatten.terms.constant import Value
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.modify import merge, type_mod
@@ -29,6 +29,7 @@ from planarc.flatten.typing.modifiers import type_binding
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
+from planarc.ir.syntaxwalk import references_in
 
 ATTRIBUTES = (
     "start",
@@ -54,12 +55,25 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
     try:
         leaf.binding = _find_binding(leaf)
         if leaf.binding is not None:
+            if not conforms(leaf.type, leaf.binding.type) and _is_sized_by_broken(leaf):
+                raise silent()
             expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`")
     except BaseException:
         leaf.binding_state = State.BROKEN
         raise
     leaf.binding_state = State.DONE
     return leaf.binding
+
+
+def _is_sized_by_broken(leaf: Leaf) -> bool:
+    """Whether its sizes are those of a variable beside it whose value does not fit, as of `D` in
+    `B[n, :], D[size(C, 1), size(B, 2)]`."""
+    definition = leaf.element.definition
+    if not isinstance(definition, syntax.Component):
+        return False
+    others = references_in((definition.dimensions, definition.type_dimensions))
+    nodes = (e.node for o in others if (e := leaf.parent.elements.get(o.names[0])) is not None)
+    return any(isinstance(n, Leaf) and n.binding_state is State.BROKEN for n in nodes)
 
 
 def _find_binding(leaf: Leaf) -> flat.Expression | None:

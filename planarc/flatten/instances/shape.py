@@ -94,7 +94,7 @@ def _deduced(
         dims = _computed(value, written[0][1], dims)
     for (expression, scope), size in zip(written, dims, strict=True):
         if _names_itself(expression, element.name) and size is not None:
-            sizes.append(size)
+            sizes.append(_own_size(expression, dims) or size)
         elif not isinstance(expression, syntax.Colon):
             sizes.append(_size(expression, scope, name))
         elif size is None:
@@ -102,6 +102,15 @@ def _deduced(
         else:
             sizes.append(size)
     return tuple(sizes)
+
+
+def _own_size(expression: syntax.Expression, dims: flat.Dims) -> int | None:
+    """The size that `size(A, 1)` names of the value with these sizes, if it is that."""
+    match expression:
+        case syntax.Call(function=syntax.Ref() as function, arguments=(_, syntax.Integer() as k)):
+            if function.names == ("size",) and 1 <= k.value <= len(dims):
+                return dims[k.value - 1]
+    return None
 
 
 def _computed(value: flat.Expression, scope: Scope, dims: flat.Dims) -> flat.Dims:

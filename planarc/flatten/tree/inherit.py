@@ -33,6 +33,10 @@ from planarc.ir import flat, syntax
 MAX_PARTS = 2000
 
 
+#: The name of the built-in variable (3.6.7)
+_TIME = "time"
+
+
 def make_layout(cls: Class) -> Layout:
     """Fill in the layout of a class."""
     cls.layout = Layout([], {}, kind=cls.definition.kind)
@@ -111,6 +115,10 @@ def _check_base(part: Part, clause: syntax.Extends, base: Class) -> None:
 
 
 def _check_single(part: Part, element: syntax.Declaration) -> None:
+    if element.name == _TIME:
+        message = f"`{_TIME}` is the time of the run, which every model has: it cannot be declared"
+        hint = f"choose another name, or leave the declaration out and read `{_TIME}`"
+        raise error("F231", message, name_span(element), hint=hint)
     if element.name in part.own:
         message = f"`{element.name}` is declared twice in `{part.cls.name}`"
         related = [Related("first here", name_span(part.own[element.name]))]

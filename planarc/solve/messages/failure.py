@@ -16,7 +16,7 @@ from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import is_closed, loop_names
+from planarc.solve.messages.loops import given_in_loop, is_closed, joints_of, loop_names
 from planarc.solve.solvers.integrator import Cause
 
 
@@ -249,13 +249,17 @@ def _block(
     worst = []
     if 0 <= block < len(program.blocks):
         worst = trouble.worst_equations(program, kernel, place.t if t is None else t, block)
-    names = trouble.components(program, [i for _, i in worst])
+    infos = [i for _, i in worst]
+    subject = trouble.subject(trouble.components(program, infos), infos)
+    around = _loop_around(program, block)
+    if around:
+        subject = f"the equations of the loop of {around}"
     advice = "these equations may have no solution from here on: look for what comes to its end"
     if program.mechanism is not None:
         advice = "the mechanism may be stretched or jammed here: look at its position at this time"
     found = trouble.Unsolved(
         "R422",
-        f"{place} {trouble.subject(names, [i for _, i in worst])} could not be solved",
+        f"{place} {subject} could not be solved",
         worst[0][1].span if worst else None,
         hint=place.hint(advice),
         related=trouble.related(worst),
@@ -267,8 +271,21 @@ def _block(
             "what drives it asks for a position that its parts do not reach: end the run before, "
         )
         advice += "or change lengths or the motion"
+        given = given_in_loop(program, kernel, _joints_of(program, block))
+        message += f" with {given}" if given else ""
         found = replace(found, message=message, hint=advice)
     return point_home(program, found, worst[0][1].component if worst else "")
+
+
+def _loop_around(program: Program, block: int) -> str:
+    """The loop, in words, in which the equations of a block stand; nothing where it is in none."""
+    code = program.blocks[block] if 0 <= block < len(program.blocks) else None
+    if code is None:
+        return ""
+    parts = list(dict.fromkeys(program.equations[e].component for e in code.equations))
+    if not is_closed(program, parts):
+        parts = joints_of(program, parts)
+    return loop_names(program, parts) if is_closed(program, parts) else ""
 
 
 def _driven_loop(program: Program, block: int) -> str:
@@ -276,6 +293,12 @@ def _driven_loop(program: Program, block: int) -> str:
     code = program.blocks[block] if 0 <= block < len(program.blocks) else None
     if code is None or not code.height or code.free:
         return ""
-    tears = program.candidates[code.first : code.first + len(code.tears)]
-    parts = [owner(c.display) for c in tears]
+    parts = _joints_of(program, block)
     return loop_names(program, parts) if is_closed(program, parts) else ""
+
+
+def _joints_of(program: Program, block: int) -> list[str]:
+    """The components whose coordinates a block of conditions is solved for."""
+    code = program.blocks[block]
+    tears = program.candidates[code.first : code.first + len(code.tears)]
+    return [owner(c.display) for c in tears]

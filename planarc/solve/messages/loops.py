@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 
+from planarc.core.prose import listed
+from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
 from planarc.ir.places import own_names
 from planarc.ir.program import Program
@@ -28,6 +30,41 @@ def loop_names(program: Program, components: Sequence[str]) -> str:
         return trouble.names(names)
     kind = "joint" if len(names) == 1 else "joints"
     return f"{trouble.names(bars)} ({kind} {trouble.names(names)})"
+
+
+def joints_of(program: Program, components: Collection[str]) -> list[str]:
+    """The joints of the links that have frames in some components."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return []
+    own = {
+        i
+        for i, link in enumerate(mechanism.links)
+        if i != GROUND and any(frame.rpartition(".")[0] in components for frame in link.frames)
+    }
+    return [joint.name for joint in mechanism.joints if not own.isdisjoint(joint.links)]
+
+
+def given_in_loop(program: Program, kernel: Kernel, components: Collection[str]) -> str:
+    """The coordinates of a loop's joints that others than it decide, with their values; e.g.
+    "`crank.phi` = 3.1, which `ramp` gives"."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return ""
+    through = [j for j in mechanism.joints if j.name in components]
+    joints = dict.fromkeys(o.name for j in through for o in shortest_loop(mechanism, j))
+    solved = {c.slot for c in program.candidates}
+    told = []
+    for column in program.columns:
+        name = column.name
+        if name not in {f"{j}.phi" for j in joints} | {f"{j}.s" for j in joints}:
+            continue
+        giver = None if column.slot in solved else trouble.determining(program, kernel, column.slot)
+        own = [] if giver is None else own_names(program, [giver.component])
+        if own and own[0] and own[0] not in own_names(program, joints):
+            value = column.sign * float(kernel.w[column.slot])
+            told.append(f"`{name}` = {value:.4g}, which `{own[0]}` gives")
+    return listed(told)
 
 
 def is_closed(program: Program, components: Collection[str]) -> bool:

@@ -12,10 +12,10 @@ from planarc.core.prose import listed
 from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT
 from planarc.ir.expr import Op, postorder
-from planarc.ir.places import declaration, is_own, owner, point_home
+from planarc.ir.places import declaration, is_own, own_names, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import is_closed, loop_names
+from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.rescue.rescue import Account
 from planarc.solve.start import newton
 from planarc.solve.start.held import Choice, places, weakness
@@ -243,18 +243,26 @@ def _not_assembled(
     held = _held_against(system, rows, root.residuals)
     if held is not None and not loop:
         return held
-    is_loop = is_closed(system.program, _parts(system, rows, columns, root.residuals))
+    parts = _parts(system, rows, columns, root.residuals)
+    is_loop = is_closed(system.program, parts)
+    given = given_in_loop(system.program, system.kernel, parts) if is_loop else ""
+    turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
+    surplus = None if loop else _surplus(system)
+    if surplus is not None:
+        return _at_home(system.program, surplus, worst)
     return _at_home(
         system.program,
         Diagnostic(
             "R412",
-            f"the loop of {loop} cannot be assembled" if is_loop else what,
+            f"the loop of {loop} cannot be assembled{turned}" if is_loop else what,
             hint=(
-                "check lengths: the parts do not reach each other"
+                "check what is given, and lengths: the parts do not reach each other"
+                if given
+                else "check lengths: the parts do not reach each other"
                 if is_loop
                 else "leave out what holds the same motion twice, such as a second gear"
                 if twice
@@ -263,6 +271,28 @@ def _not_assembled(
             + ("" if twice else _largest_move(system.program, columns, root.point, u0)),
         ),
         worst,
+    )
+
+
+def _surplus(system: System) -> Diagnostic | None:
+    """The message where the initial equations and fixed start values are more than the states."""
+    program, rows = system.program, system.initial_rows
+    fixed = [c for c in program.candidates if c.fixed]
+    residuals = sum(len(system.block_rows[i]) for i, _ in system.blocks)
+    states = len(program.candidates) - residuals
+    count = len(rows) + len(fixed) + len(system.conditions)
+    if not rows or count <= states:
+        return None
+    written = (i.text for row in rows if (i := row_info(system, row)) is not None)
+    both: list[CandidateSlot | FixedSlot] = [*fixed, *system.conditions]
+    held = (f"{c.display}(fixed = true)" for c in both)
+    names = trouble.names(list(dict.fromkeys((*written, *held))))
+    few = "no state" if not states else "1 state" if states == 1 else f"{states} states"
+    number = "one" if count - states == 1 else str(count - states)
+    return Diagnostic(
+        "R412",
+        f"the start conditions cannot all be met: there are {count} of them for {few}",
+        hint=f"remove {number} of {names}",
     )
 
 
@@ -275,9 +305,12 @@ def _held_against(system: System, rows: Sequence[int], r: Vector) -> NotAssemble
     if not fixed.fixed or fixed.display.startswith(MISFIT):
         return None
     start = float(system.kernel.w[fixed.start])
+    giver = trouble.determining(system.program, system.kernel, fixed.slot)
+    names = [] if giver is None else own_names(system.program, [giver.component])
+    by = f"`{names[0]}`, which decides it" if names and names[0] else "what decides it"
     found = Diagnostic(
         "R411",
-        f"the fixed start value {start:.6g} of `{fixed.display}` contradicts what decides it",
+        f"the fixed start value {start:.6g} of `{fixed.display}` contradicts {by}",
         declaration(system.program, fixed.display, fixed.span),
         hint=f"remove `fixed = true` from `{fixed.display}`, which follows as "
         f"{start + float(r[k]):.6g} from the others",
