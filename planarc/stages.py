@@ -197,13 +197,13 @@ def _held_too_often(
     if mechanism is None:
         return tuple(found)
     from planarc.insight.misfit import held_twice, overheld
-    from planarc.structure.report import Held, Repeated
+    from planarc.structure.report import Held, Overdone, Repeated
 
     first = found[0]
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
     if twice is not None:
         found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])
-    if mechanism.mobility == 0 and mechanism.locked is not None and first.code == "S302":
+    if mechanism.mobility == 0 and mechanism.locked is not None and isinstance(first, Overdone):
         # What is driven besides cannot be.
         locked = mechanism.locked
         told = (Related(first.message), *first.related)

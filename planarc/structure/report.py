@@ -43,6 +43,10 @@ class Held(Diagnostic):
     """What components hold is held already."""
 
 
+class Overdone(Diagnostic):
+    """More equations than unknowns decide these."""
+
+
 class StructurallySingular(PlanarcError):
     """Equations and unknowns cannot be matched (S301 to S303)."""
 
@@ -192,7 +196,7 @@ def _over(
     if 2 <= len(owners) <= 4:
         parts, what = listed(f"`{n}`" for n in owners), "them"
         message = f"{parts} {'both' if len(owners) == 2 else 'all'} decide {unknowns}"
-    return Diagnostic(
+    return Overdone(
         "S302",
         message,
         owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
