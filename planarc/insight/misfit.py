@@ -23,11 +23,11 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
 from planarc.insight.attachment import place
-from planarc.insight.connectors import find_connectors, find_frames, owner
+from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
-from planarc.ir.places import own_part
+from planarc.ir.places import own_names, own_part
 
 _SHOWN = 4
 
@@ -37,7 +37,7 @@ def explain_misfit(
 ) -> Diagnostic | None:
     """What was connected wrongly, if that is why equations and unknowns do not fit."""
     if mechanism is not None and mechanism.bridged:
-        return _bridged(dae, mechanism.bridged[0])
+        return _bridged(dae, mechanism, mechanism.bridged[0])
     if mechanism is not None and (ends := _together(dae)):
         part = owner(ends[0])
         return Diagnostic(
@@ -117,10 +117,12 @@ def _together(dae: Dae) -> tuple[str, ...]:
     return ()
 
 
-def _bridged(dae: Dae, joint: str) -> Diagnostic:
+def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
     ends = [name for name in find_connectors(v.name for v in dae.variables) if owner(name) == joint]
     together = next((c for c in dae.connections if len({*ends}.intersection(c)) > 1), ())
-    how = "by rigid parts around it"
+    parts = own_names(dae, _bridge(dae, mechanism, joint))
+    by = listed([f"`{part}`" for part in parts[:_SHOWN]]) or "rigid parts"
+    how = f"by {by} around it"
     if together:
         how = f"since {listed(f'`{name}`' for name in together)} are all connected"
     return Diagnostic(
@@ -129,6 +131,23 @@ def _bridged(dae: Dae, joint: str) -> Diagnostic:
         place(dae, joint.partition(".")[0]),
         hint=f"remove the connection around `{joint}`, or `{joint}` itself",
     )
+
+
+def _bridge(dae: Dae, mechanism: Mechanism, joint: str) -> list[str]:
+    """The rigid parts on the shortest way from one frame of a joint to the other, without it."""
+    link = next(i.frames for i in mechanism.links if joint in map(owner, i.frames))
+    start, *goals = (f for f in link if owner(f) == joint)
+    sides = [*dae.connections, *grouped((f for f in link if owner(f) != joint), owner).values()]
+    ways: dict[str, tuple[str, ...]] = {start: ()}
+    queue = [start]
+    for frame in queue:
+        for side in sides:
+            for other in side if frame in side else ():
+                if other in link and other not in ways:
+                    part = (owner(frame),) if owner(frame) == owner(other) else ()
+                    ways[other] = (*ways[frame], *part)
+                    queue.append(other)
+    return list(ways.get(goals[0], ())) if goals else []
 
 
 def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) -> Diagnostic | None:

@@ -53,6 +53,7 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
         return None
     groups = _relations(dae, frames)
     links = _Links(frames, dae.connections)
+    alone = links.alone()
     for relations in groups.values():
         for pair in combinations(sorted({f for r in relations for f in r.frames}), 2):
             if _conditions(relations, pair) >= 3:
@@ -62,7 +63,9 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
             if _conditions(relations, (frame,)) >= 3:
                 links.join((_GROUND, frame))
     found = _mechanism(frames, groups, links, _massive(dae, links.alone()))
-    return replace(found, passive=find_passive(dae, [joint.name for joint in found.joints]))
+    passive = find_passive(dae, [joint.name for joint in found.joints])
+    standing = (f.rpartition(".")[0] for f in alone if links.root(f) == links.root(_GROUND))
+    return replace(found, passive=passive, spare=tuple(standing))
 
 
 def find_moving(dae: Dae) -> frozenset[str]:

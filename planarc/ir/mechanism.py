@@ -42,7 +42,8 @@ class Mechanism(Data):
 
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
     `bridged` are joints whose frames other parts hold together; `passive` are those with flanges
-    that nothing drives. `inside` are components that hold nothing, between two frames of one link.
+    that nothing drives. `inside` are components that hold nothing, between two frames of one link;
+    `spare` stand on the ground, and nothing is connected to them.
     """
 
     links: tuple[Link, ...]
@@ -51,6 +52,7 @@ class Mechanism(Data):
     bridged: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
     inside: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()
 
     @property
     def bodies(self) -> int:

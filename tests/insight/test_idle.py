@@ -65,6 +65,15 @@ def test_what_does_something_is_not_warned_of(parts: str, equations: str) -> Non
     assert idle(parts, equations) == []
 
 
+def test_a_sensor_in_a_connection_is_not_warned_of() -> None:
+    text = (
+        f"model M {_PLANAR} P.Sensors.CutForce cut; equation "
+        "connect(world.frame_b, hinge.frame_a); connect(hinge.frame_b, cut.frame_a);"
+        "connect(cut.frame_b, bar.frame_a); end M;"
+    )
+    assert check_model(Request(text=text)).warnings == ()
+
+
 def test_a_spring_between_the_ground_and_the_ground_does_nothing() -> None:
     found = idle(
         f"{_PLANAR} P.Parts.Fixed post(r={{1,1}}); P.Forces.Spring s(c=1);",

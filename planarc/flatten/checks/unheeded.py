@@ -66,7 +66,8 @@ def _check_unconnected(
         owner, element = instance.parent, instance.element
         if not instance.is_connector or element is None or owner is None or owner.prefix is None:
             continue
-        reason = _why(element.definition.annotation, session) or _why_all(owner, session)
+        of_all = None if element.protected else _why_all(owner, session)
+        reason = _why(element.definition.annotation, session) or of_all
         if reason is None:
             continue
         if all(_declares(owner, element, c) for c in connected.get(instance.name, ())):
@@ -90,7 +91,7 @@ def _covers(whole: Span, span: Span) -> bool:
 
 
 def _why_all(owner: Instance, session: Session) -> syntax.Expression | None:
-    """What a class, or a base of it, says of all of its connectors."""
+    """What a class, or a base of it, says of all of its connectors that others see."""
     found = (_why(part.definition.annotation, session) for part in owner.layout.parts)
     return next((reason for reason in found if reason is not None), None)
 

@@ -230,12 +230,18 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
     joint = frame.node.parent
     if not {"r", "phi", "f", "t"} <= set(component_names(frame.node)) or joint is None:
         return None
-    if "drivenFlange" not in joint.layout.members:
-        return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
     name, part = joint.name, flange.node.parent
     of_part = (e.node for e in part.elements.values()) if part else ()
     kinds = [_kind(n) for n in of_part if isinstance(n, Instance)]
-    if kinds.count(_kind(flange.node)) > 1:  # a damper, say, between the joint's two parts
+    two = kinds.count(_kind(flange.node)) > 1  # a damper, say, between a joint's two parts
+    if "drivenFlange" not in joint.layout.members:
+        if two and part is not None:
+            return (
+                f"`{part.name}` turns or slides alone: connect its ends to `axis` and `support` of "
+                "the joint between the two parts, which are there with `drivenFlange=true`"
+            )
+        return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
+    if two:
         return (
             f"connect it to `{name}.axis`, which moves with `{name}.frame_b`, or `{name}.support`, "
             f"which stays with `{name}.frame_a`: both are there with `{name}(drivenFlange=true)`"

@@ -14,7 +14,8 @@ Reference: Modelica Language Specification 3.6, chapter 8.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from msgspec.structs import replace
@@ -120,6 +121,25 @@ def _if(node: syntax.IfEquation, env: Env) -> Equations:
     return _if_of(node, branches, otherwise, env)
 
 
+def _jump(
+    branches: Sequence[tuple[flat.Expression, Equations]], otherwise: Equations
+) -> str | None:
+    """What to write where an `if` sets a variable by itself, as `v = -0.8*v`: that is a jump."""
+    (condition, body), *others = branches
+    if others or otherwise or len(body) != 1:
+        return None
+    equation = body[0]
+    if not isinstance(equation, flat.Equality) or not isinstance(equation.left, flat.Reference):
+        return None
+    name, value = equation.left.span.text, equation.right.span.text
+    if not name or not re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", value):
+        return None
+    return (
+        f"`if` says what holds all the while: for a jump of `{name}` write "
+        f"`when {condition.span.text} then reinit({name}, {value}); end when;`"
+    )
+
+
 def _if_of(
     node: syntax.IfEquation,
     branches: list[tuple[flat.Expression, Equations]],
@@ -133,7 +153,7 @@ def _if_of(
         if len(counts) > 1:
             numbers = ", ".join(map(str, sorted(counts)))
             message = f"the branches of `if` have different numbers of equations: {numbers}"
-            hint = "give all branches, `else` too, as many equations"
+            hint = _jump(branches, otherwise) or "give all branches, `else` too, as many equations"
             raise error("F305", message, node.span, hint=hint)
     return (flat.IfEquation(node.span, env.component, tuple(branches), otherwise),)
 

@@ -99,6 +99,10 @@ def _is_short(span: Span) -> bool:
 
 def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
     hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
+    several = re.fullmatch(r"the value of `(\w+)\.(\w+)`", what)
+    if hint and several and not expected.dims and len(actual.dims) == 1 and actual.dims[0]:
+        part, name = several.groups()
+        hint += f", or declare {actual.dims[0]} of them: `{part}[{actual.dims[0]}]({name}=...)`"
     if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):
         hint = f"declare it Real, or write `integer({span.text})`, which rounds down"
     if expected.base is flat.Base.BOOLEAN and actual.base in NUMERIC:

@@ -12,6 +12,7 @@ from planarc.core.prose import either, shortened, ticked
 from planarc.core.source import Span
 from planarc.flatten.library.library import Library
 from planarc.flatten.tree import predefined
+from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument
 from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.nodes import Class, Instance, Scope
 from planarc.ir import syntax
@@ -28,6 +29,8 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     message = f"unknown name `{name}`" + (f" in `{where}`" if where else "")
     known = names_in_sight(scope)
     moving = _differentiated(name, known)
+    if moving is None and name == "dt" and (over := _over(span)):
+        moving = _differentiated(over, known)
     if moving is not None:
         told = f"write `der({moving})` for the derivative of `{moving}`"
         return PlanarcError(Once("F210", message, span, hint=told, kind="derivative"))
@@ -51,6 +54,12 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
 def _begins_path(name: str, span: Span) -> bool:
     """Whether a name is written as that of a library: `Name.Class`."""
     return name[:1].isupper() and re.match(rf"{re.escape(name)}\.\w", span.text) is not None
+
+
+def _over(span: Span) -> str:
+    """The name that a name divides: `dx` of the `dt` in `dx/dt`."""
+    before = re.search(r"(\w+)\s*/\s*$", span.source.text[: span.start])
+    return before[1] if before else ""
 
 
 def _differentiated(name: str, known: Collection[str]) -> str | None:
@@ -102,6 +111,8 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
         return spatial(message, span)
     instance = static_instance(cls)
+    if reason := _unconnectable(instance):
+        return PlanarcError(Once("F213", message, span, hint=reason, kind=reason))
     near = did_you_mean(name, member_names(instance))
     hint = said(near or _offered(instance.layout.members, False))
     hint = hint or _elsewhere(instance.session.library, name)
@@ -111,6 +122,19 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         hint = f"{hint} It is there with `{switch}=true`"
     kind = f"{cls.name}.{name}"
     return PlanarcError(Once("F213", message, span, hint=hint, mend=near, kind=kind))
+
+
+def _unconnectable(instance: Instance) -> str | None:
+    """What a class, or a base of it, says of how it is used in the place of being connected."""
+    for part in instance.layout.parts:
+        found = arguments_of(part.definition.annotation, _NO_FRAME, instance.session)
+        value = binding_of(find_argument(found, _NO_FRAME))
+        if isinstance(value, syntax.String):
+            return " ".join(value.value.split())
+    return None
+
+
+_NO_FRAME = "hasNoFrame"
 
 
 def _switch(slot: tuple[int, syntax.Declaration] | None) -> str | None:

@@ -268,10 +268,18 @@ def _not_assembled(
                 if twice
                 else "change a parameter, or start nearer to a solution"
             )
-            + ("" if twice else _largest_move(system.program, columns, root.point, u0)),
+            + ("" if twice else _largest_move(system.program, columns, root.point, u0))
+            + (_spare(system.program) if is_loop else ""),
         ),
         worst,
     )
+
+
+def _spare(program: Program) -> str:
+    """What stands on the ground for nothing, and may be where the loop was to be closed."""
+    spare = program.mechanism.spare if program.mechanism else ()
+    own = [n for n in spare if "." not in n and any(p.name == n for p in program.parts)]
+    return f"; nothing is connected to {trouble.names(own)}" if own else ""
 
 
 def _surplus(system: System) -> Diagnostic | None:
