@@ -9,7 +9,6 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
-from planarc.core.source import NOWHERE
 from planarc.ir.dae import MISFIT
 from planarc.ir.expr import Op, postorder
 from planarc.ir.places import declaration, is_own, own_names, owner, point_home
@@ -20,6 +19,7 @@ from planarc.solve.rescue.rescue import Account
 from planarc.solve.start import newton
 from planarc.solve.start.held import Choice, places, weakness
 from planarc.solve.start.stage import solve_stage
+from planarc.solve.start.surplus import spare_ground, too_many_conditions
 from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
@@ -251,9 +251,10 @@ def _not_assembled(
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
-    surplus = None if loop else _surplus(system)
-    if surplus is not None:
-        return _at_home(system.program, surplus, worst)
+    texts = [i.text for row in system.initial_rows if (i := row_info(system, row)) is not None]
+    over = None if loop else too_many_conditions(system, texts)
+    if over is not None:
+        return _at_home(system.program, over, worst)
     return _at_home(
         system.program,
         Diagnostic(
@@ -269,38 +270,9 @@ def _not_assembled(
                 else "change a parameter, or start nearer to a solution"
             )
             + ("" if twice else _largest_move(system.program, columns, root.point, u0))
-            + (_spare(system.program) if is_loop else ""),
+            + (spare_ground(system.program) if is_loop else ""),
         ),
         worst,
-    )
-
-
-def _spare(program: Program) -> str:
-    """What stands on the ground for nothing, and may be where the loop was to be closed."""
-    spare = program.mechanism.spare if program.mechanism else ()
-    own = [n for n in spare if "." not in n and any(p.name == n for p in program.parts)]
-    return f"; nothing is connected to {trouble.names(own)}" if own else ""
-
-
-def _surplus(system: System) -> Diagnostic | None:
-    """The message where the initial equations and fixed start values are more than the states."""
-    program, rows = system.program, system.initial_rows
-    fixed = [c for c in program.candidates if c.fixed]
-    residuals = sum(len(system.block_rows[i]) for i, _ in system.blocks)
-    states = len(program.candidates) - residuals
-    count = len(rows) + len(fixed) + len(system.conditions)
-    if not rows or count <= states:
-        return None
-    written = (i.text for row in rows if (i := row_info(system, row)) is not None)
-    both: list[CandidateSlot | FixedSlot] = [*fixed, *system.conditions]
-    held = (f"{c.display}(fixed = true)" for c in both)
-    names = trouble.names(list(dict.fromkeys((*written, *held))))
-    few = "no state" if not states else "1 state" if states == 1 else f"{states} states"
-    number = "one" if count - states == 1 else str(count - states)
-    return Diagnostic(
-        "R412",
-        f"the start conditions cannot all be met: there are {count} of them for {few}",
-        hint=f"remove {number} of {names}",
     )
 
 
@@ -408,7 +380,8 @@ def _contradiction(
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
     full = _best(system, u0, rows, columns, np.array(choice.held))
-    against = [] if others else _own_worst(program, _worst(system, rows, full.residuals))
+    worst = [] if others else _worst(system, rows, full.residuals)
+    against = [i for _, i in worst if is_own(program, i.span)]
     what = f"`{against[0].text}`" if against else "the equations"
     notes = [
         (f"`{o.display}` is fixed here", declaration(program, o.display, o.span)) for o in others
@@ -424,8 +397,3 @@ def _contradiction(
         related=tuple(Related(message, span) for message, span in notes[:_WORST]),
     )
     return NotAssembled(found)
-
-
-def _own_worst(program: Program, worst: Sequence[tuple[float, EquationInfo]]) -> list[EquationInfo]:
-    """The user's own of some equations."""
-    return [i for _, i in worst if i.span is not NOWHERE and is_own(program, i.span)]
