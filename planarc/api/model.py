@@ -434,6 +434,27 @@ class Model(Loaded):
         return export_fmu(self, path, fmi, outputs, inputs, parameters, platforms, stiff)
 
     @telling_keywords
+    def export_c(
+        self,
+        path: str | PathLike[str],
+        *,
+        outputs: str | re.Pattern[str] | Sequence[str] | None = None,
+        inputs: Sequence[str] = (),
+        parameters: str | re.Pattern[str] | Sequence[str] | None = None,
+        stiff: bool = False,
+    ) -> Path:
+        """Write the model as C99 into a folder, as `planarc export c` does.
+
+            model.export_c("four_bar", outputs="rev.[.](phi|w)")
+
+        The options are those of `export_fmu`. Gives the folder. Raises UnknownName, UsageError
+        (C301, V501, V505), and PlanarcError C300 with the lines of what cannot be exported.
+        """
+        from planarc.api.analysis.export import export_c
+
+        return export_c(self, path, outputs, inputs, parameters, stiff)
+
+    @telling_keywords
     def export_page(self, path: str | PathLike[str]) -> Path:
         """Write a page that runs the model itself, as `planarc export page` does.
 

@@ -1,7 +1,8 @@
-"""`planarc export`: a model as a file that other tools run, or a browser."""
+"""`planarc export`: a model as a file that other tools run, a browser, or a C compiler."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -25,12 +26,14 @@ from planarc.core.options import Backend, Redundant
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
-    from planarc.export.fmu import Wishes
+    from planarc.export.c.source import Source
+    from planarc.export.fmu import Fmu, Wishes
 
 
 class Form(StrEnum):
     FMU = "fmu"
     PAGE = "page"
+    C = "c"
 
 
 class Version(StrEnum):
@@ -39,12 +42,14 @@ class Version(StrEnum):
 
 
 def export(
-    form: Annotated[Form, typer.Argument(metavar="fmu|page", help="What to write.")],
+    form: Annotated[Form, typer.Argument(metavar="fmu|page|c", help="What to write.")],
     target: Target,
     class_name: ClassName = None,
     output: Annotated[
         Path | None,
-        output_option("The file to write; by default NAME.fmu or NAME.html, in this folder."),
+        output_option(
+            "The file to write, for `c` the folder; by default NAME.fmu, NAME.html or NAME, here."
+        ),
     ] = None,
     outputs: Annotated[
         str | None,
@@ -93,13 +98,14 @@ def export(
     redundant: RedundantJoints = Redundant.REFUSE,
     library: Libraries = None,
 ) -> int:
-    """Write a model as an FMU, or as a page that runs it.
+    """Write a model as an FMU, as a page that runs it, or as C.
 
     An FMU, which other simulators run, holds the model as machine code for Linux, Windows and
     macOS, for model exchange and co-simulation. A page holds it for the browser that opens it,
     with sliders for its parameters and start values; it needs no planarc, no server and no
-    network. Both begin in the assembly that `planarc simulate` finds. The options from `--outputs`
-    to `--fmi` are those of FMUs.
+    network. C is what people read and a microcontroller compiles: C99 in a folder, with a small
+    program that writes the outputs. All begin in the assembly that `planarc simulate` finds. The
+    options from `--outputs` to `--fmi` are those of FMUs; C has all but `--platforms` and `--fmi`.
     """
     from msgspec.structs import replace
 
@@ -109,11 +115,14 @@ def export(
     if form is Form.PAGE:
         given = {"outputs": outputs, "input": input, "parameters": parameters,
                  "platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
-        _refuse_given([name for name, value in given.items() if value is not None])
+        _refuse_given(form, [name for name, value in given.items() if value is not None])
         compiled = compile_model(
             make_request(target, class_name, library, redundant), choose_backend(Backend.NATIVE)
         )
         return _page(compiled, output)
+    if form is Form.C:
+        given = {"platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}
+        _refuse_given(form, [name for name, value in given.items() if value is not None])
     wishes = Wishes(
         int(fmi),
         read_pattern(outputs, "--outputs"),
@@ -124,13 +133,14 @@ def export(
     backend = choose_backend(Backend.NATIVE)
     request = make_request(target, class_name, library, redundant)
     compiled = compile_model(replace(request, inputs=tuple(input or ())), backend)
-    return _fmu(compiled, output, wishes)
+    write = _source if form is Form.C else _fmu
+    return write(compiled, output, wishes)
 
 
-def _refuse_given(names: Sequence[str]) -> None:
+def _refuse_given(form: Form, names: Sequence[str]) -> None:
     for name in names:
         raise usage_error(
-            "C100", f"`export page` has no option `--{name}`", hint="it is one of `export fmu`"
+            "C100", f"`export {form}` has no option `--{name}`", hint="it is one of `export fmu`"
         )
 
 
@@ -168,19 +178,51 @@ def _page(compiled: Compiled, output: Path | None) -> int:
 
 def _fmu(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
     from planarc.cli.files import save
-    from planarc.core.prose import counted
     from planarc.export.fmu import make_fmu
     from planarc.view.storage import write_bytes
 
     path = _place(compiled, output, ".fmu")
     made = make_fmu(compiled, wishes)
     save(path, lambda place: write_bytes(place, made.data))
+    console.say(f"written    {path} (FMI {wishes.version}.0)")
+    console.say(f"interface  {_interface(made)}")
+    return 0
+
+
+def _source(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
+    from planarc.cli.files import check_writable, file_stem, save
+    from planarc.export.c.source import is_own_source, make_source
+    from planarc.view.storage import write_folder
+
+    path = output or Path(file_stem(compiled.program.name))
+    if path.exists() and not path.is_dir():
+        raise usage_error(
+            "C123", f"cannot write `{path}`: it is a file", hint="give `--output` a folder"
+        )
+    if not path.exists():
+        check_writable(path, "--output")
+    console.complain(compiled.warnings)
+    made = make_source(compiled, wishes)
+    foreign = [path / name for name in made.files if not is_own_source(path / name)]
+    if output is None and foreign:
+        raise usage_error(
+            "C122",
+            f"`{foreign[0]}` exists and was not written by planarc",
+            hint="move it away, or name another folder with `--output`",
+        )
+    save(path, lambda place: write_folder(place, made.files))
+    console.say(f"written    {path}{os.sep}: {', '.join(made.files)}")
+    console.say(f"interface  {_interface(made)}")
+    return 0
+
+
+def _interface(made: Fmu | Source) -> str:
+    from planarc.core.prose import counted
+
     numbers = (
         counted(made.inputs, "input"),
         counted(made.outputs, "output"),
         counted(made.parameters, "parameter"),
         counted(made.states, "state"),
     )
-    console.say(f"written    {path} (FMI {wishes.version}.0)")
-    console.say(f"interface  {', '.join(numbers)}")
-    return 0
+    return ", ".join(numbers)

@@ -11,5 +11,6 @@ module      the code as one LLVM module, its object
 instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
 page        the model in a page: what the page calls, and how
+c           the model as C99 that people read
 link        shared libraries from objects
 """

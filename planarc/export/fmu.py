@@ -107,7 +107,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)
-    slopes = _slopes(program, shown)
+    slopes = derivatives(program, shown)
     version = three if wishes.version == 3 else two
     entries = version.functions()
     tolerance = tolerance_of(program)
@@ -136,7 +136,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     )
 
 
-def _slopes(program: Program, shown: Interface) -> Slopes | None:
+def derivatives(program: Program, shown: Interface) -> Slopes | None:
     """The derivatives of outputs and of the states' derivatives, by states and inputs."""
     from planarc.codegen.slopes import derive_slopes
 

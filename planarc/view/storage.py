@@ -10,7 +10,7 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -93,6 +93,19 @@ def write_text(path: Path, text: str) -> None:
     """Write a whole file, as `replacing` does."""
     with replacing(path) as file:
         file.write(text.encode())
+
+
+def write_folder(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write files into a folder, which is made where there is none."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as problem:
+        told = "it is a file" if isinstance(problem, FileExistsError) else _reason(folder, problem)
+        raise CannotWrite(
+            Diagnostic("V501", f"cannot write `{folder}`: {told}", hint=_hint)
+        ) from None
+    for name, text in texts.items():
+        write_text(folder / name, text)
 
 
 def write_rows(path: Path, head: Iterable[object], rows: Iterable[Iterable[object]]) -> None:

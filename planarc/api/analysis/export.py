@@ -1,4 +1,4 @@
-"""A model written as an FMU or as a page, from Python: the same as `planarc export` writes."""
+"""A model written as an FMU, as C or as a page, from Python, as `planarc export` writes it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from planarc.compiler import compile_model
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend
 from planarc.core.unknown import refuse_unknown
-from planarc.view.storage import with_ending, write_bytes, write_text
+from planarc.view.storage import with_ending, write_bytes, write_folder, write_text
 
 if TYPE_CHECKING:
     from planarc.api.model import Model
+    from planarc.compiled import Compiled
 
 #: A regular expression that matches anywhere in a name, or names.
 Names: TypeAlias = "str | re.Pattern[str] | Sequence[str]"
@@ -38,24 +39,34 @@ def export_fmu(
     from planarc.export.fmu import Wishes, make_fmu
 
     place = _place(path, ".fmu")
-    backend = backend_of(Backend.NATIVE)
-    wanted = _several("inputs", inputs)
-    compiled = (
-        compile_model(replace(model.request, inputs=wanted), backend)
-        if wanted
-        else model.compiled(backend)
-    )
-    program = compiled.program
+    compiled = _compiled(model, inputs)
     wishes = Wishes(
         fmi,
-        _pattern("outputs", outputs, [c.name for c in program.columns]),
-        _pattern("parameters", parameters, [p.name for p in program.parameter_slots]),
+        *_patterns(compiled, outputs, parameters),
         None if platforms is None else _several("platforms", platforms),
         bool(stiff),
     )
-    if wanted:  # as `take_name` keeps it where the model is a text
-        compiled = replace(compiled, program=replace(program, name=model.program.name))
     write_bytes(place, make_fmu(compiled, wishes).data)
+    return place
+
+
+def export_c(
+    model: Model,
+    path: Any,
+    outputs: Names | None,
+    inputs: Sequence[str],
+    parameters: Names | None,
+    stiff: bool,
+) -> Path:
+    """See `Model.export_c`."""
+    from planarc.export.c.source import make_source
+    from planarc.export.fmu import Wishes
+
+    place = Path(_checked(path, ""))
+    compiled = _compiled(model, inputs)
+    patterns = _patterns(compiled, outputs, parameters)
+    made = make_source(compiled, Wishes(3, *patterns, None, bool(stiff)))
+    write_folder(place, made.files)
     return place
 
 
@@ -71,10 +82,34 @@ def export_page(model: Model, path: Any) -> Path:
     return place
 
 
+def _compiled(model: Model, inputs: Sequence[str]) -> Compiled:
+    """The model with its inputs, and the name that it has in Python."""
+    backend = backend_of(Backend.NATIVE)
+    wanted = _several("inputs", inputs)
+    if not wanted:
+        return model.compiled(backend)
+    found = compile_model(replace(model.request, inputs=wanted), backend)
+    return replace(found, program=replace(found.program, name=model.program.name))
+
+
+def _patterns(
+    compiled: Compiled, outputs: Names | None, parameters: Names | None
+) -> tuple[re.Pattern[str] | None, re.Pattern[str] | None]:
+    program = compiled.program
+    return (
+        _pattern("outputs", outputs, [c.name for c in program.columns]),
+        _pattern("parameters", parameters, [p.name for p in program.parameter_slots]),
+    )
+
+
 def _place(path: Any, ending: str) -> Path:
+    return with_ending(Path(_checked(path, ending)), ending)
+
+
+def _checked(path: Any, ending: str) -> Any:
     if not isinstance(path, str | os.PathLike):
         raise usage_error("C202", f"a file has a path, not {path!r}", hint=f'give "crank{ending}"')
-    return with_ending(Path(path), ending)
+    return path
 
 
 def _several(keyword: str, names: Any) -> tuple[str, ...]:

@@ -139,8 +139,9 @@ SELDOM = "noinline optnone "
 def function(
     signature: str, seldom: bool = False
 ) -> Callable[[Callable[..., None]], Callable[[], str]]:
-    """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text.
-    What is called `seldom` is compiled in the quickest way."""
+    """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text,
+    headed by what the writer says of it. What is called `seldom` is compiled in the quickest
+    way."""
     head, listed = signature.rstrip(")").split("(")
     result, name = head.split()
     arguments = [(t, n) for t, n in (a.split() for a in listed.split(", "))]
@@ -149,7 +150,9 @@ def function(
         def text() -> str:
             c = Code(name, result, arguments)
             write(c, *c.arguments)
-            return c.text(SELDOM if seldom else "")
+            told = " ".join((write.__doc__ or "").split())
+            comment = f"; {told}\n" if told else ""
+            return comment + c.text(SELDOM if seldom else "")
 
         return text
 
