@@ -72,7 +72,9 @@ def misfit(model: planarc.Model, text: str, **options: object) -> float:
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ("pendulum", "four_bar", "crank_slider", "walking_leg"))
+@pytest.mark.parametrize(
+    "name", ("pendulum", "four_bar", "crank_slider", "walking_leg", "cam_lift_off")
+)
 def test_a_run_is_the_one_of_planarc(run: Run, tmp_path: Path, name: str) -> None:
     model = planarc.load(str(ROOT / "examples" / f"{name}.pmo"))
     done = run(model.export_c(tmp_path / "c"))
@@ -185,8 +187,15 @@ def test_equations_have_the_names_of_variables() -> None:
     assert "double crank_frame_b_r_1 = w[V_groundA_r_1].d + crank_r_0_1;" in model
 
 
-def test_contacts_are_refused(tmp_path: Path) -> None:
+def test_delays_are_refused(tmp_path: Path) -> None:
+    text = """
+    model Echo
+      Real x(start=1, fixed=true);
+    equation
+      der(x) = -delay(x, 0.1);
+    end Echo;
+    """
     with pytest.raises(PlanarcError) as raised:
-        planarc.load(str(ROOT / "examples" / "cam_lift_off.pmo")).export_c(tmp_path / "no")
+        planarc.load(text).export_c(tmp_path / "no")
     assert raised.value.diagnostics[0].code == "C300"
     assert not (tmp_path / "no").exists()

@@ -52,6 +52,7 @@ def lay_out(
     """The whole function. `variables` are names and types, `names` are better ones."""
     wanted = {m for r in rows for m in re.findall(r"goto (\w+);", r.text)}
     rows = _used([r for r in rows if not r.text.endswith(":") or r.text[:-1] in wanted])
+    rows, variables = _read(rows, variables)
     outside = _outside(rows)
     tops = [_variable(t, n) for n, t in variables.items()]
     tops += [f"word v{n[2:]}[{count}];" for n, count in arrays.items()]
@@ -81,6 +82,20 @@ def _used(rows: list[Row]) -> list[Row]:
         if len(found) == len(rows):
             return rows
         rows = found
+
+
+def _read(rows: list[Row], variables: Mapping[str, str]) -> tuple[list[Row], Mapping[str, str]]:
+    """Without variables that are set and never read."""
+    sets = [re.match(r"(x\d+) = ", r.text) for r in rows]
+    read = {
+        name
+        for r, s in zip(rows, sets, strict=True)
+        for name in re.findall(r"\bx\d+\b", r.text[s.end() :] if s else r.text)
+    }
+    idle = {n for n in variables if n.startswith("x")} - read
+    idle -= {s[1] for r, s in zip(rows, sets, strict=True) if s and r.acts}
+    kept = [r for r, s in zip(rows, sets, strict=True) if s is None or s[1] not in idle]
+    return kept, {n: t for n, t in variables.items() if n not in idle}
 
 
 def _outside(rows: Sequence[Row]) -> dict[str, str]:

@@ -321,7 +321,7 @@ class Statements:
         if type.startswith("<"):
             self._each_lane(type, f"{variable}[{_LANE}] = {found.text};")
         else:
-            self._say(f"{variable} = {found.text};")
+            self._say(f"{variable} = {found.text};", acts=found.acts)
 
     def _store(self, text: str) -> None:
         match = re.match(r"store (<.*?>|\S+) (\S+), ptr ([%@]\w+)", text)
