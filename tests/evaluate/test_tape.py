@@ -192,3 +192,10 @@ end M;
     assert [result[f"buffer[{k}]"][-1] for k in (1, 700, 1500)] == pytest.approx([0.001, 0.7, 1.5])
     assert result["buffer[700]"][result.time < 0.6995][-1] == 0.0
     assert result["total"][-1] == pytest.approx(0.001 * 1500 * 1501 / 2)
+
+
+def test_sums_of_thousands_of_terms_can_be_prepared() -> None:
+    table = Exprs()
+    terms = [table.symbol(f"x{i}") for i in range(4000)]
+    prepared = prepare(table.add(*terms), lambda e: int(e.name[1:]))
+    assert prepared([float(i) for i in range(4000)], 0.0) == 4000 * 3999 / 2

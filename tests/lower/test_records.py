@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
+import planarc
 from planarc import load
 from planarc.api.result import Result
 
@@ -72,3 +74,64 @@ def test_fields_of_entries_are_assigned_one_by_one(tmp_path: Path) -> None:
     assert result["r[2].b"] == pytest.approx(2 * t)
     assert result["s.a"] == pytest.approx(-3)
     assert result["s.b"] == pytest.approx(2 * t)
+
+
+#: A capacitor behind a resistance that a data sheet gives, by way of a function.
+SHEET = """
+  record Sheet
+    parameter Real r = 0;
+    parameter Real c = 1;
+  end Sheet;
+  record Values
+    parameter Real ohms;
+    parameter Real farads;
+  end Values;
+  function values
+    input Sheet sheet;
+    output Values found;
+  algorithm
+    found.ohms := max(sheet.r, 0);
+    found.farads := sheet.c;
+  end values;
+"""
+
+
+@pytest.mark.parametrize("ohms", [0.0, 0.5])
+@pytest.mark.parametrize("evaluated", ["final ", ""])
+def test_records_that_are_final_or_evaluated_shape_the_equations(
+    ohms: float, evaluated: str
+) -> None:
+    """Without resistance the capacitor has the source's voltage, and is no state any more."""
+    prefix, note = ("final ", "") if evaluated else ("", " annotation(Evaluate = true)")
+    text = f"""
+model M
+{SHEET}
+  {prefix}parameter Sheet sheet(r = {ohms}){note};
+  final parameter Values found = values(sheet);
+  Real i;
+  Real v(start = 0, fixed = {str(ohms > 0).lower()});
+equation
+  i*found.ohms = sin(time) - v;
+  i = found.farads*der(v);
+end M;
+"""
+    result = planarc.load(text).simulate(1.0, tolerance=1e-9)
+    if ohms == 0.0:
+        assert result.at("v", 1.0) == pytest.approx(math.sin(1.0))
+        assert result.at("i", 1.0) == pytest.approx(math.cos(1.0))
+    else:  # v' = (sin(t) - v)/ohms
+        lag = math.sin(1.0) - ohms * math.cos(1.0) + ohms * math.exp(-1.0 / ohms)
+        v = lag / (1 + ohms**2)
+        assert result.at("v", 1.0) == pytest.approx(v, rel=1e-6)
+
+
+def test_a_field_of_a_final_record_is_not_set() -> None:
+    text = f"""
+model M
+{SHEET}
+  final parameter Sheet sheet(r = 2);
+  Real x = sheet.r*time;
+end M;
+"""
+    with pytest.raises(planarc.PlanarcError, match="cannot be set"):
+        planarc.load(text).simulate(1.0, parameters={"sheet.r": 3.0})

@@ -11,6 +11,8 @@ The walk opens every component, so all errors of a model are found, not only the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from msgspec import Struct, field
 
 from planarc.core.diagnostic import PlanarcError, error
@@ -26,7 +28,17 @@ from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
 from planarc.flatten.tree.lookup import components
-from planarc.flatten.tree.nodes import Absent, Element, Env, Family, Instance, Leaf, Node, Session
+from planarc.flatten.tree.nodes import (
+    Absent,
+    Element,
+    Env,
+    Family,
+    Instance,
+    Leaf,
+    Mod,
+    Node,
+    Session,
+)
 from planarc.flatten.tree.redeclare import inner_half
 from planarc.flatten.values.evaluator import Evaluator
 from planarc.flatten.values.variability import variability_of
@@ -148,7 +160,7 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         return None
     definition = leaf.element.definition
     assert isinstance(definition, syntax.Component)
-    if annotation.is_evaluated(definition.annotation, session) and _has_value(leaf):
+    if _is_evaluated(leaf, session) and _has_value(leaf):
         leaf.structural = True
     return flat.Variable(
         leaf.name,
@@ -159,11 +171,32 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
         attributes,
         _causality_of_model(leaf),
         leaf.element.protected or leaf.parent.hidden,
-        leaf.mod.final or definition.prefixes.final,
+        _is_final(leaf),
         leaf.structural,
         definition.comment,
         leaf.parent.prefix or "",
     )
+
+
+def _declarations(leaf: Leaf) -> Iterator[tuple[syntax.Component, Mod]]:
+    """A variable's own declaration, then those of the records around it that are parameters."""
+    nodes: tuple[Leaf | Instance, ...] = (leaf, *leaf.parent.outwards())
+    for node in nodes:
+        if node is not leaf and node.variability is not flat.Variability.PARAMETER:
+            return
+        definition = None if node.element is None else node.element.definition
+        if not isinstance(definition, syntax.Component):
+            return
+        yield definition, node.mod
+
+
+def _is_evaluated(leaf: Leaf, session: Session) -> bool:
+    """`Evaluate=true` of a parameter, or of a record that it belongs to."""
+    return any(annotation.is_evaluated(d.annotation, session) for d, _ in _declarations(leaf))
+
+
+def _is_final(leaf: Leaf) -> bool:
+    return any(mod.final or d.prefixes.final for d, mod in _declarations(leaf))
 
 
 def _has_value(leaf: Leaf) -> bool:

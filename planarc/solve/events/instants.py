@@ -142,6 +142,32 @@ def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, 
     return {i: TimeFunction(program, kernel, zero, lets) for i, zero in alone.items()}
 
 
+def known_functions(program: Program, kernel: Kernel) -> dict[int, TimeFunction]:
+    """The zero functions of the relations that have a value before anything is solved."""
+    relations, lets = _known(program)
+    return {i: TimeFunction(program, kernel, program.relations[i].zero, lets) for i in relations}
+
+
+@once
+def _known(program: Program) -> tuple[list[int], _Values]:
+    """The relations that ask nothing but time, parameters and discrete variables, and the
+    statements that they need."""
+    fixed = {p.slot for p in program.parameter_slots}
+    fixed.update(slot for d in program.discretes for slot in (d.slot, d.pre))
+    lets: dict[Expr, Expr] = {}
+
+    def known(e: Expr) -> bool:
+        if e.op in (Op.SYMBOL, Op.PRE):
+            return e in lets or program.slots.get(repr(e)) in fixed
+        return e.op not in (Op.PAST, Op.APPLY, Op.EVENT)
+
+    for s in program.roots:
+        if isinstance(s, Let) and all(map(known, postorder((s.value,)))):
+            lets[s.target] = s.value
+    found = enumerate(program.relations)
+    return [i for i, r in found if r.time_only or all(map(known, postorder((r.zero,))))], lets
+
+
 def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
     """The zero functions of time alone, also those that ask variables which are."""
     by_way = _by_way_of_variables(program)

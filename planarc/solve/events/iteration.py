@@ -31,7 +31,7 @@ from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
-from planarc.solve.events.instants import time_functions
+from planarc.solve.events.instants import TimeFunction, known_functions
 from planarc.solve.events.snapshot import LAST_ITERATIONS, Snapshot, most_iterations, snapshot
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.once import once
@@ -68,11 +68,8 @@ class Events:
         for d in program.discretes:
             w[d.slot] = w[d.pre] = w[d.start]
         self._set_flag(INITIAL, True)
-        for i, zero in time_functions(program, self.kernel, t).items():
-            g = zero(t)
-            if g is not None:
-                self.crossings.now[i] = g
-                w[program.relations[i].slot] = float(self.crossings.sign(i))
+        known = known_functions(program, self.kernel)
+        self._take_known(known, t)
         w[0] = t
         for _ in program.discretes:
             before = self._snapshot()
@@ -80,8 +77,16 @@ class Events:
                 for d in program.discretes:  # has no value before the unknowns have
                     w[d.slot] = w[d.start]
                 return
+            self._take_known(known, t)
             if self._snapshot() == before:
                 return
+
+    def _take_known(self, known: Mapping[int, TimeFunction], t: float) -> None:
+        for i, zero in known.items():
+            g = zero(t)
+            if g is not None:
+                self.crossings.now[i] = g
+                self.kernel.w[self.program.relations[i].slot] = float(self.crossings.sign(i))
 
     def settle_start(self, t: float, y: Sequence[float]) -> bool:
         """One pass at the start; true when it changed something, so that the start values

@@ -57,14 +57,17 @@ class Dips:
         (t0, *a), (t1, *b), (t2, *c) = self.points[:3]
         a, b, c = np.array(a), np.array(b), np.array(c)
         h = t2 - t1
-        before, behind = (b - a) / (t1 - t0), (c - b) / h
-        bend = (behind - before) / (t2 - t0)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):  # far bounds, as of 1e300 s, are beyond any product
+            before, behind = (b - a) / (t1 - t0), (c - b) / h
+            bend = (behind - before) / (t2 - t0)
             x = np.clip((h - behind / bend) / 2, 0, h)
-        least = b + x * (behind + bend * (x - h))
-        way = abs(b - a) + abs(c - b)
-        found: NDArray[np.bool_] = (b * c > 0) & (b * bend > 0) & (abs(behind) < 2 * h * abs(bend))
-        found &= (way > DIP_NOISE * self.points[3, 1:]) & (np.sign(b) * least < DIP_MARGIN * way)
+            least = b + x * (behind + bend * (x - h))
+            way = abs(b - a) + abs(c - b)
+            found: NDArray[np.bool_] = (b * c > 0) & (b * bend > 0)
+            found &= abs(behind) < 2 * h * abs(bend)
+            found &= (way > DIP_NOISE * self.points[3, 1:]) & (
+                np.sign(b) * least < DIP_MARGIN * way
+            )
         return found
 
     def search(

@@ -278,3 +278,28 @@ equation
     )
     assert result["since"][-1] == pytest.approx(1, abs=1e-6)
     assert result["w"][-1] == pytest.approx(5, rel=1e-6)
+
+
+@pytest.mark.parametrize("width", ["1e300", "0.5"])
+def test_a_branch_without_value_that_time_does_not_choose_stops_no_start(
+    backend: str, width: str
+) -> None:
+    """A pulse that never ends: its falling edge, with 0 for its length, is not asked for."""
+    result = run(
+        f"""
+  parameter Real width = {width};
+  parameter Real over = width + 0.25;
+  discrete Real begun(start = 0, fixed = true);
+  Real v = if time < begun + 0.25 then 4*(time - begun) elseif time < begun + width then 1
+    elseif time < begun + over then (begun + over - time)/(over - width) else 0;
+equation
+  when sample(2, 2) then
+    begun = time;
+  end when;""",
+        backend,
+        3.0,
+    )
+    rising = {0.15: 0.6, 0.3: 1.0, 2.1: 0.4, 2.4: 1.0}
+    falling = {0.6: 0.6, 1.05: 0.0, 2.7: 0.2} if width == "0.5" else {0.6: 1.0, 1.95: 1.0}
+    for t, v in {**rising, **falling}.items():
+        assert result.at("v", t) == pytest.approx(v, abs=1e-9)
