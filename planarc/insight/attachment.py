@@ -15,7 +15,7 @@ Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import combinations
 
 from planarc.core.data import Data
@@ -29,7 +29,7 @@ from planarc.insight.idle import idle_parts
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.flat import StateSelect
-from planarc.ir.mechanism import Mechanism
+from planarc.ir.mechanism import GROUND, Mechanism
 
 _SHOWN = 6
 
@@ -64,7 +64,7 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     sets = DisjointSets(("", *frames))
     known = frozenset(frames)
     connections = [tuple(c for c in names if c in known) for names in dae.connections]
-    held = ("", *mechanism.links[0].frames)
+    held = ("", *mechanism.links[0].frames, *_on_ground(mechanism))
     # Frames inside of one component of the model belong together, connected or not.
     inside = (*grouped(frames, owner).values(), *grouped(frames, _part).values())
     for together in (*inside, *connections, held):
@@ -79,6 +79,13 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
         for group in groups.values()
         if moving.intersection(components := tuple(dict.fromkeys(map(owner, group))))
     )
+
+
+def _on_ground(mechanism: Mechanism) -> Iterator[str]:
+    """The frames of joints with one frame, which join it to the ground, as a wheel that rolls."""
+    for joint in mechanism.joints:
+        if GROUND in joint.links and len(joint.frames) == 1:
+            yield from joint.frames
 
 
 def _part(name: str) -> str:

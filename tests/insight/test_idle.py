@@ -74,6 +74,14 @@ def test_a_sensor_in_a_connection_is_not_warned_of() -> None:
     assert check_model(Request(text=text)).warnings == ()
 
 
+def test_a_wheel_that_rolls_on_the_ground_does_not_float() -> None:
+    text = (
+        "model M import P = PlanarMultiBody; inner P.World world; P.Parts.Body wheel(m=10);"
+        "P.Joints.RollingJoint roll(R=0.3); equation connect(roll.frame_a, wheel.frame_a); end M;"
+    )
+    assert check_model(Request(text=text)).warnings == ()
+
+
 def test_a_spring_between_the_ground_and_the_ground_does_nothing() -> None:
     found = idle(
         f"{_PLANAR} P.Parts.Fixed post(r={{1,1}}); P.Forces.Spring s(c=1);",

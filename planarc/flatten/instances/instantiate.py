@@ -202,6 +202,7 @@ def _make_composite(
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
         if made.is_record or made.is_connector:
             made.causality, made.flow = direction
+        _refuse_value(made, modifier)
         check_modifier(made)
         return made
 
@@ -216,6 +217,30 @@ def _make_composite(
         label = ",".join(map(str, indices))
         items.append(build(f"{name}[{label}]", subscript(mod, indices)))
     return Family(name, dims, items, cls, element)
+
+
+#: Kinds of components that hold elements with values, and have none themselves.
+_PARTS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
+
+
+def _refuse_value(made: Instance, modifier: Mod) -> None:
+    """A model has no value: `part=Kind(a=1)` would be heeded by nobody."""
+    binding = modifier.binding
+    kind = made.cls.definition.kind
+    if binding is None or made.element is None or kind not in _PARTS:
+        return
+    name, hint = made.element.name, f"set its elements, as in `{made.element.name}(...)`"
+    value = binding.expression
+    if isinstance(value, syntax.Call):
+        inside = value.span.text[len(value.function.span.text) :]
+        same = value.function.names[-1] == made.cls.definition.name
+        hint = f"write `{name}{inside}`"
+        if not same:
+            hint = f"write `redeclare {value.function} {name}{inside}`"
+        if binding.default:
+            hint = f"write `{value.function} {name}{inside};`"
+    message = f"`{name}` is a {kind.value} and takes no value"
+    raise error("F222", message, binding.span, hint=hint)
 
 
 def _times(dims: flat.Dims) -> str:

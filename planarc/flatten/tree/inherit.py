@@ -118,7 +118,7 @@ def _check_single(part: Part, element: syntax.Declaration) -> None:
     if element.name == _TIME:
         message = f"`{_TIME}` is the time of the run, which every model has: it cannot be declared"
         hint = f"choose another name, or leave the declaration out and read `{_TIME}`"
-        raise error("F231", message, name_span(element), hint=hint)
+        raise error("F229", message, name_span(element), hint=hint)
     if element.name in part.own:
         message = f"`{element.name}` is declared twice in `{part.cls.name}`"
         related = [Related("first here", name_span(part.own[element.name]))]

@@ -8,6 +8,9 @@ from planarc.ir import syntax
 from planarc.parse.build.parts import Builder, Part, cover, made, nodes, part, separated
 from planarc.parse.grammar.lexer import Token
 
+#: Actions that are called, with what a call of them looks like.
+_ACTIONS = {("terminate",): '("done")', ("reinit",): "(v, 0)", ("assert",): '(v < 10, "too fast")'}
+
 
 class Equations(Builder):
     # Sections: a part whose value is (section, annotations found in it)
@@ -31,6 +34,11 @@ class Equations(Builder):
         if isinstance(side, syntax.Binary) and side.op == "==":
             message = "`==` compares, it makes no equation"
             self.refuse("P111", message, side.span, "write `=`")
+            return
+        if isinstance(side, syntax.Ref) and side.names in _ACTIONS:
+            name = str(side)
+            message = f"`{name}` is a call and needs its arguments"
+            self.refuse("P101", message, side.span, f"write `{name}{_ACTIONS[side.names]}`")
             return
         after = side.span._replace(start=side.span.end, end=side.span.end + 1)
         self.refuse("P101", "expected `=` after the left side of the equation", after)
