@@ -20,6 +20,7 @@ from planarc.export.fmu import Wishes
 from tests.export.test_events import BALL, STICK_SLIP
 from tests.export.test_fmu import compiled
 from tests.export.test_wishes import FLYWHEEL
+from tests.solve.start.test_redundant_joints import bars
 
 ROOT = Path(__file__).parents[2]
 COMPILER = shutil.which("cc")
@@ -89,6 +90,15 @@ def test_events_are_those_of_planarc(run: Run, tmp_path: Path, text: str) -> Non
     done = run(model.export_c(tmp_path / "c"))
     assert done.returncode == 0 and not done.stderr
     assert misfit(model, done.stdout) < 1e-6
+
+
+@needs_compiler
+def test_redundant_joints_share_as_in_planarc(run: Run, tmp_path: Path) -> None:
+    """Shares of forces hang on positions by large factors, as in the FMU of the same bars."""
+    model = planarc.load(bars((0, 1, 2), centre=1.0), redundant="accept")
+    done = run(model.export_c(tmp_path / "c", outputs=r"^low\d\.(phi|w)$|^high\d\.frame_a\.f"))
+    assert done.returncode == 0 and not done.stderr
+    assert misfit(model, done.stdout) < 3e-5
 
 
 @needs_compiler
