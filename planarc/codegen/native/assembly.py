@@ -220,9 +220,9 @@ class Code:
             return value
         return Value(self, type, real_text(value) if type == REAL else str(int(value)))
 
-    def place(self, type: str, count: int = 1) -> Value:
-        """Room for so many values, on the stack."""
-        name = self.register()
+    def place(self, type: str, count: int = 1, name: str = "") -> Value:
+        """Room for so many values, on the stack; a name may be in use before the count is known."""
+        name = name or self.register()
         self._places.append(f"{name} = alloca {type}, i64 {count}, align 8")
         return Value(self, POINTER, name)
 

@@ -23,18 +23,23 @@ Example, a block of one tear, compare with the NumPy text:
       %flag = call i32 @pc_step(ptr %frame, ptr %record)
       ...
 
+Long lists that repeat themselves, as those of equal parts do, are loops (`rolling`, `loops`).
+
 Promises:  no address is in the text: the object code made of it can be kept on disk.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from itertools import compress
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import declarations, formula, real
+from planarc.codegen.native.loops import Loops
 from planarc.codegen.native.newton import NOT_FINITE
+from planarc.codegen.native.rolling import Column, Roll, is_one, roll
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
@@ -109,6 +114,7 @@ class _Section:
         self._w = self._frame.load(POINTER, Frame.W)
         self._area = self._frame.load(POINTER, Frame.AREA)
         self._values: dict[Expr, Value] = {}
+        self._loops = Loops(c, name)
         self._slots: dict[Expr, int | None] = {}
         self._next_break = LONGEST_BLOCK
 
@@ -120,7 +126,7 @@ class _Section:
             c.arguments[2].store(real(c, self._value(e)), i)
             self._break()
         c.give(0)
-        return c.text()
+        return self._loops.text() + c.text()
 
     def levels(self, below: Iterable[Statement], top: Iterable[Statement]) -> str:
         """May end before the top level."""
@@ -146,12 +152,19 @@ class _Section:
             with c.when(real(c, self._leaf(e)).is_nan(), leaves=True):
                 c.give(-1)
         c.give(0)
-        return c.text()
+        return self._loops.text() + c.text()
 
-    def _write(self, statements: Iterable[Statement]) -> None:
-        for s in statements:
+    def _write(self, statements: Iterable[Statement], straight: bool = False) -> None:
+        """`straight`: without loops."""
+        listed = tuple(statements)
+        for s in listed if straight else roll(listed, lambda e: self._slot(e) is not None):
             if isinstance(s, Let):
                 self._let(s)
+            elif isinstance(s, Roll):
+                if self._loops.has_room(s.targets):
+                    self._roll(s)
+                else:
+                    self._write(s.statements, straight=True)
             else:
                 self._solve(s)
 
@@ -169,6 +182,8 @@ class _Section:
         found = self._values.get(e)
         if found is not None:
             return found
+        if e in self._loops.places:
+            return self._loops.memory.load(REAL, self._loops.places[e])
         slot = self._slot(e)
         assert slot is not None, f"`{e}` has no value here"
         return self._w.load(REAL, slot)
@@ -183,6 +198,56 @@ class _Section:
         self._values[let.target] = value
         if slot is not None:
             self._w.store(real(self._code, value), slot)
+
+    def _roll(self, run: Roll) -> None:
+        """A loop. What its group set before is in registers; all else that differs from time to
+        time is read from memory, and nothing that it sets is in a register behind it."""
+        c, loops = self._code, self._loops
+        for column in run.targets:
+            for e in column:
+                self._values.pop(e, None)
+            if self._slot(column[0]) is None:
+                loops.hold(column)
+        own: dict[Column, Value] = {}
+        set_before = {column: i for i, column in enumerate(run.targets)}
+        for i, columns in enumerate(run.leaves):
+            for column in columns:
+                if set_before.get(column, i) >= i and not is_one(column):
+                    self._store(column)
+        with loops.run(len(run.targets[0])):
+            for let, target, columns in zip(run.body, run.targets, run.leaves, strict=True):
+                self._break()
+                due = partial(self._due, {column[0]: column for column in columns}, own)
+                own[target] = value = real(c, formula(c, let.value, due))
+                pointer, index = self._place(target)
+                pointer.store(value, index)
+
+    def _store(self, column: Column) -> None:
+        """Temporaries that are in registers into memory, for a loop that reads them."""
+        for e in column:
+            if e in self._values and self._slot(e) is None:
+                self._loops.hold((e,))
+                place = self._loops.places[e]
+                self._loops.memory.store(real(self._code, self._values[e]), place)
+
+    def _due(self, columns: dict[Expr, Column], own: dict[Column, Value], e: Expr) -> Value:
+        """A leaf in a loop: `e` the first time, then the others of its column."""
+        column = columns.get(e)
+        if column is None:
+            return self._leaf(e)
+        if column in own:
+            return own[column]
+        if is_one(column):
+            return self._leaf(e)
+        pointer, index = self._place(column)
+        return pointer.load(REAL, index)
+
+    def _place(self, column: Column) -> tuple[Value, int]:
+        loops, slots = self._loops, [self._slot(e) for e in column]
+        found = [s for s in slots if s is not None]
+        if found:
+            return loops.at(self._w, found)
+        return loops.at(loops.memory, [loops.places[e] for e in column])
 
     def _break(self) -> None:
         if len(self._code.lines) > self._next_break:
@@ -313,6 +378,6 @@ class _Section:
             seeds.store(1.0, j)
             for i, seed in enumerate(code.tangent.seeds):
                 self._values[seed] = seeds.load(REAL, i)
-            self._write(code.tangent.body)
+            self._write(code.tangent.body, straight=True)  # runs often
             for i, entry in enumerate(code.tangent.entries):
                 matrix.store(real(c, self._value(entry)), j + i * n)

@@ -1,0 +1,150 @@
+"""Statements that follow each other again and again, as loops.
+
+In:   a statement list
+Out:  the same list, where runs of equal groups are one `Roll` each
+
+Equal parts give equal statements that differ by what they read and set alone. Three
+rods in a row:
+
+    x1 := x0 + L1*c1        for t in 0, 1, 2:
+    y1 := y0 + L1*s1            (x1, x2, x3)[t] := (x0, x1, x2)[t] + (L1, L2, L3)[t]*...
+    x2 := x1 + L2*c2   ->       (y1, y2, y3)[t] := ...
+    y2 := y1 + L2*s2
+    x3 := ...
+
+so that LLVM compiles a group once. The order of statements stays, and with it each value
+to the last bit.
+
+Promises:  groups are equal in operations, numbers and functions, in which leaves are the
+           same one, and in which have slots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+from planarc.core.data import Data
+from planarc.ir.expr import Expr, Op
+from planarc.ir.program import Let, Statement
+
+#: Lists below this length are left as they are: compiled straight they run a little faster.
+SHORTEST = 200
+#: A run is rolled that has so many groups, and saves so many statements.
+FEWEST, LEAST = 4, 12
+#: Groups are not longer, and begin at one of so many next statements that equal the first.
+_LONGEST, _TRIED = 400, 8
+
+_LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
+#: What takes numbers to a number, wherever it stands: the others read memory or decide.
+_ROLLED = frozenset({Op.ADD, Op.MUL, Op.NEG, Op.DIV, Op.POW, Op.CALL})
+
+Column = tuple[Expr, ...]
+
+
+class Roll(Data):
+    """`body` is the first group; columns say, time by time, what stands in its place."""
+
+    statements: tuple[Let, ...]  # as they were
+    body: tuple[Let, ...]
+    targets: tuple[Column, ...]  # of each statement
+    leaves: tuple[tuple[Column, ...], ...]  # of each statement, those of the first time first
+
+
+def is_one(column: Column) -> bool:
+    """Whether the same leaf stands there each time."""
+    return all(e is column[0] for e in column)
+
+
+def roll(
+    statements: Sequence[Statement], has_slot: Callable[[Expr], bool]
+) -> Sequence[Statement | Roll]:
+    """The statements, rolled where they repeat themselves."""
+    if len(statements) < SHORTEST:
+        return statements
+    numbers: dict[object, int] = {}
+    kinds: list[int] = []
+    leaves: list[tuple[Expr, ...]] = []
+    in_workspace = cache(has_slot)
+    for i, s in enumerate(statements):
+        kind, found = _kind(s, in_workspace)
+        kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
+        leaves.append(found)
+    following = _following(kinds)
+    out: list[Statement | Roll] = []
+    i = 0
+    while i < len(statements):
+        length, times = _longest_run(kinds, following, i)
+        if times:
+            out.append(_rolled(statements, leaves, i, length, times))
+            i += length * times
+        else:
+            out.append(statements[i])
+            i += 1
+    return out
+
+
+def _kind(
+    statement: Statement, has_slot: Callable[[Expr], bool]
+) -> tuple[tuple[object, ...] | None, tuple[Expr, ...]]:
+    """What equal statements share, and the leaves that they differ by; None: no other is equal."""
+    if not isinstance(statement, Let):
+        return None, ()
+    leaves: dict[Expr, int] = {}
+    told: list[object] = [has_slot(statement.target)]
+    stack = [statement.value]
+    while stack:
+        e = stack.pop()
+        if e.args:
+            if e.op not in _ROLLED:
+                return None, ()
+            told += (e.op, len(e.args), e.data)
+            stack.extend(e.args)
+        elif e.op in _LEAVES:
+            told += (leaves.setdefault(e, len(leaves)), has_slot(e))
+        else:  # a constant, or time: shared nodes are equal when they are the same
+            told.append(e)
+    return tuple(told), tuple(leaves)
+
+
+def _following(kinds: Sequence[int]) -> list[int]:
+    """The next statement equal to each; the end where there is none."""
+    last: dict[int, int] = {}
+    found = [len(kinds)] * len(kinds)
+    for i in range(len(kinds) - 1, -1, -1):
+        found[i] = last.get(kinds[i], len(kinds))
+        last[kinds[i]] = i
+    return found
+
+
+def _longest_run(kinds: Sequence[int], following: Sequence[int], i: int) -> tuple[int, int]:
+    """The group at `i` that saves most: its length, and how often it stands there; else 0."""
+    best, end = (0, 0), len(kinds)
+    saved = LEAST - 1
+    at = following[i]
+    for _ in range(_TRIED):
+        length = at - i
+        if at == end or length > _LONGEST:
+            break
+        behind = at
+        while behind < end and kinds[behind] == kinds[behind - length]:
+            behind += 1
+        times = (behind - i) // length
+        if times >= FEWEST and (times - 1) * length > saved:
+            best, saved = (length, times), (times - 1) * length
+        at = following[at]
+    return best
+
+
+def _rolled(
+    statements: Sequence[Statement],
+    leaves: Sequence[tuple[Expr, ...]],
+    first: int,
+    length: int,
+    times: int,
+) -> Roll:
+    end = first + length * times
+    lets = tuple(s for s in statements[first:end] if isinstance(s, Let))
+    targets = tuple(tuple(s.target for s in lets[i::length]) for i in range(length))
+    columns = (tuple(zip(*leaves[i:end:length], strict=True)) for i in range(first, first + length))
+    return Roll(lets, lets[:length], targets, tuple(columns))

@@ -1,0 +1,148 @@
+"""Runs of equal statements as loops: found where they are, and equal to the last bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import planarc
+from planarc.codegen.native import loops, rolling
+from planarc.codegen.native.printer import ir
+from planarc.codegen.native.rolling import Roll, roll
+from planarc.core.options import RunOptions
+from planarc.ir.expr import Expr, Exprs
+from planarc.ir.program import Let, Program, Solve
+
+pytest.importorskip("llvmlite")
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+def in_workspace(e: Expr) -> bool:
+    return not e.name.startswith("$")
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever stands twice is rolled."""
+    for name, value in (("SHORTEST", 1), ("FEWEST", 2), ("LEAST", 1)):
+        monkeypatch.setattr(rolling, name, value)
+
+
+def rods(t: Exprs, count: int) -> list[Let]:
+    """x1 := x0 + L1*c1, y1 := y0 - L1*c1, x2 := x1 + L2*c2, ..."""
+    x, y, length, c = (
+        [t.symbol(f"{name}{i}") for i in range(count + 1)] for name in ("x", "$y", "L", "c")
+    )
+    groups = [
+        (
+            Let(x[i], t.add(x[i - 1], t.mul(length[i], c[i]))),
+            Let(y[i], t.sub(y[i - 1], t.mul(length[i], c[i]))),
+        )
+        for i in range(1, count + 1)
+    ]
+    return [let for group in groups for let in group]
+
+
+def test_groups_of_equal_statements(short: None) -> None:
+    t = Exprs()
+    lets = rods(t, 5)
+    (found,) = roll(lets, in_workspace)
+    assert isinstance(found, Roll)
+    assert found.body == tuple(lets[:2])
+    assert [[e.name for e in column] for column in found.targets] == [
+        [f"{name}{i}" for i in range(1, 6)] for name in ("x", "$y")
+    ]
+    read = {tuple(e.name for e in column) for column in found.leaves[0]}
+    assert {tuple(f"x{i}" for i in range(5)), tuple(f"L{i}" for i in range(1, 6))} <= read
+
+
+def test_what_is_left_as_it_is(short: None) -> None:
+    """Other numbers, another leaf, what has no slot in place of what has one, blocks, decisions."""
+    t = Exprs()
+    a, b, x, y, hidden = (t.symbol(n) for n in ("a", "b", "x", "y", "$t"))
+    two = t.const(2.0)
+    for one, other in (
+        (Let(x, t.mul(two, a)), Let(y, t.mul(t.const(3.0), b))),
+        (Let(x, t.div(t.sub(a, b), a)), Let(y, t.div(t.sub(a, b), b))),
+        (Let(x, t.mul(two, a)), Let(y, t.mul(two, hidden))),
+        (Let(x, t.mul(two, a)), Let(hidden, t.mul(two, b))),
+        (Solve(0), Solve(1)),
+        (Let(x, t.if_(t.less(a, b), a, b)), Let(y, t.if_(t.less(b, a), b, a))),
+    ):
+        assert roll([one, other, other], in_workspace)[0] is one
+
+
+def test_short_lists_stay_as_they_are() -> None:
+    lets = rods(Exprs(), rolling.SHORTEST // 2 - 1)
+    assert roll(lets, in_workspace) is lets
+
+
+CHAIN = """model Chain
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute rev[N](phi(each start=0.1, each fixed=true));
+  PlanarMultiBody.Parts.FixedTranslation rod[N](each r={1, 0});
+  PlanarMultiBody.Parts.Body tip[N](each m=1, each I=0.1);
+equation
+  connect(world.frame_b, rev[1].frame_a);
+  connect(rev.frame_b, rod.frame_a);
+  connect(rod.frame_b, tip.frame_a);
+  connect(rod[1:N - 1].frame_b, rev[2:N].frame_a);
+end Chain;
+"""
+
+
+def simulated(program: Program) -> bytes:
+    """A short run, with the code that the program has now."""
+    from planarc.compiled import Compiled
+    from planarc.compiler import run
+    from planarc.core.options import Backend
+
+    result = run(Compiled.of(program, Backend.NATIVE), RunOptions(stop=0.3, intervals=20))
+    return b"".join(result[name].tobytes() for name in result.columns)
+
+
+@pytest.mark.parametrize("model", ["four_bar", "cam_lift_off", "chain"])
+def test_results_equal_to_the_last_bit(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = CHAIN.replace("N", "12") if model == "chain" else EXAMPLES / f"{model}.pmo"
+    program = planarc.load(source).compiled().program
+    found = []
+    for shortest, fewest, least in ((10**9, 2, 1), (1, 2, 1), (20, 3, 4)):
+        monkeypatch.setattr(rolling, "SHORTEST", shortest)
+        monkeypatch.setattr(rolling, "FEWEST", fewest)
+        monkeypatch.setattr(rolling, "LEAST", least)
+        found.append((ir(program).count("\n"), simulated(program)))
+    (straight, values), (rolled, same), (partly, as_well) = found
+    assert straight not in (rolled, partly)
+    assert values == same == as_well
+
+
+def test_memory_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = planarc.load(CHAIN.replace("N", "12")).compiled().program
+    monkeypatch.setattr(rolling, "SHORTEST", 1)
+    rolled, before = ir(program), simulated(program)
+    monkeypatch.setattr(loops, "MOST", 30)
+    assert rolled.count("\n") < ir(program).count("\n")
+    assert simulated(program) == before
+
+
+OSCILLATORS = """model Oscillators
+  parameter Real k[N] = {1 + i/10 for i in 1:N};
+  Real x[N](each start=1, each fixed=true);
+  Real v[N](each start=0, each fixed=true);
+equation
+  for i in 1:N loop
+    der(x[i]) = v[i];
+    der(v[i]) = -k[i]*x[i] - 0.1*sin(v[i])*abs(v[i]);
+  end for;
+end Oscillators;
+"""
+
+
+def test_equal_parts_are_compiled_once() -> None:
+    def lines(count: int) -> int:
+        program = planarc.load(OSCILLATORS.replace("N", str(count))).compiled().program
+        return ir(program).count("\n")
+
+    assert lines(400) == lines(800) < 1000
