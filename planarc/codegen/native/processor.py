@@ -7,6 +7,8 @@ is a tenth of a short run.
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
@@ -14,9 +16,16 @@ from pathlib import Path
 from typing import Any, Final
 
 from planarc.runtime.link import PLACES
+from planarc.runtime.link.memory import put
 
 #: Lines of Linux about a processor that say what it can run, and of which kind it is.
 _TELLING: Final = ("vendor_id", "cpu family", "model", "stepping", "flags")
+#: void f(leaf, part, registers): the instruction CPUID, its answer eax, ebx, ecx, edx in memory.
+_CPUID: Final = bytes.fromhex(
+    "53 49 89 d0 89 f8 89 f1 0f a2"  # push rbx; mov r8, rdx; mov eax, edi; mov ecx, esi; cpuid
+    "41 89 00 41 89 58 04 41 89 48 08 41 89 50 0c"  # mov [r8], eax; ...
+    "5b c3"  # pop rbx; ret
+)
 
 
 @cache
@@ -29,9 +38,23 @@ def key() -> str:
 
 
 def _kind() -> str:
-    """The first processor, as the system knows it."""
+    """The first processor as the system knows it, and what this process may use of it: emulators
+    such as Valgrind's know fewer instructions."""
     first, _, _ = Path("/proc/cpuinfo").read_text("utf-8", "replace").partition("\n\n")
-    return "\n".join(line for line in first.splitlines() if line.startswith(_TELLING))
+    told = [line for line in first.splitlines() if line.startswith(_TELLING)]
+    return "\n".join((*told, *map(str, _asked())))
+
+
+def _asked() -> Iterator[int]:
+    """What the processor answers about its instructions."""
+    memory, start = put(_CPUID)
+    ask = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_void_p)(start)
+    registers = (ctypes.c_uint32 * 4)()
+    for leaf, part in ((1, 0), (7, 0), (7, 1), (0x80000001, 0)):
+        ask(leaf, part, ctypes.addressof(registers))
+        found = registers[:]
+        yield from (found[0], *found[2:]) if leaf == 1 else found  # there ebx numbers the core
+    del memory  # not before
 
 
 def _state_of_llvm() -> str:

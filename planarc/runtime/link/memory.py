@@ -25,16 +25,21 @@ def place(objects: Sequence[bytes], known: Mapping[str, int]) -> tuple[mmap.mmap
     """What runs must not outlive the memory. Functions that are not `known` are C's."""
     joined = join(put_together([read_object(o) for o in objects]), _behind)
     table = [known.get(name) or _of_c(name) for name in joined.imports]
-    size = _behind(len(joined.code))
-    memory = mmap.mmap(-1, size + 8 * len(table), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    memory[: len(joined.code)] = joined.code
-    struct.pack_into(f"<{len(table)}Q", memory, size, *table)
+    gap = bytes(_behind(len(joined.code)) - len(joined.code))
+    memory, start = put(joined.code + gap + struct.pack(f"<{len(table)}Q", *table))
+    return memory, {name: start + at for name, at in joined.functions.items()}
+
+
+def put(code: bytes) -> tuple[mmap.mmap, int]:
+    """Code in memory, and where it begins."""
+    memory = mmap.mmap(-1, len(code), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    memory[:] = code
     start = ctypes.addressof(ctypes.c_char.from_buffer(memory))
     runs = mmap.PROT_READ | mmap.PROT_EXEC
     system = ctypes.CDLL(None, use_errno=True)
-    if system.mprotect(ctypes.c_void_p(start), ctypes.c_size_t(len(memory)), runs):
+    if system.mprotect(ctypes.c_void_p(start), ctypes.c_size_t(len(code)), runs):
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
-    return memory, {name: start + at for name, at in joined.functions.items()}
+    return memory, start
 
 
 def _behind(length: int) -> int:
