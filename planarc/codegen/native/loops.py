@@ -27,8 +27,7 @@ class Loops:
 
     def __init__(self, code: Code, name: str) -> None:
         self._code, self._name = code, f"@{name}_rows"
-        self._register = code.register()
-        self.memory = Value(code, POINTER, self._register)
+        self.memory = Value(code, POINTER, "%memory")
         self.places: dict[Expr, int] = {}  # in the memory
         self._rows: dict[tuple[int, ...], int] = {}  # distances, and where they begin
         self._length = 0
@@ -71,7 +70,7 @@ class Loops:
     def text(self) -> str:
         """The constant, where there is one; the function's memory has its size from here on."""
         if self.places:
-            self._code.place(REAL, len(self.places), self._register)
+            self._code.place(REAL, len(self.places), self.memory.text)
         if not self._rows:
             return ""
         row = ", ".join(f"i64 {n}" for distances in self._rows for n in distances)
