@@ -89,7 +89,7 @@ def _find_binding(leaf: Leaf) -> flat.Expression | None:
         value = record_value(leaf.parent)
         if value is not None:
             return references.field_of(value, leaf.element.name, value.span)
-    return None if own is None else type_binding(own)
+    return None if own is None else type_binding(own, leaf.type.dims)
 
 
 def record_binding(instance: Instance) -> Binding | None:
@@ -174,7 +174,7 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
     binding = mod.sub(name).binding
     if binding is None:
         return None
-    value = type_binding(binding)
+    value = type_binding(binding, leaf.type.dims)
     what = f"the attribute `{name}` of `{leaf.name}`"
     expected = wanted.with_dims(leaf.type.dims)
     if not value.type.dims and expected.dims and _stands_for_all(name, binding, leaf):

@@ -5,32 +5,42 @@ Reference: Modelica Language Specification 3.6, section 7.2.
 
 from __future__ import annotations
 
+import re
+
 from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.mend import Each
-from planarc.flatten.terms.conform import type_text
+from planarc.core.source import Span
+from planarc.flatten.terms.conform import dims_conform, type_text
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.nodes import Binding, Env
 from planarc.ir import flat
 
+_NAME = re.compile(r"\w+\s*=\s*$")
+_FITS = re.compile(r".{,40}")
 
-def type_binding(binding: Binding) -> flat.Expression:
-    """The expression of a modifier, for its member of an array of components."""
+
+def type_binding(binding: Binding, dims: flat.Dims = ()) -> flat.Expression:
+    """The expression of a modifier, for its member of an array of components; `dims` are the sizes
+    of what it modifies in that member."""
     if binding.typed is None:
         typed = Env(binding.scope).typed(binding.expression)
-        binding.typed = _member_value(typed, binding) if binding.subscripts else typed
+        binding.typed = _member_value(typed, binding, dims) if binding.subscripts else typed
     return binding.typed
 
 
-def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
-    if len(typed.type.dims) < len(binding.subscripts):
+def _member_value(typed: flat.Expression, binding: Binding, dims: flat.Dims) -> flat.Expression:
+    of_one = bool(dims) and dims_conform(dims, typed.type.dims)  # `r={1, 0}` of one member
+    if of_one or len(typed.type.dims) < len(binding.subscripts):
         span = binding.span
+        needed = "a value for each member" if of_one else "an array"
         raise PlanarcError(
             Once(
                 "F224",
-                "a modifier of an array of components needs an array, but this is "
+                f"a modifier of an array of components needs {needed}, but this is "
                 f"{type_text(typed.type)}",
                 span,
-                hint="write `each` before it if all members get the same value, as in `(each m=1)`",
+                hint="write `each` before it if all members get the same value, as in "
+                f"`({_with_each(span)})`",
                 mend=Each(),
                 kind=f"{span.source.name}:{span.line}" if span else "",  # often they all lack it
             )
@@ -40,3 +50,11 @@ def _member_value(typed: flat.Expression, binding: Binding) -> flat.Expression:
             message = f"the modifier has {size} values, but the array of components has more"
             raise error("F224", message, binding.span)
     return pick(typed, binding.subscripts)
+
+
+def _with_each(value: Span) -> str:
+    """The modifier of a value with `each` before it; where that is long, another one."""
+    text = value.source.text
+    name = _NAME.search(text, text.rfind("\n", 0, value.start) + 1, value.start)
+    modifier = f"{name[0]}{value.text}" if name else ""
+    return f"each {modifier}" if modifier and _FITS.fullmatch(modifier) else "each m=1"

@@ -53,6 +53,11 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     if op in ("+", "-") and plain and left.type.dims != right.type.dims:
         number = right if left.type.dims else left
         hint = f"write `.{op}` if the number `{number.span.text}` is meant for each element"
+        vector = _only_vector(left if left.type.dims else right)
+        if vector is not None:
+            name = vector.span.text
+            hint = f"write `{name}[1]` or `{name}[2]` for one element, `.{op}` if the number "
+            hint += f"`{number.span.text}` is meant for both"
     if flat.Base.STRING in (left.type.base, right.type.base) and op == "+":
         number = right if left.type.base is flat.Base.STRING else left
         hint = f"write `String({number.span.text})` to make it a text"
@@ -69,6 +74,18 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"
     message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
     return error("F274", message, span, hint=hint)
+
+
+def _only_vector(e: flat.Expression) -> flat.Reference | None:
+    """The variable of two elements that alone makes an expression a vector: `r` of `2*m*r`."""
+    if isinstance(e, flat.Unary):
+        return _only_vector(e.operand)
+    if isinstance(e, flat.Binary):
+        vectors = [x for x in (e.left, e.right) if x.type.dims]
+        return _only_vector(vectors[0]) if len(vectors) == 1 else None
+    if isinstance(e, flat.Reference) and e.type.dims == (2,) and not e.span.text.endswith("]"):
+        return e
+    return None
 
 
 def _relation(op: str, left: flat.Expression, right: flat.Expression, span: Span) -> flat.Binary:
