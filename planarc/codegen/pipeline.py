@@ -32,7 +32,8 @@ def generate(sorted: SortedDae) -> Program:
     tables = Tables(sorted, sections)
     dae = sorted.dae
     relations = tuple(r.text for r in dae.relations)
-    equations = tuple(equation_info(e.equation, relations) for e in sorted.equations)
+    written = (*(e.equation for e in sorted.equations), *sections.origins)
+    equations = tuple(equation_info(e, relations) for e in written)
     return mark_certain(
         Program(
             name=dae.name,

@@ -17,6 +17,7 @@ Promises:  every symbol that a statement reads has a slot, or is a temporary tha
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
 from planarc.codegen.aliases import Aliases
 from planarc.codegen.blocks import BlockWriter, Modes
@@ -26,10 +27,13 @@ from planarc.codegen.layout import Layout
 from planarc.codegen.reach import Reach, is_constant, needed_steps, split_steps, values
 from planarc.codegen.statements import Lister, Temporaries, name_parts
 from planarc.core.data import Data
-from planarc.ir.dae import INITIAL, TERMINAL
+from planarc.ir.dae import INITIAL, TERMINAL, Equation
 from planarc.ir.expr import Expr, Op, symbols
 from planarc.ir.program import BlockCode, Let, Statement
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step, computed
+
+#: A symbol, its value, and the number of the equation that says so.
+_Given: TypeAlias = "tuple[Expr, Expr, int | None]"
 
 
 class Sections(Data):
@@ -46,6 +50,7 @@ class Sections(Data):
     roots: tuple[Statement, ...]
     zeros: tuple[Expr, ...]
     discrete: tuple[Statement, ...]
+    origins: tuple[Equation, ...]  # of formulas that stay the same: numbered behind the sorted ones
 
 
 def write_sections(sorted: SortedDae) -> Sections:
@@ -60,6 +65,7 @@ class _Writer:
         self._aliases = Aliases(sorted.dae, sorted.aliases)
         self._temporaries = Temporaries(self._table)
         self._layout = Layout()
+        self._origins: list[Equation] = []
         self._parts: dict[Expr, Expr] = {}  # formulas of parameters alone -> their symbols
         self._short = shorten_levels(self._table, sorted.levels)
 
@@ -110,6 +116,7 @@ class _Writer:
             roots=root_list,
             zeros=zero_symbols,
             discrete=tuple(discrete_list),
+            origins=tuple(self._origins),
         )
 
     # What is computed where
@@ -137,11 +144,11 @@ class _Writer:
 
     def _home_aliases(
         self, names: set[str]
-    ) -> tuple[dict[str, Expr], list[tuple[Expr, Expr]], list[tuple[Expr, Expr]]]:
+    ) -> tuple[dict[str, Expr], list[_Given], list[tuple[Expr, Expr]]]:
         """The place at which each alias is read; formulas get one home each, fixed or moving."""
         homes: dict[str, Expr] = {}
         by_formula: dict[Expr, Expr] = {}
-        fixed: list[tuple[Expr, Expr]] = []
+        fixed: list[_Given] = []
         moving: list[tuple[Expr, Expr]] = []
         for alias in self._sorted.aliases:
             symbol = self._table.symbol(alias.name)
@@ -152,24 +159,32 @@ class _Writer:
                 continue
             if e not in by_formula:
                 by_formula[e] = symbol
-                (fixed if is_constant(e, names) else moving).append((symbol, e))
+                if is_constant(e, names):
+                    fixed.append((symbol, e, self._origin(alias.equation)))
+                else:
+                    moving.append((symbol, e))
             homes[alias.name] = by_formula[e]
         return homes, fixed, moving
 
+    def _origin(self, equation: int | None) -> int | None:
+        """The number of the equation that has made a variable constant."""
+        if equation is None:
+            return None
+        self._origins.append(self._dae.equations[equation])
+        return len(self._sorted.equations) + len(self._origins) - 1
+
     # Lists
 
-    def _parameters(
-        self, reach: Reach, aliases: Sequence[tuple[Expr, Expr]]
-    ) -> tuple[Statement, ...]:
+    def _parameters(self, reach: Reach, aliases: Sequence[_Given]) -> tuple[Statement, ...]:
         """Dependent parameters, constant unknowns, parts of formulas, start values."""
         table, layout = self._table, self._layout
-        lets: list[tuple[Expr, Expr, int | None]] = []
+        lets: list[_Given] = []
         for p in self._dae.parameters:
             layout.add(p.name)
             if not p.settable:
                 lets.append((table.symbol(p.name), p.value, None))
         lets.extend((a.target, a.value, a.equation) for a in reach.constant)
-        lets.extend((symbol, value, None) for symbol, value in aliases)
+        lets.extend(aliases)
         lets.extend((symbol, value, None) for value, symbol in self._parts.items())
         starts = _start_values(self._sorted, self._aliases)
         lets.extend((symbol, value, None) for symbol, value in starts)
