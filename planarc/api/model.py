@@ -416,6 +416,7 @@ class Model(Loaded):
         parameters: str | re.Pattern[str] | Sequence[str] | None = None,
         platforms: Sequence[str] | None = None,
         stiff: bool = False,
+        source: bool = False,
     ) -> Path:
         """Write the model as an FMU, which other simulators run, as `planarc export fmu` does.
 
@@ -425,13 +426,14 @@ class Model(Loaded):
         matches anywhere in a name; without, outputs are the model's own, or all coordinates.
         `inputs` are variables that become inputs: a torque or force that the model gives, the
         signal of a source, the coordinate of a joint. `fmi` is 3 or 2. With `stiff` co-simulation
-        integrates with an implicit method, for hard springs. Gives the path. Raises
+        integrates with an implicit method, for hard springs; with `source` the FMU also holds its
+        code as C99, for platforms that planarc has no code for. Gives the path. Raises
         UnknownName, UsageError (C301, C302, V501, V505, V506), and PlanarcError C300 with the
         lines of what cannot be exported.
         """
         from planarc.api.analysis.export import export_fmu
 
-        return export_fmu(self, path, fmi, outputs, inputs, parameters, platforms, stiff)
+        return export_fmu(self, path, fmi, outputs, inputs, parameters, platforms, stiff, source)
 
     @telling_keywords
     def export_c(

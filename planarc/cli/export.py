@@ -27,7 +27,8 @@ from planarc.core.options import Backend, Redundant
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.export.c.source import Source
-    from planarc.export.fmu import Fmu, Wishes
+    from planarc.export.fmu import Fmu
+    from planarc.export.wishes import Wishes
 
 
 class Form(StrEnum):
@@ -94,6 +95,14 @@ def export(
             "dampers. The parameter `_stiff` changes it.",
         ),
     ] = False,
+    source: Annotated[
+        bool,
+        typer.Option(
+            "--source",
+            help="Put the code into the FMU as C99, too: for platforms that planarc has no code "
+            "for, and for reading.",
+        ),
+    ] = False,
     fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
     redundant: RedundantJoints = Redundant.REFUSE,
     library: Libraries = None,
@@ -105,30 +114,32 @@ def export(
     with sliders for its parameters and start values; it needs no planarc, no server and no
     network. C is what people read and a microcontroller compiles: C99 in a folder, with a small
     program that writes the outputs. All begin in the assembly that `planarc simulate` finds. The
-    options from `--outputs` to `--fmi` are those of FMUs; C has all but `--platforms` and `--fmi`.
+    options from `--outputs` to `--fmi` are those of FMUs; C has all but `--platforms`, `--source`
+    and `--fmi`.
     """
     from msgspec.structs import replace
 
     from planarc.compiler import compile_model
-    from planarc.export.fmu import Wishes
+    from planarc.export.wishes import Wishes
 
-    if form is Form.PAGE:
-        given = {"outputs": outputs, "input": input, "parameters": parameters,
-                 "platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
+    if form is not Form.FMU:
+        alone = {"platforms": platforms, "source": source or None,
+                 "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
+        others = {"outputs": outputs, "input": input, "parameters": parameters}
+        given = alone if form is Form.C else others | alone
         _refuse_given(form, [name for name, value in given.items() if value is not None])
+    if form is Form.PAGE:
         compiled = compile_model(
             make_request(target, class_name, library, redundant), choose_backend(Backend.NATIVE)
         )
         return _page(compiled, output)
-    if form is Form.C:
-        given = {"platforms": platforms, "fmi": None if fmi is Version.THREE else fmi}
-        _refuse_given(form, [name for name, value in given.items() if value is not None])
     wishes = Wishes(
         int(fmi),
         read_pattern(outputs, "--outputs"),
         read_pattern(parameters, "--parameters"),
         None if platforms is None else tuple(platforms.replace(",", " ").split()),
         stiff,
+        source,
     )
     backend = choose_backend(Backend.NATIVE)
     request = make_request(target, class_name, library, redundant)

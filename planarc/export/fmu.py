@@ -7,6 +7,7 @@ Out:  bytes of the archive
     documentation/index.html        the same for people, with a picture
     extra/planarc/                  the model's text
     binaries/PLATFORM/NAME.so       the model as machine code; .dll, .dylib
+    sources/                        the same in C99, where it is wished
 
 Needs:     llvmlite
 Promises:  the same model and wishes give the same bytes.
@@ -29,17 +30,12 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown
-from planarc.export.instance.block import OTHER
-from planarc.export.plan import is_settable
 from planarc.export.refusal import refuse
-from planarc.ir.derivatives import Scope
+from planarc.export.wishes import Wishes, derivatives, restricted, tolerance_of
 from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
-    from planarc.codegen.slopes import Slopes
     from planarc.compiled import Compiled
-    from planarc.export.fmi.variables import Interface
-    from planarc.ir.program import Program
 
 
 class Platform(Data):
@@ -59,23 +55,8 @@ PLATFORMS = {
     "x86_64-darwin": Platform("x86_64-apple-macosx11.0.0-elf", "dylib", "darwin64"),
     "aarch64-darwin": Platform("arm64-apple-macosx11.0.0-elf", "dylib"),
 }
-#: Co-simulation has errors of this part of the experiment's tolerance, or less.
-_FINER, _FINEST = 0.01, 1e-10
 #: Files have the oldest date that an archive can tell, so that archives are the same.
 _DATE = (1980, 1, 1, 0, 0, 0)
-
-
-class Wishes(Data):
-    """`version` of the standard is 2 or 3; `outputs` matches names of variables that become
-    outputs; None: the model's own, or, where it has none, all coordinates. `parameters` matches
-    those that a host may set. Without `platforms` all that the version knows. With `stiff`
-    co-simulation takes implicit steps."""
-
-    version: int = 3
-    outputs: re.Pattern[str] | None = None
-    parameters: re.Pattern[str] | None = None
-    platforms: tuple[str, ...] | None = None
-    stiff: bool = False
 
 
 class Fmu(Data):
@@ -90,6 +71,7 @@ class Fmu(Data):
 
 def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     """The archive of a model."""
+    from planarc.export.c.library import COMPILED, describe_build, library_sources
     from planarc.export.documentation import documents
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
@@ -112,7 +94,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     entries = version.functions()
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
-    told = Told(wishes.version, identifier, "", _tool(), slopes is not None)
+    told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
+                COMPILED if wishes.source else ())  # fmt: skip
     if slopes is not None:
         shown = with_dependencies(program, shown, slopes)
     draft = describe(program, shown, told)
@@ -123,6 +106,11 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     if terminals and wishes.version == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     modules = write_texts(program, image, entries, token, tolerance, slopes)
+    if wishes.source:
+        sources = library_sources(program, modules, entries, wishes.version)
+        if wishes.version == 3:
+            sources["buildDescription.xml"] = describe_build(identifier)
+        files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
     for folder, kind in folders.items():
         code = compile_texts(modules, kind.triple)
         name = f"{identifier}.{kind.ending}"
@@ -134,19 +122,6 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         causes.count("parameter") - 1,  # that of the integrator is planarc's own
         program.state_count,
     )
-
-
-def derivatives(program: Program, shown: Interface) -> Slopes | None:
-    """The derivatives of outputs and of the states' derivatives, by states and inputs."""
-    from planarc.codegen.slopes import derive_slopes
-
-    wanted = [v.reference % OTHER // 8 for v in shown.variables if v.causality == "output"]
-    return derive_slopes(replace(program, parameter_slots=()), Scope.ALL, wanted)
-
-
-def tolerance_of(program: Program) -> float:
-    """The tolerance of an exported model's own integrator."""
-    return min(_FINER * program.experiment.tolerance, _FINEST)
 
 
 def _folders(wishes: Wishes) -> dict[str, Platform]:
@@ -162,19 +137,6 @@ def _folders(wishes: Wishes) -> dict[str, Platform]:
         what = f"FMI 2.0 knows no {ticked(lacking)}" if lacking else "an FMU needs a platform"
         raise usage_error("C302", what, hint=f"choose among {ticked(of_version)}")
     return {p if wishes.version == 3 else of_version[p].older: of_version[p] for p in wanted}
-
-
-def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
-    """The program with only those parameters left to set that a pattern matches."""
-    if parameters is None:
-        return program
-    slots = tuple(
-        p if parameters.search(p.name) else replace(p, settable=False)
-        for p in program.parameter_slots
-    )
-    if not any(map(is_settable, slots)):
-        raise no_match("parameter that an FMU can set", parameters)
-    return replace(program, parameter_slots=slots)
 
 
 def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:

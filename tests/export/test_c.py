@@ -16,7 +16,7 @@ import pytest
 import planarc
 from planarc.core.diagnostic import PlanarcError
 from planarc.export.c.source import make_source
-from planarc.export.fmu import Wishes
+from planarc.export.wishes import Wishes
 from tests.export.test_events import BALL, STICK_SLIP
 from tests.export.test_fmu import compiled
 from tests.export.test_wishes import FLYWHEEL

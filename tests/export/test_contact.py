@@ -15,10 +15,11 @@ from fmpy.validation import validate_fmu
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
-from planarc.export.fmu import Wishes, make_fmu
+from planarc.export.fmu import make_fmu
 from planarc.export.page.module import make_module
 from planarc.export.page.page import ends_of
 from planarc.export.refusal import refuse
+from planarc.export.wishes import Wishes
 from planarc.ir.result import Result
 from planarc.request.request import Request
 from tests.export.test_wasm import needs_node, of_node

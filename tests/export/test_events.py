@@ -17,7 +17,8 @@ from fmpy.validation import validate_fmu
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
-from planarc.export.fmu import Wishes, make_fmu
+from planarc.export.fmu import make_fmu
+from planarc.export.wishes import Wishes
 from planarc.ir.result import Result
 from planarc.request.request import Request
 

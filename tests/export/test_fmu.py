@@ -17,7 +17,8 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
-from planarc.export.fmu import Wishes, make_fmu
+from planarc.export.fmu import make_fmu
+from planarc.export.wishes import Wishes
 from planarc.request.request import Request
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

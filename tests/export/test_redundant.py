@@ -14,7 +14,8 @@ import pytest
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.options import Redundant, RunOptions
-from planarc.export.fmu import Wishes, make_fmu
+from planarc.export.fmu import make_fmu
+from planarc.export.wishes import Wishes
 from planarc.request.request import Request
 from tests.solve.start.test_redundant_joints import bars
 

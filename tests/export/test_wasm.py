@@ -18,12 +18,13 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.arrays import Vector
 from planarc.core.options import RunOptions
-from planarc.export.fmu import PLATFORMS, make_library, tolerance_of
+from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
 from planarc.export.module import compile_library
 from planarc.export.page.entries import functions
 from planarc.export.page.module import make_module
+from planarc.export.wishes import tolerance_of
 from planarc.request.request import Request
 
 ROOT = Path(__file__).parents[2]

@@ -34,9 +34,11 @@ def export_fmu(
     parameters: Names | None,
     platforms: Sequence[str] | None,
     stiff: bool,
+    source: bool,
 ) -> Path:
     """See `Model.export_fmu`."""
-    from planarc.export.fmu import Wishes, make_fmu
+    from planarc.export.fmu import make_fmu
+    from planarc.export.wishes import Wishes
 
     place = _place(path, ".fmu")
     compiled = _compiled(model, inputs)
@@ -45,6 +47,7 @@ def export_fmu(
         *_patterns(compiled, outputs, parameters),
         None if platforms is None else _several("platforms", platforms),
         bool(stiff),
+        bool(source),
     )
     write_bytes(place, make_fmu(compiled, wishes).data)
     return place
@@ -60,7 +63,7 @@ def export_c(
 ) -> Path:
     """See `Model.export_c`."""
     from planarc.export.c.source import make_source
-    from planarc.export.fmu import Wishes
+    from planarc.export.wishes import Wishes
 
     place = Path(_checked(path, ""))
     compiled = _compiled(model, inputs)

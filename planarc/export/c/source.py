@@ -22,7 +22,7 @@ import math
 import re
 import struct
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -34,12 +34,12 @@ from planarc.export.c.body import write_body
 from planarc.export.c.listing import Function, Listing, read
 from planarc.export.c.rows import declare
 from planarc.export.c.statements import Naming
-from planarc.export.c.texts import COUNT, HEADER, INNER, MAIN, WRITTEN
-from planarc.export.fmu import derivatives, restricted, tolerance_of
+from planarc.export.c.texts import API, COUNT, HEADER, INNER, MAIN, WRITTEN
 from planarc.export.image import take_image
 from planarc.export.instance.block import OTHER
 from planarc.export.plan import Own, Table
 from planarc.export.refusal import refuse
+from planarc.export.wishes import derivatives, restricted, tolerance_of
 from planarc.ir.frame import Frame, Number
 from planarc.runtime import elementary
 from planarc.view.storage import no_match
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
     from planarc.compiled import Compiled
     from planarc.export.fmi.variables import Interface
-    from planarc.export.fmu import Wishes
+    from planarc.export.wishes import Wishes
     from planarc.ir.program import Program
 
 #: Constants whose words are numbers of both kinds.
@@ -94,7 +94,9 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     shared, *own = write_texts(
         program, image, entries, "", tolerance_of(program), slopes, wishes.stiff
     )
-    files = _files(program, read([shared]), read(own), entries.names)
+    api = API.format(over=int(Own.OVER))
+    files = translate(program, read([shared]), read(own), entries.names, PUBLIC, api,
+                      "`cc -std=c99 -O2 *.c -lm`")  # fmt: skip
     files["main.c"] = _main(program, shown)
     return Source(
         files,
@@ -113,26 +115,30 @@ def is_own_source(path: Path) -> bool:
         return not path.exists()
 
 
-def _files(
-    program: Program, shared: Listing, own: Listing, entries: Iterable[str]
-) -> dict[str, str]:
-    """Headers, model and runtime, with only what is called."""
+def translate(
+    program: Program, shared: Listing, own: Listing, entries: Iterable[str],
+    public: Collection[str], api: str, how: str,
+) -> dict[str, str]:  # fmt: skip
+    """Headers, model and runtime, with only what `entries` call. `api` declares the functions that
+    are `public`, `how` says how the files are compiled."""
     slots = _slot_names(program)
     functions = shared.functions | own.functions
-    wanted = _reachable(functions, entries)
+    wanted = _reachable(functions, (*entries, "px_message"))
     naming = Naming(
         _PURE, functions, _word_namer({w: f"V_{name}" for w, (name, _) in slots.items()})
     )
     mine = [f for f in own.functions.values() if f.name in wanted]
     others = [f for f in shared.functions.values() if f.name in wanted]
     tables = {n: v for n, v in own.numbers.items() if n in wanted}
-    strings = {n: v for n, v in own.strings.items() if n in wanted}
-    declared = [f"{declare(f)};" for f in (*mine, *others) if f.name not in PUBLIC]
+    declared = [f"{declare(f)};" for f in (*mine, *others) if f.name not in public]
     declared += [f"extern const {_typed(n)} {n}[];" for n in tables]
+    asked = set().union(*(f.calls() for f in others)) & own.strings.keys()  # from the other file
+    declared += [f"extern const char {n}[];" for n in own.strings if n in asked]
     title = _said(program.name)
     header = HEADER.format(
         title=title,
-        over=int(Own.OVER),
+        how=how,
+        api=api,
         slots="\n".join(f"    V_{name} = {w}, /* {_said(shown)} */"
                         for w, (name, shown) in slots.items()),
     )  # fmt: skip
@@ -144,11 +150,12 @@ def _files(
     )
     model = [f"/* {title}: equations, tables, start. {WRITTEN}. */", '#include "runtime.h"']
     model += [_numbers(name, values) for name, values in tables.items()]
-    model += [f"static const char {n}[] = {_quoted(text)};" for n, text in strings.items()]
+    model += [_text(n, text, n in asked) for n, text in own.strings.items() if n in wanted]
     model += [write_body(f, naming) for f in mine]
     runtime = [f"/* What all models share. {WRITTEN}. */", '#include "runtime.h"']
     if any("llvm.ctpop.i64" in f.calls() for f in others):
         runtime.append(COUNT)
+    runtime += [_text(n, text) for n, text in shared.strings.items() if n in wanted]
     runtime += [write_body(f, naming) for f in others]
     texts = {"model.c": model, "runtime.c": runtime}
     found = {name: "\n\n".join(t.rstrip("\n") for t in text) + "\n" for name, text in texts.items()}
@@ -157,7 +164,7 @@ def _files(
 
 def _reachable(functions: dict[str, Function], roots: Iterable[str]) -> set[str]:
     found: set[str] = set()
-    open_ = [*roots, "px_message"]
+    open_ = [*roots]
     while open_:
         name = open_.pop()
         if name not in found:
@@ -226,6 +233,10 @@ def _word(value: int) -> str:
     if not math.isfinite(real):
         return f"{{.d={'NAN' if math.isnan(real) else 'INFINITY' if real > 0 else '-INFINITY'}}}"
     return f"{{.d={real!r}}}"
+
+
+def _text(name: str, text: str, shown: bool = False) -> str:
+    return f"{'' if shown else 'static '}const char {name}[] = {_quoted(text)};"
 
 
 def _quoted(text: str) -> str:

@@ -34,7 +34,7 @@ from planarc.export.c.rows import RESERVED, Row
 
 _MEMORY = frozenset({"*"})
 _LANE = "lane"
-_CALL = re.compile(r"call (\S+)(?: \([^)]*\))? ([%@][\w.]+)\((.*)\)$")
+_CALL = re.compile(r"call (\S+)(?: \(([^)]*)\))? ([%@][\w.]+)\((.*)\)$")
 _NAME = re.compile(r"[A-Za-z_]\w*$|\d+$")
 #: What no register, counter or place is called.
 _FREE = re.compile(r"(?![vxni]\d+$)[A-Za-z_]\w*$")
@@ -340,13 +340,14 @@ class Statements:
     def _call(self, line: Line) -> None:
         match = _CALL.match(line.text)
         assert match is not None, line.text
-        type, name, listed = match.groups()
+        type, signature, name, listed = match.groups()
         pairs = [a.split() for a in listed.split(", ")] if listed else []
         given = [self._value(v, t) for t, v in pairs]
         arguments = ", ".join(g.text for g in given)
         if name[0] == "%":
             address = self._value(name, "ptr")
-            kinds = ", ".join(TYPES[t] for t, _ in pairs)
+            types = signature.split(", ") if signature else [t for t, _ in pairs]
+            kinds = ", ".join(TYPES.get(t, t) for t in types)  # `...` is the same in both
             head = f"(({TYPES[type]} (*)({kinds}))(intptr_t){address.within(UNARY)})"
         else:
             head = called(name[1:])

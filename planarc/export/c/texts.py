@@ -12,7 +12,7 @@ COUNT = """static int64_t count_bits(int64_t number)
 }"""
 
 HEADER = """/* {title}
-   Written by planarc: compile it with `cc -std=c99 -O2 *.c -lm`. */
+   Written by planarc: compile it with {how}. */
 
 #ifndef MODEL_H
 #define MODEL_H
@@ -29,6 +29,17 @@ typedef union word {{
     union word *p;
 }} word;
 
+{api}
+
+/* The variables. */
+enum {{
+{slots}
+}};
+
+#endif
+"""
+
+API = """\
 /* An instance as it was exported, in memory that it is given once; NULL where there is none. */
 word *model_new(void);
 /* Set a parameter or a start value before the begin, an input at any time. 0: done;
@@ -44,15 +55,31 @@ word *px_message(int32_t number);
 
 /* The value of a variable, `model_value(m, V_time)`; whether the model itself ended the run. */
 #define model_value(m, variable) ((m)->p[variable].d)
-#define model_is_over(m) ((m)[{over}].i == 1)
+#define model_is_over(m) ((m)[{over}].i == 1)"""
 
-/* The variables. */
-enum {{
-{slots}
-}};
+LIBRARY = """/* Sizes are those of processors of 64 bits. */
+typedef char has_64_bits[sizeof(void *) == 8 && sizeof(size_t) == 8 ? 1 : -1];
 
+/* A library shows the functions of the standard. */
+#ifdef _WIN32
+#define EXPORTED __declspec(dllexport)
+#elif defined __GNUC__
+#define EXPORTED __attribute__((visibility("default")))
+#ifndef __MINGW32__
+#pragma GCC visibility push(hidden)
 #endif
-"""
+#else
+#define EXPORTED
+#endif
+
+/* Models that are linked into one program need names of their own. */
+#ifdef {prefix}
+#define PASTED(a, b) a##b
+#define PREFIXED(a, b) PASTED(a, b)
+{renamed}
+#endif
+
+{declared}"""
 
 INNER = """/* What the files of the model share: places in an instance, functions, tables.
    Written by planarc. */

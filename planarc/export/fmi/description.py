@@ -30,13 +30,14 @@ _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
 class Told(Data):
     """`identifier` names the library's file, `version` is 2 or 3; with `slopes` there are
-    derivatives."""
+    derivatives; `sources` are files that a compiler is given."""
 
     version: int
     identifier: str
     token: str
     tool: str
     slopes: bool = False
+    sources: tuple[str, ...] = ()
 
 
 def describe(program: Program, shown: Interface, told: Told) -> str:
@@ -69,6 +70,10 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
         steps.set("hasEventMode", "true")
     else:
         root.set("numberOfEventIndicators", str(len(shown.indicators)))
+        for kind in (exchange, steps) if told.sources else ():
+            files = Xml.SubElement(kind, "SourceFiles")
+            for name in told.sources:
+                Xml.SubElement(files, "File", name=name)
     _units(root, shown)
     categories = Xml.SubElement(root, "LogCategories")
     Xml.SubElement(categories, "Category", name="logStatusError")
@@ -82,7 +87,7 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
         stepSize=_number(_interval(program)),
     )
     (_three if three else _two)(root, shown)
-    return _text(root)
+    return write_xml(root)
 
 
 def _unknowns(shown: Interface) -> tuple[list[Seen], list[Seen], list[Seen]]:
@@ -245,6 +250,7 @@ def _number(value: float) -> str:
     return repr(float(value))
 
 
-def _text(root: Xml.Element) -> str:
+def write_xml(root: Xml.Element) -> str:
+    """The text of a file."""
     Xml.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "unicode") + "\n"

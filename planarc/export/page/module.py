@@ -15,12 +15,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.export.fmu import tolerance_of
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
 from planarc.export.module import compile_library
 from planarc.export.page.entries import functions
 from planarc.export.refusal import refuse
+from planarc.export.wishes import tolerance_of
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled

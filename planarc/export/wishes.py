@@ -1,0 +1,65 @@
+"""What is wished of an export, and what follows from it for any of them.
+
+Raises:    UsageError V505 for parameters that there are not.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.export.instance.block import OTHER
+from planarc.export.plan import is_settable
+from planarc.ir.derivatives import Scope
+from planarc.view.storage import no_match
+
+if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
+    from planarc.export.fmi.variables import Interface
+    from planarc.ir.program import Program
+
+#: Co-simulation has errors of this part of the experiment's tolerance, or less.
+_FINER, _FINEST = 0.01, 1e-10
+
+
+class Wishes(Data):
+    """`version` of the standard is 2 or 3; `outputs` matches names of variables that become
+    outputs; None: the model's own, or, where it has none, all coordinates. `parameters` matches
+    those that a host may set. Without `platforms` all that the version knows. With `stiff`
+    co-simulation takes implicit steps; with `source` there are sources, too."""
+
+    version: int = 3
+    outputs: re.Pattern[str] | None = None
+    parameters: re.Pattern[str] | None = None
+    platforms: tuple[str, ...] | None = None
+    stiff: bool = False
+    source: bool = False
+
+
+def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
+    """The program with only those parameters left to set that a pattern matches."""
+    if parameters is None:
+        return program
+    slots = tuple(
+        p if parameters.search(p.name) else replace(p, settable=False)
+        for p in program.parameter_slots
+    )
+    if not any(map(is_settable, slots)):
+        raise no_match("parameter that an FMU can set", parameters)
+    return replace(program, parameter_slots=slots)
+
+
+def derivatives(program: Program, shown: Interface) -> Slopes | None:
+    """The derivatives of outputs and of the states' derivatives, by states and inputs."""
+    from planarc.codegen.slopes import derive_slopes
+
+    wanted = [v.reference % OTHER // 8 for v in shown.variables if v.causality == "output"]
+    return derive_slopes(replace(program, parameter_slots=()), Scope.ALL, wanted)
+
+
+def tolerance_of(program: Program) -> float:
+    """The tolerance of an exported model's own integrator."""
+    return min(_FINER * program.experiment.tolerance, _FINEST)
