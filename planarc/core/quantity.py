@@ -10,13 +10,14 @@ Reference: SI brochure, 9th edition, tables 7 and 8.
 from __future__ import annotations
 
 import re
-from math import copysign, inf, isfinite, pi
+from functools import lru_cache
+from math import copysign, inf, isfinite, log10, pi
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.nearest import nearest
 from planarc.core.prose import either
-from planarc.core.unit import factors, parse
+from planarc.core.unit import Dimension, factors, parse
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -106,6 +107,17 @@ def of_pint(name: str, value: Any, unit: str) -> float:
         raise _unfit(f"`{name}` takes {_wanted(unit)}, not `{value}`", "", unit)
     wanted, counted = _size(unit)
     return float(plain.magnitude) / (float(wanted) * pi**counted)
+
+
+@lru_cache(maxsize=4096)
+def measure(unit: str) -> Dimension | None:
+    """The dimension of a unit and, behind it, the logarithm of its scale; None when the unit is
+    empty or not known. Products of measures are those of dimensions: `km/h` has 1000/3600."""
+    dimension = parse(unit)
+    if dimension is None:
+        return None
+    size, turns = _size(unit)
+    return (*dimension, log10(size) + turns * log10(pi))
 
 
 def _wanted(unit: str) -> str:

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from fractions import Fraction
 
-#: exponents of m, kg, s, A, K, mol, cd; only those of roots are no integers
-Dimension: TypeAlias = "tuple[int | Fraction, ...]"
+#: exponents of m, kg, s, A, K, mol, cd; only those of roots are no integers. Where scales count
+#: (see `quantity.measure`), the logarithm of the scale comes behind them.
+Dimension: TypeAlias = "tuple[int | float | Fraction, ...]"
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 NUMBER: Dimension = (0,) * len(_BASE)
@@ -155,14 +156,14 @@ def unit_text(dimension: Dimension) -> str:
     return f"{text}/{below[0]}" if len(below) == 1 else f"{text}/({'.'.join(below)})"
 
 
-def _named(dimension: Dimension) -> list[tuple[str, int | Fraction]]:
+def _named(dimension: Dimension) -> list[tuple[str, int | float | Fraction]]:
     """Names and exponents, mass first, as units are usually written."""
     order = ("kg", "m", "s", "A", "K", "mol", "cd")
     exponents = dict(zip(_BASE, dimension, strict=True))
     return [(name, exponents[name]) for name in order]
 
 
-def _with_exponent(name: str, exponent: int | Fraction) -> str:
+def _with_exponent(name: str, exponent: float | Fraction) -> str:
     return name if exponent == 1 else f"{name}{exponent}"
 
 

@@ -116,7 +116,7 @@ def check_ranges(pairs: list[tuple[Leaf, flat.Variable | None]], session: Sessio
     for name, (v, what, value) in values.items():
         if value is None:
             continue
-        if v.attributes.quantity == "Angle":
+        if v.attributes.quantity == "Angle" and v.attributes.unit != "deg":
             _check_angle(f"the {what} {{}} of `{name}`", value, session)
         if v.attributes.min is None and v.attributes.max is None:
             continue

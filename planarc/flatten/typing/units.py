@@ -6,7 +6,7 @@ Out:  warnings, each with both units as derived
 A variable without a unit fits everything, and so does a number in a sum. In a product
 only the numbers 1, 2 and 1/2 count as plain numbers: others may hide a unit of their own,
 as in `tau = -0.1*w`, and so may `time`, as in `phi = time`. Nothing is reported that is
-not certain.
+not certain. Scales count where they are certain, too: nothing converts `km/h` into `m/s`.
 
 Example: `F = m*v` with units N, kg and m/s is reported with `kg.m/s2` and `kg.m/s`.
 
@@ -25,6 +25,7 @@ from msgspec import Struct, field
 
 from planarc.core import unit
 from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.quantity import measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
@@ -32,8 +33,11 @@ from planarc.ir.flatwalk import inside
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
-#: None: not known, fits everything
+#: A measure, see `quantity.measure`. None: not known, fits everything
 Known: TypeAlias = "Dimension | None"
+
+_PLAIN = (*NUMBER, 0.0)
+_SAME_SCALE = 1e-9  # difference of logarithms
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
@@ -47,12 +51,16 @@ class Checker(Struct):
     found: list[Diagnostic] = field(default_factory=list)
 
     def report(self, what: str, a: Dimension, b: Dimension, span: Span) -> None:
-        message = f"{what} have different units: `{unit.unit_text(a)}` and `{unit.unit_text(b)}`"
-        self.found.append(Diagnostic("F330", message, span, Severity.WARNING))
+        hint = None
+        if a[:-1] == b[:-1]:
+            factor = 10 ** abs(_scale(a) - _scale(b))
+            hint = f"convert one to the other by the factor {factor:.6g}"
+        message = f"{what} have different units: `{_text(a)}` and `{_text(b)}`"
+        self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
     def agree(self, what: str, a: Known, b: Known, span: Span) -> Known:
         """The unit that both have; a certain difference is reported."""
-        if a is not None and b is not None and a != b:
+        if a is not None and b is not None and not _agree(a, b):
             self.report(what, a, b, span)
         return a if a is not None else b
 
@@ -111,8 +119,8 @@ class Checker(Struct):
         right: Known,
         join: Callable[[Dimension, Dimension], Dimension],
     ) -> Known:
-        first = NUMBER if left is None and is_plain_number(e.left) else left
-        second = NUMBER if right is None and is_plain_number(e.right) else right
+        first = _PLAIN if left is None and is_plain_number(e.left) else left
+        second = _PLAIN if right is None and is_plain_number(e.right) else right
         if e.op in ("/", "./") and right is None:
             second = None  # `time/2` may well mean two seconds
         if first is None or second is None or is_plain_number(e):
@@ -129,7 +137,7 @@ class Checker(Struct):
         values = [self.of(a) for a in e.arguments]
         name = e.function
         if name == "der":
-            second = unit.parse("s")
+            second = measure("s")
             assert second is not None
             return None if values[0] is None else unit.divide(values[0], second)
         if name in _KEEP:
@@ -151,11 +159,11 @@ class Checker(Struct):
                 return None if values[0] is None else unit.power(values[0], Fraction(1, 2))
             case Units.SAME | Units.RATIO:
                 shared = self.together(f"the arguments of `{row.name}`", values, span)
-                return shared if row.units is Units.SAME else NUMBER
+                return shared if row.units is Units.SAME else _PLAIN
             case Units.NUMBER:
                 for value in values:
-                    self.agree(f"`{row.name}` takes a number: these", value, NUMBER, span)
-                return NUMBER
+                    self.agree(f"`{row.name}` takes a number: these", value, _PLAIN, span)
+                return _PLAIN
         return None
 
     def call(self, e: flat.Call) -> Known:
@@ -164,12 +172,12 @@ class Checker(Struct):
         if function is None:
             return None
         for variable, value, argument in zip(function.inputs, values, e.arguments, strict=False):
-            declared = unit.parse(variable.attributes.unit)
+            declared = measure(variable.attributes.unit)
             what = f"the input `{variable.name}` of `{function.name}` and what is given"
             self.agree(what, declared, value, argument.span)
         if e.output is None or e.output >= len(function.outputs):
             return None
-        return unit.parse(function.outputs[e.output].attributes.unit)
+        return measure(function.outputs[e.output].attributes.unit)
 
     # Equations ------------------------------------------------------------------------------
 
@@ -210,8 +218,8 @@ class Checker(Struct):
             self.found.append(
                 Diagnostic("F331", message, variable.span, Severity.WARNING, hint=hint)
             )
-        measured = unit.parse(shown)
-        if measured is not None and self.units[variable.name] not in (None, measured):
+        measured, known = unit.parse(shown), self.units[variable.name]
+        if measured is not None and known is not None and known[:-1] != measured:
             message = f"`{variable.name}` has the unit `{own}`, which is not shown in `{shown}`"
             self.warn(message, variable.span)
 
@@ -231,6 +239,23 @@ class Checker(Struct):
             if value is not None:
                 names = f"`{variable.name}` and its {what}"
                 self.agree(names, own, self.of(value), value.span)
+
+
+def _agree(a: Dimension, b: Dimension) -> bool:
+    return a[:-1] == b[:-1] and abs(_scale(a) - _scale(b)) < _SAME_SCALE
+
+
+def _scale(known: Dimension) -> float:
+    return float(known[-1])
+
+
+def _text(known: Dimension) -> str:
+    """A measure in base units, with its scale: `0.277778 m/s`."""
+    text = unit.unit_text(known[:-1])
+    if abs(_scale(known)) < _SAME_SCALE:
+        return text
+    scale = f"{10 ** _scale(known):.6g}"
+    return scale if text == "1" else f"{scale} {text}"
 
 
 def is_plain_number(e: flat.Expression) -> bool:
@@ -259,7 +284,7 @@ def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnosti
     """Warnings for units that certainly differ, in the files that the user works on:
     what a library says inside is for its author to see."""
     checker = Checker(
-        {v.name: unit.parse(v.attributes.unit) for v in model.variables},
+        {v.name: measure(v.attributes.unit) for v in model.variables},
         {f.name: f for f in model.functions},
     )
     for variable in model.variables:
@@ -269,6 +294,6 @@ def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnosti
     checker.equations(model.initial_equations)
     for declared in model.declared:
         what = f"`{declared.name or declared.kind}` of `__planarc` and its value"
-        wanted, value = unit.parse(declared.unit), declared.value
+        wanted, value = measure(declared.unit), declared.value
         checker.agree(what, wanted, checker.of(value), value.span)
     return [d for d in checker.found if d.span is not None and d.span.source.name in files]
