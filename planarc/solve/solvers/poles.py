@@ -81,7 +81,8 @@ class Poles:
         steep = self._least_way / abs(here[0]) if here[0] else math.inf
         pairs = zip(before[n:], here[n:], strict=True)
         for i, (a, b) in enumerate(pairs):  # asked after every step
-            if b > steep or b < -steep or (a * b < 0.0 and self._is_off(i, before, here)):
+            turned = a < 0.0 < b or b < 0.0 < a
+            if b > steep or b < -steep or (turned and self._is_off(i, before, here)):
                 break
         else:
             return False
