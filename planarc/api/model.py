@@ -151,8 +151,8 @@ class Model(Loaded):
         `"equilibrium"`, `"assembly 2"` (as `assemble` lists them, from 1), or the last row of a
         Result or of a file. `inputs` are numbers, functions of time or tables; what the model needs
         of their derivatives follows, or is given as `der(u)`.
-        `solver` is one of `auto`, `cvode-bdf`, `cvode-adams`, `lsoda`, `scipy-bdf` and, with a
-        `fixed_step` (s), `euler` and `rk4`. `contact="stepping"` takes rigid contacts by steps of
+        `solver` is a member of `Solver` or its name, as `cvode-adams`; those of one step length, as
+        `rk4`, take a `fixed_step` (s). `contact="stepping"` takes rigid contacts by steps of
         that length instead of at events, as a model with a crowd does by itself. `redundant`: see
         `planarc.load`; by default as the model was loaded. `progress` is called with the time that
         is reached.

@@ -172,8 +172,10 @@ def test_numbers_too_large_for_the_page_tell_nothing_of_python(
 INTERRUPTED = """
 import os, signal, sys, threading
 from planarc.cli.app import run
+from planarc.core.options import FIXED_STEP
 from planarc.solve.run import Run
 
+fixed = [solver.value for solver in FIXED_STEP]
 go = Run.go
 
 def go_on(self, progress):
@@ -187,7 +189,7 @@ def go_on(self, progress):
 
 Run.go = go_on
 for solver in sys.argv[2:]:
-    step = ["--fixed-step", "1e-3"] if solver in ("euler", "rk4") else []
+    step = ["--fixed-step", "1e-3"] if solver in fixed else []
     code = run(["--quiet", "simulate", "endless.pmo", "--stop", "1e5", "--interval", "0.1",
                 "--solver", solver, "--backend", sys.argv[1], "--no-report",
                 "--output", solver + ".csv", *step])
