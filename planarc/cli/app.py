@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -73,17 +73,13 @@ def make_app(names: Iterable[str] = COMMANDS, options: bool = True) -> typer.Typ
         command = getattr(
             import_module(f"planarc.cli.{_FILES.get(name, name)}"), _RENAMED.get(name, name)
         )
-        shown = command if options else _without_options(command)
-        app.command(name, cls=_Command, epilog=epilog)(shown)
+        shown = command if options else _listed
+        app.command(name, cls=_Command, help=command.__doc__, epilog=epilog)(shown)
     return app
 
 
-def _without_options(command: Callable[..., object]) -> Callable[[], None]:
-    def listed() -> None:
-        raise NotImplementedError
-
-    listed.__doc__ = command.__doc__
-    return listed
+def _listed() -> None:
+    """Stand for a command in a list, which only its name and its help are read for."""
 
 
 def _wanted(arguments: Sequence[str]) -> Iterable[str]:

@@ -31,10 +31,8 @@ from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
 
 MAX_PARTS = 2000
-
-
-#: The name of the built-in variable (3.6.7)
-_TIME = "time"
+#: Classes whose text does not know `time` (3.6.7), and may call something of their own so.
+TIMELESS = (syntax.ClassKind.RECORD, syntax.ClassKind.CONNECTOR, syntax.ClassKind.FUNCTION)
 
 
 def make_layout(cls: Class) -> Layout:
@@ -115,9 +113,9 @@ def _check_base(part: Part, clause: syntax.Extends, base: Class) -> None:
 
 
 def _check_single(part: Part, element: syntax.Declaration) -> None:
-    if element.name == _TIME:
-        message = f"`{_TIME}` is the time of the run, which every model has: it cannot be declared"
-        hint = f"choose another name, or leave the declaration out and read `{_TIME}`"
+    if element.name == "time" and part.definition.kind not in TIMELESS:
+        message = "`time` is the time of the run, which every model has: it cannot be declared"
+        hint = "choose another name, or leave the declaration out and read `time`"
         raise error("F229", message, name_span(element), hint=hint)
     if element.name in part.own:
         message = f"`{element.name}` is declared twice in `{part.cls.name}`"

@@ -29,6 +29,7 @@ from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
+from planarc.flatten.tree.inherit import TIMELESS
 from planarc.flatten.tree.nodes import (
     Absent,
     Class,
@@ -46,8 +47,6 @@ from planarc.ir.flatwalk import names_in
 
 #: An index, many, or one that varies.
 Chosen: TypeAlias = "int | list[int] | flat.Expression"
-#: classes whose text does not know `time` (3.6.7)
-_TIMELESS = (syntax.ClassKind.RECORD, syntax.ClassKind.CONNECTOR, syntax.ClassKind.FUNCTION)
 
 View: TypeAlias = "Node | Class | flat.Expression | Pick | list[View]"
 
@@ -65,7 +64,7 @@ def type_reference(ref: syntax.Ref, env: Env) -> flat.Expression:
     if not ref.absolute and first.name in env.locals:
         return _local(ref, env)
     if first.name == "time" and len(ref.parts) == 1 and lookup.find(env.scope, "time") is None:
-        if env.scope.part.definition.kind in _TIMELESS:
+        if env.scope.part.definition.kind in TIMELESS:
             kind = env.scope.part.definition.kind.value
             raise error("F217", f"`time` is known in models and blocks, not in a {kind}", ref.span)
         return flat.Builtin(flat.REAL, ref.span, "time")
