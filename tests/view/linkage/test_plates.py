@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import planarc
 from planarc.view.item import Item, Kind
 from planarc.view.linkage.plates import hull
 from planarc.view.marks.draw import marks_of
 from planarc.view.marks.marks import Disc, Outline
+from planarc.view.marks.shapes import shape_of
+from planarc.view.scene import make_scene
 
 
 def turns(corners: tuple[tuple[float, float], ...]) -> list[float]:
@@ -69,3 +73,12 @@ def test_a_single_point_is_a_disc() -> None:
     (disc,) = marks_of(item, 1e-3)
     assert isinstance(disc, Disc)
     assert (disc.x, disc.y, disc.radius) == (0.3, 0.1, 0.2)
+
+
+def test_runs_from_other_starts_share_the_shapes_of_links() -> None:
+    model = planarc.load(Path(__file__).parents[3] / "examples" / "four_bar.pmo")
+    first, second = (
+        [shape_of(i) for i in make_scene(model.simulate(0.1, start={"revA.phi": phi}).rows).items]
+        for phi in (1.0, 1.1)
+    )
+    assert first == second
