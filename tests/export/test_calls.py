@@ -19,7 +19,8 @@ import fmpy
 import pytest
 
 if __name__ != "__main__":
-    from tests.export.test_fmu import Instance, archive, folder, runs_here  # noqa: F401
+    from tests.export.fmus import runs_here
+    from tests.export.test_fmu import Instance, archive
 else:  # the child needs no models
 
     def runs_here(test: Callable[..., None]) -> Callable[..., None]:

@@ -17,17 +17,13 @@ from fmpy.validation import validate_fmu
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
-from planarc.export.fmu import make_fmu
-from planarc.export.wishes import Wishes
 from planarc.ir.result import Result
 from planarc.request.request import Request
+from tests.export.fmus import HERE, WAYS, runs_here, simulate, written
 
-HERE = platform.system() == "Linux" and platform.machine() in ("x86_64", "aarch64")
-runs_here = pytest.mark.skipif(not HERE, reason="there is no library for this platform")
 both_here = pytest.mark.skipif(
     not HERE or platform.machine() != "x86_64", reason="there is no library of FMI 2 for it"
 )
-WAYS = ("ModelExchange", "CoSimulation")
 VERSIONS = (2, 3)
 
 BALL = """
@@ -156,27 +152,8 @@ def reference(name: str) -> Result:
     return run(compiled(name), RunOptions(stop=stop, intervals=100, tolerance=1e-11))
 
 
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("fmus")
-
-
 def archive(folder: Path, name: str, version: int = 3) -> Path:
-    path = folder / f"{name}{version}.fmu"
-    if not path.exists():
-        own = (f"{platform.machine()}-linux",) if HERE else ("x86_64-linux",)
-        path.write_bytes(make_fmu(compiled(name), Wishes(version, platforms=own)).data)
-    return path
-
-
-def simulate(path: Path, way: str, stop: float, **more: object) -> np.ndarray:
-    names = [v.name for v in fmpy.read_model_description(path).modelVariables
-             if v.causality == "output"]  # fmt: skip
-    options: dict = {"record_events": False, **more}
-    return fmpy.simulate_fmu(
-        path, fmi_type=way, stop_time=stop, relative_tolerance=1e-11, output=names,
-        output_interval=stop / 100, **options,
-    )  # fmt: skip
+    return written(folder / f"{name}{version}.fmu", compiled(name), version)
 
 
 def misfit(name: str, table: np.ndarray) -> float:

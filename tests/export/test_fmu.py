@@ -20,12 +20,9 @@ from planarc.core.options import RunOptions
 from planarc.export.fmu import make_fmu
 from planarc.export.wishes import Wishes
 from planarc.request.request import Request
+from tests.export.fmus import EXAMPLES, HERE, WAYS, runs_here, simulate, written
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-HERE = platform.system() == "Linux" and platform.machine() in ("x86_64", "aarch64")
-runs_here = pytest.mark.skipif(not HERE, reason="there is no library for this platform")
 MODELS = ("pendulum", "double_pendulum", "four_bar", "crank_slider", "walking_leg")
-WAYS = ("ModelExchange", "CoSimulation")
 
 
 @cache
@@ -33,26 +30,8 @@ def compiled(name: str) -> Compiled:
     return compile_model(Request(EXAMPLES / f"{name}.pmo"))
 
 
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("fmus")
-
-
 def archive(folder: Path, name: str, version: int = 3) -> Path:
-    path = folder / f"{name}{version}.fmu"
-    if not path.exists():
-        own = (f"{platform.machine()}-linux",) if HERE else ("x86_64-linux",)
-        path.write_bytes(make_fmu(compiled(name), Wishes(version, platforms=own)).data)
-    return path
-
-
-def simulate(path: Path, way: str, stop: float, **more: object) -> np.ndarray:
-    names = [v.name for v in fmpy.read_model_description(path).modelVariables
-             if v.causality == "output"]  # fmt: skip
-    return fmpy.simulate_fmu(
-        path, fmi_type=way, stop_time=stop, relative_tolerance=1e-11, output=names,
-        record_events=False, **{"output_interval": stop / 100, **more},
-    )  # fmt: skip
+    return written(folder / f"{name}{version}.fmu", compiled(name), version)
 
 
 def misfit(name: str, table: np.ndarray, stop: float, **options: object) -> float:

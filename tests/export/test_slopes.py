@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from planarc.api.model import Model
 from planarc.core.options import Backend
 from planarc.request.request import Request
-from tests.export.test_fmu import EXAMPLES, runs_here
+from tests.export.fmus import EXAMPLES, runs_here
 
 OUTPUTS = ("revA.phi", "revC.w", "coupler.frame_b.f[1]", "revB.z")
 #: An oscillator whose force follows from a nonlinear loop of equations.

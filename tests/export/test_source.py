@@ -17,9 +17,9 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import planarc
+from tests.export.fmus import EXAMPLES, HERE, WAYS, simulate
 from tests.export.test_c import COMPILER, SAMPLED, needs_compiler
 from tests.export.test_events import BALL, STICK_SLIP
-from tests.export.test_fmu import EXAMPLES, HERE, WAYS, simulate
 
 BOTH = (2, 3)
 PEDANTIC = ("-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import planarc
-from tests.export.test_fmu import runs_here
+from tests.export.fmus import runs_here
 
 #: Prothero's and Robinson's equation, whose solution is that of the slow part.
 FOLLOWS = """

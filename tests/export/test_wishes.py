@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 
 import planarc
 from planarc.export.fmu import PLATFORMS
-from tests.export.test_fmu import runs_here
+from tests.export.fmus import runs_here
 
 FLYWHEEL = """
 model Flywheel "A wheel on a hinge, without gravity"
