@@ -45,6 +45,9 @@ class Own(IntEnum):
     LOGGER = auto()
     LOGGING = auto()
     BEGUN = auto()  # the phase behind initialization
+    EVENTS = auto()  # 1 where the host handles events of co-simulation
+    EARLY = auto()  # 1 where its steps may end early
+    UPDATE = auto()  # what of the host is called within them
     PHASE = auto()  # from here on the state
     STALE = auto()  # see `Stale`
     TOLERANCE = auto()
@@ -65,6 +68,7 @@ class Own(IntEnum):
     LATEST = auto()  # when the last one was
     NODE = auto()  # the first part of a step at which a relation has crossed; 2: none
     CROSSED = auto()  # 1 where the step ends behind a crossing
+    CALLED = auto()  # 1 where the host is to handle an event
     STIFF = auto()  # 1.0 where steps are those of `stiff`
     MARGIN = auto()  # what is left until other states are to be taken
     FIRST = auto()
@@ -134,15 +138,18 @@ class Sample(IntEnum):
 
 
 class Phase(IntEnum):
-    """The states of the standard's machine."""
+    """The states of the standard's machine. `PAUSE` is the event mode of co-simulation, `MEANWHILE`
+    a step's while the host looks."""
 
     INSTANTIATED = 0
     INITIALIZATION = 1
     EVENT = 2
     CONTINUOUS = 3
     STEP = 4
-    TERMINATED = 5
-    FAILED = 6
+    PAUSE = 5
+    MEANWHILE = 6
+    TERMINATED = 7
+    FAILED = 8
 
 
 class Stale(IntEnum):

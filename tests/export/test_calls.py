@@ -20,6 +20,7 @@ import pytest
 
 if __name__ != "__main__":
     from tests.export.fmus import runs_here
+    from tests.export.test_events import archive as eventful
     from tests.export.test_fmu import Instance, archive
 else:  # the child needs no models
 
@@ -33,10 +34,12 @@ ODD = (0.0, 0.01, 1.0, -1.0, 1e300, -1e300, math.inf, math.nan, 5e-324)
 
 @runs_here
 @pytest.mark.parametrize("version", (2, 3))
-def test_no_order_of_calls_ends_the_host(folder: Path, version: int) -> None:
+@pytest.mark.parametrize("model", ("four_bar", "Ball"))
+def test_no_order_of_calls_ends_the_host(folder: Path, model: str, version: int) -> None:
     if version == 2 and platform.machine() != "x86_64":
         pytest.skip("not of FMI 2")
-    path = archive(folder, "four_bar", version)
+    made = archive if model == "four_bar" else eventful
+    path = made(folder, model, version)
     unpacked = fmpy.extract(path)
     library = next(Path(unpacked, "binaries").glob("*/*.so"))
     token = fmpy.read_model_description(path).guid
@@ -45,9 +48,10 @@ def test_no_order_of_calls_ends_the_host(folder: Path, version: int) -> None:
         capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    calls, fine, told = map(int, done.stdout.split())
+    calls, fine, told, steps, looks = map(int, done.stdout.split())
     assert calls == CALLS and CALLS / 100 < fine < calls
     assert told > 0  # what is refused is told to the logger
+    assert version == 2 or (steps > 30 and looks > 30)
 
 
 @runs_here
@@ -126,7 +130,7 @@ class _Child:
         self.room = (ctypes.c_double * 4096)()
         self.references = (ctypes.c_uint32 * 4)()
         self.bytes = (ctypes.c_char * 100_000)()
-        self.size = ctypes.c_size_t()
+        self.size, self.time = ctypes.c_size_t(), ctypes.c_double()
         self.saved: list[ctypes.c_void_p] = []
         self.told = 0
         tell = self._tell3 if version == 3 else self._tell2
@@ -134,6 +138,10 @@ class _Child:
             ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)  # fmt: skip
         self.logger = ctypes.CFUNCTYPE(None, *kinds, ctypes.c_char_p, ctypes.c_char_p)(tell)
         self.host = (ctypes.c_void_p * 5)(ctypes.cast(self.logger, ctypes.c_void_p))
+        times = (ctypes.c_double, *(ctypes.c_bool,) * 4, ctypes.c_void_p, ctypes.c_void_p)
+        self.look = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *times)(self._look)
+        self.at_work: ctypes.c_void_p | None = None  # the instance whose step looks
+        self.looks = self.steps = 0
         self.instances = [self.fresh() for _ in range(3)]
 
     def _tell3(self, host: object, status: int, category: bytes, message: bytes) -> None:
@@ -141,6 +149,22 @@ class _Child:
 
     def _tell2(self, host: object, name: object, status: int, *texts: bytes) -> None:
         self.told += bool(texts[1].decode()) and status > 0
+
+    def _look(self, host: object, t: float, *given: object) -> None:
+        """Calls at random from within a step, and a wish to end it."""
+        self.looks += 1
+        m = self.at_work
+        assert m is not None
+        for _ in range(3):
+            name, *arguments = self.random.choice(self.calls())
+            call = getattr(self.lib, f"fmi3{name}")
+            flag = call(m, *arguments)
+            free = str(name).startswith(("Get", "Serializ", "Deserializ", "Free"))
+            assert 0 <= flag <= 3 and (flag == 3 or free), (name, flag)
+        if self.random.random() < 0.3:
+            ctypes.c_bool.from_address(int(str(given[-2]))).value = True
+            ctypes.c_double.from_address(int(str(given[-1]))).value = self.random.choice(
+                (t, t + 1e-3, *ODD))  # fmt: skip
 
     def fresh(self) -> ctypes.c_void_p:
         zero, none = ctypes.c_bool(False), ctypes.c_void_p()
@@ -153,10 +177,18 @@ class _Child:
             given = (b"x", self.token, none, zero, zero, none, self.logger)
         else:
             make = self.lib.fmi3InstantiateCoSimulation
-            given = (b"x", self.token, none, zero, zero, zero, zero, none, ctypes.c_size_t(0),
-                     none, self.logger, none)  # fmt: skip
+            ways = (ctypes.c_bool(self.random.random() < 0.7) for _ in range(2))
+            look = self.look if self.random.random() < 0.5 else none
+            given = (b"x", self.token, none, zero, zero, *ways, none, ctypes.c_size_t(0),
+                     none, self.logger, look)  # fmt: skip
         make.restype = ctypes.c_void_p
-        return ctypes.c_void_p(make(*given))
+        made = ctypes.c_void_p(make(*given))
+        if self.version == 3 and self.random.random() < 0.5:  # one that is at work
+            number = ctypes.c_double(0.0)
+            self.lib.fmi3EnterInitializationMode(made, zero, number, number, zero, number)
+            self.lib.fmi3ExitInitializationMode(made)
+            self.lib.fmi3EnterStepMode(made)
+        return made
 
     def number(self) -> ctypes.c_double:
         return ctypes.c_double(self.random.choice(ODD))
@@ -195,8 +227,19 @@ class _Child:
         if self.version == 3:
             found += [
                 ("EnterInitializationMode", *times),
-                ("EnterStepMode",),
+                *(("EnterStepMode",),) * 3,
+                ("EvaluateDiscreteStates",),
                 ("DoStep", self.number(), self.number(), zero, *flags[:4]),
+                *(
+                    (
+                        "DoStep",
+                        self.time,
+                        ctypes.c_double(r.choice((0.01, 0.3, 1e-30))),
+                        zero,
+                        *flags[:4],
+                    ),
+                )
+                * 3,
                 ("UpdateDiscreteStates", *flags[:6]),
                 ("GetDirectionalDerivative", *slope, ctypes.c_size_t(2), flags[4], some),
                 ("GetAdjointDerivative", *slope, ctypes.c_size_t(2), flags[4], some),
@@ -227,14 +270,17 @@ class _Child:
         self.saved.append(ctypes.c_void_p())
         return self.saved[-1]
 
-    def run(self, count: int) -> tuple[int, int]:
+    def run(self, count: int) -> tuple[int, ...]:
         r, fine = self.random, 0
         for _ in range(count):
             for k in range(4):
                 self.references[k] = r.choice((0, 8 * r.randrange(400), r.randrange(2**32)))
             for k in range(8):
                 self.room[k] = r.choice(ODD)
-            m = r.choice(self.instances)
+            m = self.at_work = r.choice(self.instances)
+            if self.version == 3:
+                first = (ctypes.c_uint32 * 1)(), ctypes.c_size_t(1)
+                self.lib.fmi3GetFloat64(m, *first, ctypes.byref(self.time), first[1])
             name, *given = r.choice(self.calls())
             none = r.random() < 0.01
             call = getattr(self.lib, f"fmi{self.version}{name}")
@@ -242,12 +288,13 @@ class _Child:
             assert 0 <= flag <= 3, (name, flag)
             assert not none or flag == 3, name
             fine += flag == 0
+            self.steps += name == "DoStep" and flag == 0
             self.saved = [s for s in self.saved if s]
-            if r.random() < 0.002:
+            if r.random() < 0.02:
                 self.instances.remove(m)
                 self.lib[f"fmi{self.version}FreeInstance"](m)
                 self.instances.append(self.fresh())
-        return fine, self.told
+        return fine, self.told, self.steps, self.looks
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi3 import FMU3Slave
 
 import planarc
 from tests.export.fmus import runs_here
@@ -38,6 +39,14 @@ equation
   der(x) = v;
   der(v) = -9*x;
 end Swings;
+"""
+FED = """
+model Fed
+  input Real u(start=0);
+  output Real x(start=0, fixed=true);
+equation
+  der(x) = u - x;
+end Fed;
 """
 
 
@@ -112,3 +121,64 @@ end Ball;
     wanted = np.where(t < 0, 1 - 5 * table["time"] ** 2, 5 * fall * t - 5 * t**2)
     before = t < fall
     assert table["h"][before] == pytest.approx(wanted[before], abs=1e-7)
+
+
+@runs_here
+@pytest.mark.parametrize("stiff", (False, True))
+@pytest.mark.parametrize("set", (False, True))
+@pytest.mark.parametrize("length", (1e-30, 5e-324, 1e-17))
+def test_steps_shorter_than_the_time_can_tell_move_nothing(
+    tmp_path: Path, length: float, set: bool, stiff: bool
+) -> None:
+    """With and without new slopes, at the start and on the way."""
+    path = planarc.load(FED).export_fmu(tmp_path / "a.fmu")
+    description = fmpy.read_model_description(path)
+    names = {v.name: v.valueReference for v in description.modelVariables}
+    fmu = FMU3Slave(guid=description.guid, unzipDirectory=fmpy.extract(path),
+                    modelIdentifier=description.coSimulation.modelIdentifier)  # fmt: skip
+    fmu.instantiate()
+    fmu.setBoolean([names["_stiff"]], [stiff])
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    t = 0.0
+    for _ in range(4):
+        before = fmu.getFloat64([names["x"]])
+        if set:
+            fmu.setFloat64([names["u"]], [1.0])
+        last = fmu.doStep(currentCommunicationPoint=t, communicationStepSize=length)[-1]
+        assert last == t + length and fmu.getFloat64([names["x"]]) == pytest.approx(before)
+        fmu.doStep(currentCommunicationPoint=last, communicationStepSize=0.25)
+        t = last + 0.25
+    wanted = (1 - np.exp(-1.0)) if set else 0.0
+    assert fmu.getFloat64([names["x"]])[0] == pytest.approx(wanted, abs=1e-6)
+
+
+@runs_here
+@pytest.mark.parametrize("stiff", (False, True))
+@pytest.mark.parametrize("length", (0.0, -0.01, np.nan, np.inf, 5.0))
+def test_steps_of_no_length_and_beyond_the_end_are_errors(
+    tmp_path: Path, length: float, stiff: bool
+) -> None:
+    """An illegal argument is an error by the standard; the instance is none the worse for it."""
+    path = planarc.load(FED).export_fmu(tmp_path / "a.fmu")
+    description = fmpy.read_model_description(path)
+    names = {v.name: v.valueReference for v in description.modelVariables}
+    fmu = FMU3Slave(guid=description.guid, unzipDirectory=fmpy.extract(path),
+                    modelIdentifier=description.coSimulation.modelIdentifier)  # fmt: skip
+    told: list[str] = []
+    fmu.instantiate(logMessage=lambda *given: told.append(given[-1].decode()))
+    fmu.setBoolean([names["_stiff"]], [stiff])
+    fmu.enterInitializationMode(stopTime=2.0)
+    fmu.setFloat64([names["u"]], [1.0])
+    fmu.exitInitializationMode()
+    fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.5)
+    with pytest.raises(fmpy.fmi1.FMICallException) as failed:
+        fmu.doStep(currentCommunicationPoint=0.5, communicationStepSize=length)
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        fmu.doStep(currentCommunicationPoint=np.nan, communicationStepSize=0.1)
+    assert failed.value.status == 3
+    beyond = "the step goes beyond the stop time"
+    assert told == [beyond if length == 5.0 else "the length of the step is not above zero",
+                    "the step does not begin where the last one ended"]  # fmt: skip
+    fmu.doStep(currentCommunicationPoint=0.5, communicationStepSize=0.5)
+    assert fmu.getFloat64([names["x"]])[0] == pytest.approx(1 - np.exp(-1.0), abs=1e-6)

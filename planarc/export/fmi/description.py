@@ -21,6 +21,7 @@ from planarc.core.quantity import in_unit
 from planarc.core.unit import factors, parse
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.variables import Interface, Seen, shown_name
+from planarc.export.plan import is_eventful
 from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
@@ -67,7 +68,10 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
     steps = Xml.SubElement(root, "CoSimulation", can, canHandleVariableCommunicationStepSize="true")
     if three:
         exchange.set("needsCompletedIntegratorStep", "true")
-        steps.set("hasEventMode", "true")
+        offers = ("hasEventMode", "providesIntermediateUpdate",
+                  "canReturnEarlyAfterIntermediateUpdate")  # fmt: skip
+        for name in (*offers, *("mightReturnEarlyFromDoStep",) * is_eventful(program)):
+            steps.set(name, "true")
     else:
         root.set("numberOfEventIndicators", str(len(shown.indicators)))
         for kind in (exchange, steps) if told.sources else ():
@@ -185,6 +189,8 @@ def _head(v: Seen) -> dict[str, str]:
 
 def _variable_three(parent: Xml.Element, v: Seen) -> None:
     given = _head(v) | _typed(v)
+    if v.causality == "output" and v.variability == "continuous":
+        given["intermediateUpdate"] = "true"
     if v.derivative is not None:
         given["derivative"] = str(v.derivative)
     element = Xml.SubElement(parent, _NAMES_3[v.kind], given)

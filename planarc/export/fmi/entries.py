@@ -35,8 +35,9 @@ from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
-ANYWHERE = tuple(p for p in Phase if p is not Phase.FAILED)
-RUNNING = (Phase.EVENT, Phase.CONTINUOUS, Phase.STEP)
+ALWAYS = tuple(p for p in Phase if p is not Phase.MEANWHILE)
+ANYWHERE = tuple(p for p in ALWAYS if p is not Phase.FAILED)
+RUNNING = (Phase.EVENT, Phase.CONTINUOUS, Phase.STEP, Phase.PAUSE)
 SETTING = (Phase.INSTANTIATED, Phase.INITIALIZATION, *RUNNING)
 EVALUABLE = (Phase.INITIALIZATION, *RUNNING, Phase.TERMINATED)
 
@@ -154,7 +155,8 @@ class Entries:
     def getter(self, name: str, kind: int, type: str, counted: bool) -> None:
         """`counted`: the number of values stands behind them, too."""
         arguments = "ptr references, i64 count, ptr values" + ", i64 length" * counted
-        with self.entry(name, arguments, EVALUABLE) as (c, (m, references, count, values, *_)):
+        phases = (*EVALUABLE, Phase.MEANWHILE)
+        with self.entry(name, arguments, phases) as (c, (m, references, count, values, *_)):
             self.refresh(c, m, Stale.NOTHING)
             with c.loop(count) as i:
                 reference = load_narrow(c, "i32", references, i)
@@ -239,7 +241,7 @@ class Entries:
             m.store(whole(c, Stale.ALL), Own.STALE)
 
     def save(self, name: str) -> None:
-        with self.entry(name, "ptr to", tuple(Phase)) as (c, (m, to)):
+        with self.entry(name, "ptr to", ALWAYS) as (c, (m, to)):
             kept = to.load(POINTER)
             none = c.emit("i1", f"icmp eq ptr {kept.text}, null")
             with c.when(~none, leaves=True):
@@ -248,30 +250,29 @@ class Entries:
             to.store(c.call(POINTER, "px_save", m))
 
     def restore(self, name: str) -> None:
-        with self.entry(name, "ptr saved", tuple(Phase)) as (c, (m, saved)):
+        with self.entry(name, "ptr saved", ALWAYS) as (c, (m, saved)):
             with c.when(is_null(c, saved), leaves=True):
                 self.fail(c, m, f"{name}: there is no state")
             c.run("px_load", m, saved)
 
     def forget(self, name: str) -> None:
-        with self.entry(name, "ptr to", tuple(Phase)) as (c, (_, to)):
+        with self.entry(name, "ptr to", ALWAYS) as (c, (_, to)):
             c.run("free", to.load(POINTER))
             to.store(Value(c, POINTER, "null"))
 
     def serialize(self, write: str, size: str, read: str) -> None:
         """The state as bytes, by the functions of these names, behind a seal of the model and a
         sum: nothing else is ever read as a state."""
-        everywhere = tuple(Phase)
-        with self.entry(write, "ptr saved, ptr bytes, i64 size", everywhere) as (c, given):
+        with self.entry(write, "ptr saved, ptr bytes, i64 size", ALWAYS) as (c, given):
             m, saved, place, room = given
             with c.when((room < _sealed_size(c)) | is_null(c, saved), leaves=True):
                 self.fail(c, m, "there is too little room for the state, or there is none")
             place.store(constant(c, "px_seal").load(INT))
             place.store(_sum(c, saved), 1)
             c.run("px_copy", place.at(2), saved, _state_words(c))
-        with self.entry(size, "ptr saved, ptr size", everywhere) as (c, (_, _, to)):
+        with self.entry(size, "ptr saved, ptr size", ALWAYS) as (c, (_, _, to)):
             to.store(_sealed_size(c))
-        with self.entry(read, "ptr bytes, i64 size, ptr to", everywhere) as (c, given):
+        with self.entry(read, "ptr bytes, i64 size, ptr to", ALWAYS) as (c, given):
             m, place, room, to = given
             strange = "these bytes are no state of this model"
             with c.when(~room.equals(_sealed_size(c)), leaves=True):
@@ -381,6 +382,8 @@ class Entries:
             self.fail(c, m, "the step goes beyond the stop time")
         with c.when(m.load(INT, Own.OVER).equals(1), leaves=True):
             self.fail(c, m, "the run was terminated by the model")
+        with c.when(m.load(INT, Own.CALLED).equals(1), leaves=True):
+            self.fail(c, m, "an event is to be handled in event mode before the next step")
         flag = c.call(FLAG, "px_advance", m, end)
         self.judge(c, m, flag)
         with c.when(flag.equals(CROWDED), leaves=True):

@@ -11,9 +11,12 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
 from planarc.export.fmi.derivatives import adjoint, directional
 from planarc.export.fmi.entries import (
+    ALWAYS,
     ANYWHERE,
     INTEGER,
     NUMBER,
+    OK,
+    RUNNING,
     TRUTH,
     Entries,
     give_flag,
@@ -98,8 +101,11 @@ def _life(e: Entries) -> None:
             with c.when(c.emit("i1", f"icmp ne ptr {m.text}, null")):
                 phase = whole(c, Phase.EVENT)
                 if "%events" in own:
-                    used = c.emit("i1", f"icmp ne i8 {own['%events'].text}, 0")
-                    phase = c.emit(INT, f"select i1 {used.text}, i64 2, i64 {int(Phase.STEP)}")
+                    used = _truth(c, own["%events"])
+                    phase = c.select(used.equals(1), whole(c, Phase.PAUSE), whole(c, Phase.STEP))
+                    for word, name in ((Own.EVENTS, "%events"), (Own.EARLY, "%early")):
+                        m.store(_truth(c, own[name]), word)
+                    m.store(own["%intermediate"], Own.UPDATE)
                 m.store(phase, Own.BEGUN)
             c.give(m)
     with e.plain("fmi3InstantiateScheduledExecution", "ptr name", POINTER) as (c, _):
@@ -118,20 +124,25 @@ def _life(e: Entries) -> None:
     with e.entry("fmi3Terminate", "", ANYWHERE) as (c, (m,)):
         c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
-    with e.entry("fmi3Reset", "", tuple(Phase)) as (c, (m,)):
+    with e.entry("fmi3Reset", "", ALWAYS) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
 
 
 def _model_exchange(e: Entries) -> None:
-    events = (Phase.CONTINUOUS, Phase.STEP)
-    with e.entry("fmi3EnterEventMode", "", (*events, Phase.EVENT)) as (c, (m,)):
-        e.enter(c, m, Phase.EVENT)
+    name = "fmi3EnterEventMode"
+    with e.entry(name, "", RUNNING) as (c, (m,)):
+        steps = m.load(INT, Own.PHASE) >= Phase.STEP
+        with c.when(steps & m.load(INT, Own.EVENTS).equals(0), leaves=True):
+            e.fail(c, m, f"{name}: the instance was made without event mode")
+        m.store(c.select(steps, whole(c, Phase.PAUSE), whole(c, Phase.EVENT)), Own.PHASE)
+        m.store(whole(c, 0), Own.CALLED)
     with e.entry("fmi3EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
         e.enter(c, m, Phase.CONTINUOUS)
-    with e.entry("fmi3EvaluateDiscreteStates", "", (Phase.INITIALIZATION, Phase.EVENT)):
+    events = (Phase.EVENT, Phase.PAUSE)
+    with e.entry("fmi3EvaluateDiscreteStates", "", (Phase.INITIALIZATION, *events)):
         pass
     flags = "ptr needed, ptr ended, ptr nominals, ptr values, ptr timed, ptr next"
-    with e.entry("fmi3UpdateDiscreteStates", flags, (Phase.EVENT,)) as (c, (m, *places)):
+    with e.entry("fmi3UpdateDiscreteStates", flags, events) as (c, (m, *places)):
         anew, other, over, then = e.update(c, m)
         needed, ended, nominals, values, timed, following = places
         known = then < 1e300
@@ -157,13 +168,28 @@ def _model_exchange(e: Entries) -> None:
 
 
 def _steps(e: Entries) -> None:
-    with e.entry("fmi3EnterStepMode", "", (Phase.EVENT, Phase.STEP)) as (c, (m,)):
+    with e.entry("fmi3EnterStepMode", "", (Phase.PAUSE,)) as (c, (m,)):
         e.enter(c, m, Phase.STEP)
     arguments = "double t, double h, i8 final, ptr event, ptr ended, ptr early, ptr last"
     with e.entry("fmi3DoStep", arguments, (Phase.STEP,)) as (c, (m, t, h, _, *flags, last)):
         for place in flags:
             give_flag(c, place, 0)
         last.store(t)
+        over, early = (m.load(INT, k).equals(1) for k in (Own.OVER, Own.EARLY))
+        with c.when(over & early, leaves=True):
+            give_flag(c, flags[1], 1)
+            give_flag(c, flags[2], 1)
+            c.give(OK)
         e.step(c, m, t, h)
+        now = m.load(POINTER, Frame.W).load(REAL)
+        early = (now < t + h) & m.load(INT, Own.EARLY).equals(1)
+        give_flag(c, flags[0], m.load(INT, Own.CALLED))
         give_flag(c, flags[1], m.load(INT, Own.OVER))
-        last.store(m.load(POINTER, Frame.W).load(REAL))
+        give_flag(c, flags[2], c.emit(INT, f"zext i1 {early.text} to i64"))
+        last.store(now)
+
+
+def _truth(c: Code, given: Value) -> Value:
+    """A truth value of the host as a whole number."""
+    used = c.emit("i1", f"icmp ne {BYTE} {given.text}, 0")
+    return c.emit(INT, f"zext i1 {used.text} to i64")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
 from planarc.export.fmi.derivatives import directional
 from planarc.export.fmi.entries import (
+    ALWAYS,
     DISCARD,
     INTEGER,
     NUMBER,
@@ -116,7 +117,7 @@ def _life(e: Entries) -> None:
     with e.entry("fmi2Terminate", "") as (c, (m,)):
         c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
-    with e.entry("fmi2Reset", "", tuple(Phase)) as (c, (m,)):
+    with e.entry("fmi2Reset", "", ALWAYS) as (c, (m,)):
         c.run("px_load", m, constant(c, "px_image"))
 
 

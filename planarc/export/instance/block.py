@@ -206,7 +206,7 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         m.store(whole(c, 1), Own.TOUCHED)
         c.give(0)
     phase = m.load(INT, Own.PHASE)
-    begun = phase.equals(Phase.EVENT) | phase.equals(Phase.STEP)
+    begun = phase.equals(Phase.EVENT) | phase.equals(Phase.STEP) | phase.equals(Phase.PAUSE)
     with c.when(rule.equals(TUNABLE) & begun, leaves=True):
         place.store(wanted)
         m.store(whole(c, Stale.ALL), Own.STALE)

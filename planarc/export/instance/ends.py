@@ -3,6 +3,7 @@
     px_watch(block, t, part)           note a stage that lies behind a crossing
     px_locate(block, t, most) -> h     a step that ends right behind a crossing
     px_happen(block) -> flag           what happens at the present point
+    px_crowd(block) -> flag            count crossings right behind each other
 
 They stand apart from `steps`, which calls them, since only models with events have them.
 """
@@ -25,7 +26,7 @@ CROWDED = 4
 
 
 def end_functions() -> tuple[str, ...]:
-    return _watch(), _trial(), _locate(), _happen()
+    return _watch(), _trial(), _locate(), _crowd(), _happen()
 
 
 @function("void px_watch(ptr m, double t, double part)")
@@ -87,20 +88,26 @@ def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
     c.give(high.get(), REAL)
 
 
-@function("i32 px_happen(ptr m)", seldom=True)
-def _happen(c: Code, m: Value) -> None:
-    """Where it is not too often."""
+@function("i32 px_crowd(ptr m)", seldom=True)
+def _crowd(c: Code, m: Value) -> None:
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
-    m.store(whole(c, 0), Own.EXACT)
     with c.when(m.load(INT, Own.CROSSED).equals(1)):
         soon = t - m.load(REAL, Own.LATEST) < m.load(REAL, Own.AHEAD) * _CROWD_TIME
         count = c.select(soon, m.load(INT, Own.CROWDED) + 1, whole(c, 0))
         m.store(count, Own.CROWDED)
         m.store(t, Own.LATEST)
-    m.store(whole(c, 0), Own.CROSSED)
     with c.when(m.load(INT, Own.CROWDED) > _CROWD, leaves=True):
         c.give(CROWDED)
+    c.give(0)
+
+
+@function("i32 px_happen(ptr m)", seldom=True)
+def _happen(c: Code, m: Value) -> None:
+    """Where it is not too often."""
+    m.store(whole(c, 0), Own.EXACT)
+    attempt(c, "px_crowd", m)
+    m.store(whole(c, 0), Own.CROSSED)
     attempt(c, "px_update", m)
     with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
         changed = c.call(FLAG, "px_exchange", m)

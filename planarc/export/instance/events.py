@@ -6,6 +6,7 @@
     px_settled(block) -> flag        one pass there; -1 where it changed nothing
     px_first(block) -> flag          the events of the start itself
     px_finish(block)                 those of the end: what asks `terminal()`
+    px_waits(block) -> truth         whether an event is due at the present point
 
 Flags: 0, or what stands in the way: `UNSOLVED`, `ENDLESS`; `ACTED` where an action of the model
 ended the run, `Own.ENDED` and `Own.OVER` say how.
@@ -41,7 +42,7 @@ SETTLED = -1
 
 def event_functions() -> tuple[str, ...]:
     return (_reinit(), _keep(), _event(), _crossing(), _update(), _prepare(), _settled(), _first(),
-            _finish())  # fmt: skip
+            _finish(), _waits())  # fmt: skip
 
 
 def _zeros_of(c: Code, m: Value, *which: Relation) -> list[Value]:
@@ -306,8 +307,21 @@ def _first(c: Code, m: Value) -> None:
 @function("void px_finish(ptr m)", seldom=True)
 def _finish(c: Code, m: Value) -> None:
     phase = m.load(INT, Own.PHASE)
-    runs = (phase >= Phase.EVENT) & (phase <= Phase.STEP)
+    runs = (phase >= Phase.EVENT) & (phase <= Phase.PAUSE)
     with c.when(runs & (plan(c, Table.TERMINAL) >= 0)):
         set_flag(c, m, Table.TERMINAL, 1.0)
         c.call(FLAG, "px_event", m, whole(c, 0))
     c.give()
+
+
+@function("i64 px_waits(ptr m)", seldom=True)
+def _waits(c: Code, m: Value) -> None:
+    """Known instants, and what the host has set."""
+    w, _, _, _ = open_frame(m)
+    t, found = w.load(REAL), c.variable(0, INT)
+    with c.when(c.call(REAL, "px_next", m) <= due(c, t), leaves=True):
+        c.give(1, INT)
+    with c.when(m.load(INT, Own.TOUCHED).equals(1) & c.call(FLAG, "px_zeros", m, t).equals(0)):
+        gone = c.call(REAL, "px_crossed", m, numbers_of(c, m, Relation.NOW)) <= 0.0
+        found.set(c.select(gone, whole(c, 1), whole(c, 0)))
+    c.give(found.get())

@@ -2,6 +2,7 @@
 
     px_advance(block, end) -> flag     to a time; 1 where no step leads on
     px_between(block, t, states)       the states within the last step, of order 4
+    px_tell(block, end) -> end         the host looks at what a step led to
 
 Where the parameter `_stiff` says so, steps are those of `stiff`, and end where the host's do.
 
@@ -9,7 +10,9 @@ A step is as long as its errors allow, and the states at `end` are looked up wit
 short steps of a host cost as much as few long ones. Where loops are to be closed no step is longer
 than a hundredth of the run. After the host has set something the first step ends at `end` at the
 latest. Every step ends at events (`ends`), right behind the first crossing of a relation on its
-way; they happen before the next step, or where the host arrives there. What is accepted becomes
+way; they happen before the next step, or where the host arrives there; a host that
+wants to handle them itself (`Own.EVENTS`) is told by `Own.CALLED`, and where steps may end early
+(`Own.EARLY`) an event ends them. What is accepted becomes
 the point that nonlinear blocks start from; where the states go bad there, others are taken before
 the next step.
 
@@ -22,10 +25,10 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import hold, plan, whole
+from planarc.export.instance.block import BYTE, hold, is_null, load_narrow, plan, whole
 from planarc.export.instance.instants import due
 from planarc.export.instance.relations import attempt
-from planarc.export.plan import Own, Stale, Table
+from planarc.export.plan import Own, Phase, Stale, Table
 from planarc.ir.frame import Number
 
 _NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -53,7 +56,7 @@ _LONGEST = 1e5
 
 
 def step_functions() -> tuple[str, ...]:
-    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _advance()
+    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _tell(), _advance()
 
 
 def vector(c: Code, m: Value, place: int) -> Value:
@@ -245,13 +248,52 @@ def _try(c: Code, m: Value, most: Value) -> None:
     c.give(0)
 
 
-@function("i32 px_advance(ptr m, double end)")
-def _advance(c: Code, m: Value, end: Value) -> None:
+@function("double px_tell(ptr m, double end)", seldom=True)
+def _tell(c: Code, m: Value, end: Value) -> None:
+    """Show the host where a step ended; gives when it wants to go no further."""
+    w, _, _, _ = open_frame(m)
+    reach, host = m.load(REAL, Own.REACH), m.load(POINTER, Own.HOST)
+    c.run("px_copy", m.load(POINTER, Own.Y), vector(c, m, END), plan(c, Table.STATES))
+    w.store(reach)
+    m.store(whole(c, Stale.ALL), Own.STALE)
+    phase = m.load(INT, Own.PHASE)
+    m.store(whole(c, Phase.MEANWHILE), Own.PHASE)
+    place = c.place(INT, 2)  # whether to return early, and when
+    wanted, until = place, place.at(1)
+    wanted.store(whole(c, 0))
+    until.store(reach)
+    early = c.emit("i32", f"trunc i64 {m.load(INT, Own.EARLY).text} to i32")
+    # Truths are passed as words of 4 bytes: so every processor's convention widens them.
+    given = (f"ptr {host.text}", f"double {reach.text}", "i32 0", "i32 1", "i32 1",
+             f"i32 {early.text}", f"ptr {wanted.text}", f"ptr {until.text}")  # fmt: skip
+    c.line(f"call void {m.load(POINTER, Own.UPDATE).text}({', '.join(given)})")
+    m.store(phase, Own.PHASE)
+    asked = ~load_narrow(c, BYTE, wanted, whole(c, 0)).equals(0) & m.load(INT, Own.EARLY).equals(1)
+    last = until.load(REAL)
+    nearer = asked & (last < end)
+    c.give(c.select(nearer, c.select(last > reach, last, reach), end), REAL)
+
+
+@function("i32 px_advance(ptr m, double last)")
+def _advance(c: Code, m: Value, last: Value) -> None:
+    """Events end the way where the host wants to know of them."""
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
     w, _, _, _ = open_frame(m)
+    goal = c.variable(last)
+    stops = m.load(INT, Own.EARLY).equals(1)
+    calls = m.load(INT, Own.EVENTS).equals(1)
+    looks = ~is_null(c, m.load(POINTER, Own.UPDATE))
+    with c.when(calls & stops):
+        with c.when(c.call(INT, "px_waits", m).equals(1), leaves=True):
+            m.store(whole(c, 1), Own.CALLED)
+            c.give(0)
+        with c.when(m.load(INT, Own.TOUCHED).equals(1)):
+            m.store(whole(c, 0), Own.TOUCHED)
+            hold(c, m)
     with c.when(m.load(INT, Own.TOUCHED).equals(1)):
         attempt(c, "px_update", m)
-    still = n.equals(0) & plan(c, Table.INDICATORS).equals(0)
+    end = goal.get()
+    still = n.equals(0) & plan(c, Table.INDICATORS).equals(0) & ~looks
     with c.when(still & (c.call(REAL, "px_next", m) > due(c, end)), leaves=True):
         w.store(end)
         alone = c.call(FLAG, "pc_rhs", m, end, y, y)
@@ -261,15 +303,19 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     stop = m.load(REAL, Own.STOP)
     beyond = c.select(stop > end, stop, end)
     # After something was set a step ends with the host's: more may be set there.
-    stiff = m.load(REAL, Own.STIFF) > 0.0
+    stiff = (m.load(REAL, Own.STIFF) > 0.0) | looks
     free = c.emit(INT, f"select i1 {stiff.text}, i64 0, i64 {m.load(INT, Own.EXACT).text}")
     bounded = c.variable(free, INT)
     there = c.variable(0, INT)  # 1 where the workspace is that of the end
     flag = c.variable(c.constant(0, FLAG), FLAG)
     again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
     c.enter(again)
-    reach = m.load(REAL, Own.REACH)
-    c.branch((m.load(INT, Own.EXACT).equals(1)) & (reach >= end), behind, work)
+    reach, exact = m.load(REAL, Own.REACH), m.load(INT, Own.EXACT).equals(1)
+    here = m.load(INT, Own.CROSSED).equals(1) | (c.call(REAL, "px_next", m) <= due(c, reach))
+    with c.when(stops & exact & here & (reach < goal.get())):
+        goal.set(reach)
+    end = goal.get()
+    c.branch(exact & (reach >= end), behind, work)
     c.begin(work)
     flag.set(c.call(FLAG, "px_begin", m))
     c.leave(~flag.get().equals(0), failed)
@@ -282,6 +328,9 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     flag.set(c.call(FLAG, "px_try", m, most))
     c.leave(~flag.get().equals(0), failed)
     there.set(whole(c, 1))
+    reach = m.load(REAL, Own.REACH)
+    with c.when(looks & (reach <= goal.get())):
+        goal.set(c.call(REAL, "px_tell", m, goal.get()))
     c.jump(again)
     c.begin(failed)
     with c.when(m.load(INT, Own.EXACT).equals(1)):  # as far as steps led
@@ -291,7 +340,7 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     m.store(whole(c, 0), Own.EXACT)
     c.give(flag.get())
     c.begin(behind)
-    reach = m.load(REAL, Own.REACH)
+    reach, end = m.load(REAL, Own.REACH), goal.get()
     known = (c.call(REAL, "px_next", m) <= due(c, end)) & (reach <= due(c, end))
     exactly = reach.equals(end) | known
     with c.when(exactly):
@@ -302,6 +351,11 @@ def _advance(c: Code, m: Value, end: Value) -> None:
     fresh = exactly & there.get().equals(1)
     stale = c.emit(INT, f"select i1 {fresh.text}, i64 {int(Stale.REST)}, i64 {int(Stale.ALL)}")
     m.store(stale, Own.STALE)
-    with c.when(exactly & (known | m.load(INT, Own.CROSSED).equals(1))):
+    happens = exactly & (known | m.load(INT, Own.CROSSED).equals(1))
+    with c.when(happens & calls, leaves=True):
+        attempt(c, "px_crowd", m)
+        m.store(whole(c, 1), Own.CALLED)
+        c.give(0)
+    with c.when(happens):
         attempt(c, "px_happen", m)
     c.give(0)

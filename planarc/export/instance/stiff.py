@@ -48,6 +48,8 @@ _BEFORE = (
 )  # fmt: skip
 #: What is stiff is not followed as closely as the rest: least relative error of a step.
 _LEAST = 1e-8
+#: A step so short has no length: its states are those that it begins with.
+_POINT = 1e-100
 
 
 def stiff_functions() -> tuple[str, ...]:
@@ -130,6 +132,11 @@ def _stiff(c: Code, m: Value, t: Value, h: Value) -> None:
             c.give(flag)
 
     attempt(c.call(FLAG, "pc_rhs", m, t, begin, first))
+    with c.when(h < _POINT, leaves=True):
+        c.run("px_copy", trial, begin, n)
+        with c.loop(n) as i:
+            room.last.store(0.0, i)
+        c.give(c.call(FLAG, "pc_rhs", m, t + h, trial, vector(c, m, 6)))
     attempt(c.call(FLAG, "px_jacobian", m, t, room.matrix))
     later = t + c.largest(c.absolute(t), c.constant(1.0, REAL)) * STEP
     flag = c.call(FLAG, "pc_rhs", m, later, begin, room.of_time)

@@ -39,6 +39,12 @@ define double @px_locate(ptr %m, double %t, double %most) nounwind {{
 define i32 @px_happen(ptr %m) nounwind {{
   ret i32 0
 }}
+define i32 @px_crowd(ptr %m) nounwind {{
+  ret i32 0
+}}
+define i64 @px_waits(ptr %m) nounwind {{
+  ret i64 0
+}}
 """
 
 
