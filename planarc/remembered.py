@@ -122,7 +122,8 @@ def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
         return None
     try:
         files, findings, *entry = plain.loads(stored)
-        valid = same(findings) and all(_unchanged(Path(p), k) for p, k in files)
+        # The user's own file is the first, and what changes most.
+        valid = all(_unchanged(Path(p), k) for p, k in files) and same(findings)
         return tuple(entry) if valid else None
     except Exception:  # an entry that cannot be read is no entry
         return None
@@ -131,7 +132,7 @@ def _recall(kind: str, key: str) -> tuple[Any, ...] | None:
 def _remember(kind: str, key: str, target: Target, entry: tuple[Any, ...]) -> None:
     if target.library.looked.open_questions:
         return
-    files = [(str(p), k) for p, k in sorted(target.reader.files.items())]
+    files = [(str(p), k) for p, k in target.reader.files.items()]
     found = target.library.looked.findings()
     cache.store(kind, key, pickle.dumps((files, found, *entry), pickle.HIGHEST_PROTOCOL))
 

@@ -32,7 +32,7 @@ MAX_BYTES = 256 * 1024 * 1024
 #: folder is planarc's.
 KINDS = ("checks", "grammar", "models", "native", "pages", "slopes", "syntax")
 _FORMER = "bytecode"  # a kind that there was before there was a mark
-_NAME = re.compile(r"\.new-[0-9a-f]{16}|[0-9a-f]{40}")
+_NAME = r"\.new-[0-9a-f]{16}|[0-9a-f]{40}"
 #: The mark also tells programs that save files to leave the folder out
 #: (Cache Directory Tagging Specification 0.6).
 _MARK = "CACHEDIR.TAG"
@@ -79,9 +79,9 @@ def key(*parts: str | bytes) -> str:
 def load(kind: str, key: str) -> bytes | None:
     """The bytes stored under a key, None if there are none or they are not ours."""
     opened = _opened(os.environ.get("PLANARC_CACHE_DIR"))
-    if opened.root is None or not _is_ours(opened.root / kind, stat.S_ISDIR):
+    if opened.root is None or not _is_ours(kept := opened.root / kind, stat.S_ISDIR):
         return None
-    path = opened.root / kind / key
+    path = kept / key
     data = _read_own(path)
     if data is None:
         return None
@@ -147,8 +147,12 @@ def _stored(root: Path) -> Iterator[tuple[Path, os.stat_result]]:
             for path in sorted((root / kind).iterdir()):
                 with suppress(OSError):
                     state = path.lstat()
-                    if _NAME.fullmatch(path.name) and stat.S_ISREG(state.st_mode):
+                    if _is_written(path) and stat.S_ISREG(state.st_mode):
                         yield path, state
+
+
+def _is_written(path: Path) -> bool:
+    return re.fullmatch(_NAME, path.name) is not None
 
 
 # Opening the folder -----------------------------------------------------------------------
@@ -196,10 +200,10 @@ def _reason_against(root: Path) -> str:
 
 def _looks_like_ours(root: Path) -> bool:
     """True for an empty folder, and for one that was filled before there was a mark."""
-    inside = [path for path in root.iterdir() if not _NAME.fullmatch(path.name)]
+    inside = [path for path in root.iterdir() if not _is_written(path)]
     return all(
         path.name == _SECRET
-        or (path.name in (*KINDS, _FORMER) and all(_NAME.fullmatch(p.name) for p in path.iterdir()))
+        or (path.name in (*KINDS, _FORMER) and all(map(_is_written, path.iterdir())))
         for path in inside
         if path.name != _MARK
     )

@@ -22,9 +22,7 @@ from planarc.core.unit import Dimension, factors, parse
 if TYPE_CHECKING:
     from fractions import Fraction
 
-_QUANTITY = re.compile(
-    r"((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))(?:\s+(?=1)|\s*(?!1))([A-Za-z%(1]\S*)"
-)
+_QUANTITY = r"((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))(?:\s+(?=1)|\s*(?!1))([A-Za-z%(1]\S*)"
 #: What keyboards and eyes prefer, in the place of what units are written with.
 _SPELT = {
     "°": "deg",
@@ -37,7 +35,6 @@ _SPELT = {
     "²": "2",
     "³": "3",
 }
-_RPM = re.compile(r"\brpm\b")
 
 _TENS = {
     "da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "T": 12, "P": 15, "E": 18, "Z": 21, "Y": 24, "": 0,
@@ -66,8 +63,8 @@ def split(text: str) -> tuple[str, str] | None:
     """The number and the unit of a text; None where it is not of this form."""
     for sign, word in _SPELT.items():
         text = text.replace(sign, word)
-    found = _QUANTITY.fullmatch(text.strip())
-    return None if found is None else (found[1], _RPM.sub("rev/min", found[2]))
+    found = re.fullmatch(_QUANTITY, text.strip())
+    return None if found is None else (found[1], re.sub(r"\brpm\b", "rev/min", found[2]))
 
 
 def in_unit(name: str, text: str, unit: str) -> float | None:

@@ -5,11 +5,13 @@ In a wheel they lie in `planarc/_data/`; in an editable install beside the packa
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
 
+@cache
 def resource(folder: str) -> Path:
     """The folder `grammar` or `stdlib`, wherever this installation keeps it."""
     installed = _PACKAGE / "_data" / folder
@@ -25,6 +27,7 @@ def table_file() -> Path:
     return resource("grammar") / "modelica.json"
 
 
+@cache
 def stdlib() -> Path:
     """The root of the embedded libraries."""
     return resource("stdlib")

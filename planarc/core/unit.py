@@ -180,8 +180,7 @@ def turns(angle: float) -> str:
     return f"{angle / (2 * pi):.3g} turns"
 
 
-_QUOTIENT = re.compile(r"(?P<above>[^/]+)/(?:\((?P<several>[^()]+)\)|(?P<one>[^/()]+))")
-_SECONDS = re.compile(r"s(\d*)")
+_QUOTIENT = r"(?P<above>[^/]+)/(?:\((?P<several>[^()]+)\)|(?P<one>[^/()]+))"
 
 
 def rate_text(unit: str) -> str:
@@ -193,12 +192,12 @@ def rate_text(unit: str) -> str:
         return ""
     if "/" not in unit:
         return f"{unit}/s"
-    quotient = _QUOTIENT.fullmatch(unit)
+    quotient = re.fullmatch(_QUOTIENT, unit)
     if quotient is None:
         return ""
     below = (quotient["several"] or quotient["one"]).split(".")
     for i, factor in enumerate(below):
-        if seconds := _SECONDS.fullmatch(factor):
+        if seconds := re.fullmatch(r"s(\d*)", factor):
             below[i] = f"s{int(seconds[1] or 1) + 1}"
             break
     else:

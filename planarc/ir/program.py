@@ -308,9 +308,6 @@ class Program(Data):
         return sum(b.free for b in self.blocks if b.height)
 
 
-_SUBSCRIPTS = re.compile(r"\[[\d,]+\]")
-
-
 def whole_name(name: str) -> str:
     """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""
-    return _SUBSCRIPTS.sub("", name)
+    return re.sub(r"\[[\d,]+\]", "", name)

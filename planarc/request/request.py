@@ -31,7 +31,7 @@ DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 MODELS = ("model", "block", "class")
 #: Models of packages that a message names.
 _MOST_NAMES = 6
-_DOTTED_NAME = re.compile(r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*")
+_DOTTED_NAME = r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*"
 
 
 class Request(Data):
@@ -62,7 +62,7 @@ class Target(Data):
 
 def names_class(text: str) -> bool:
     """True for a text that can be the name of a class; any other is that of a file."""
-    return not text.endswith(SUFFIXES) and _DOTTED_NAME.fullmatch(text) is not None
+    return not text.endswith(SUFFIXES) and re.fullmatch(_DOTTED_NAME, text) is not None
 
 
 def roots_of(request: Request) -> tuple[Path, ...]:

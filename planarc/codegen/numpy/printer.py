@@ -30,14 +30,16 @@ Promises:  only names made by `names.Names` and numbers; no text of the user is 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from planarc.codegen.certain import evaluated_always, is_part, used_always
 from planarc.codegen.numpy.function import FunctionText, Line, Parts
 from planarc.codegen.numpy.names import Names, comment
-from planarc.codegen.slopes import derive_slopes
-from planarc.ir.derivatives import Scope
 from planarc.ir.expr import Expr
 from planarc.ir.program import Program
+
+if TYPE_CHECKING:
+    from planarc.ir.derivatives import Scope
 
 
 def source(program: Program) -> str:
@@ -93,6 +95,8 @@ def _lines(program: Program) -> list[str]:
 def slopes_source(program: Program, scope: Scope) -> str | None:
     """The text of the function `slopes`, which computes the coefficients of derivatives, and
     of the `tape` (`planarc.ir.derivatives`); None where there are none."""
+    from planarc.codegen.slopes import derive_slopes
+
     slopes = derive_slopes(program, scope)
     if slopes is None:
         return None

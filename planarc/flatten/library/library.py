@@ -15,7 +15,7 @@ Reference: Modelica Language Specification 3.6, sections 13.4 and 18.8.
 
 from __future__ import annotations
 
-import glob
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -128,6 +128,7 @@ class Library:
         self._declarations = tuple(declarations)
         self._top: dict[str, Entry | None] = {}
         self._hidden: dict[str, tuple[Entry, ...]] = {}
+        self._listings: dict[Path, frozenset[str]] = {}
         self._added: dict[str, syntax.ClassDef] = {}
         self._files: dict[Path, syntax.StoredDefinition] = {}
 
@@ -307,16 +308,24 @@ class Library:
     def open_path(self, folder: Path, name: str, full_name: str) -> Entry | None:
         """The class `name` as a folder or a file of `folder`."""
         self.looked.folders.add(folder)
-        if not _is_file_name(name):
+        if not _is_file_name(name) or self._lacks(folder, name):
             return None
-        package = self.package_file(folder / name)
-        if package is not None:
+        if package := self.package_file(folder / name):
             return Entry(self, full_name, None, package, folder / name)
         for extension in EXTENSIONS:
             file = folder / (name + extension)
             if file.is_file() and name != "package":
                 return Entry(self, full_name, None, file)
         return None
+
+    def _lacks(self, folder: Path, name: str) -> bool:
+        """True for most names that are looked for in a folder: one list of it saves many looks."""
+        if folder not in self._listings:
+            try:
+                self._listings[folder] = frozenset(os.listdir(folder))  # noqa: PTH208
+            except OSError:  # there may be files in it all the same
+                return False
+        return self._listings[folder].isdisjoint((name, *(name + e for e in EXTENSIONS)))
 
     def _find_top(self, name: str) -> Entry | None:
         if name in self._added:
@@ -375,8 +384,7 @@ def _is_file_name(name: str) -> bool:
 
 def _plain_name(file_name: str) -> str:
     """A folder's or file's name without its version: `Modelica 4.0.0` is `Modelica`."""
-    match = _VERSIONED.match(file_name)
-    return match[1] if match else file_name
+    return _VERSIONED.sub(r"\1", file_name)
 
 
 def _versions(root: Path, name: str) -> list[Path]:
@@ -384,7 +392,7 @@ def _versions(root: Path, name: str) -> list[Path]:
     if not root.is_dir() or not _is_file_name(name):
         return []
     found = []
-    for path in root.glob(f"{glob.escape(name)} *"):
+    for path in root.glob("* *"):
         stem = path.name if path.is_dir() else path.stem if path.suffix in EXTENSIONS else ""
         match = _VERSIONED.match(stem)
         if match and match[1] == name:

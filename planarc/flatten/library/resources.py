@@ -18,7 +18,7 @@ from planarc.core.nearest import did_you_mean
 from planarc.core.source import Span
 from planarc.flatten.library.library import Library, split_name
 
-_URI = re.compile(r"modelica:/{1,2}(?P<name>[^/#]*)/?(?P<path>[^#]*)", re.IGNORECASE)
+_URI = r"(?i:modelica):/{1,2}(?P<name>[^/#]*)/?(?P<path>[^#]*)"
 
 
 def resource_path(uri: str, library: Library, span: Span) -> str:
@@ -26,7 +26,7 @@ def resource_path(uri: str, library: Library, span: Span) -> str:
 
     Raises PlanarcError when a URI of a library names no file.
     """
-    match = _URI.fullmatch(uri)
+    match = re.fullmatch(_URI, uri)
     if match is None:
         library.looked.names.add(uri)
         plain = re.sub(r"^file://(localhost)?", "", uri, flags=re.IGNORECASE)

@@ -64,13 +64,11 @@ def _over(span: Span) -> str:
 
 def _differentiated(name: str, known: Collection[str]) -> str | None:
     """The variable whose derivative other languages call `xdot`, `dx` or `xp`."""
-    found = (m for form in _DERIVATIVES if (m := form.fullmatch(name)) and m[1] in known)
+    found = (m for form in _DERIVATIVES if (m := re.fullmatch(form, name)) and m[1] in known)
     return next((m[1] for m in found), None)
 
 
-_DERIVATIVES = tuple(
-    map(re.compile, ("(.+?)_?dot", "d(.+?)(?:_?dt)?", "D(.+)", "(.+)p", "der_?(.+)", "(.+)_der"))
-)
+_DERIVATIVES = ("(.+?)_?dot", "d(.+?)(?:_?dt)?", "D(.+)", "(.+)p", "der_?(.+)", "(.+)_der")
 
 
 #: Names that need their package before them, or a declaration that all parts see.

@@ -16,7 +16,6 @@ from planarc.flatten.tree.nodes import Binding, Env
 from planarc.ir import flat
 
 _NAME = re.compile(r"\w+\s*=\s*$")
-_FITS = re.compile(r".{,40}")
 
 
 def type_binding(binding: Binding, dims: flat.Dims = ()) -> flat.Expression:
@@ -57,4 +56,4 @@ def _with_each(value: Span) -> str:
     text = value.source.text
     name = _NAME.search(text, text.rfind("\n", 0, value.start) + 1, value.start)
     modifier = f"{name[0]}{value.text}" if name else ""
-    return f"each {modifier}" if modifier and _FITS.fullmatch(modifier) else "each m=1"
+    return f"each {modifier}" if modifier and re.fullmatch(".{,40}", modifier) else "each m=1"

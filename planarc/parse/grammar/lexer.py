@@ -48,7 +48,7 @@ _BODY = re.compile(
     rf"""[^()"'/]+|{_STRING}|{_QUOTED}|//[^\n]*|/\*.*?\*/|/(?!\*)|(?P<open>\()|(?P<close>\))""",
     re.DOTALL,
 )
-_AFTER_END = re.compile(r"\s+(?!(?:then|else|elseif|loop|and|or)\b|for\b(?!\s*;))[A-Za-z_]")
+_AFTER_END = r"\s+(?!(?:then|else|elseif|loop|and|or)\b|for\b(?!\s*;))[A-Za-z_]"
 
 
 class Token(NamedTuple):
@@ -149,7 +149,7 @@ def _follow_brackets(kind: str, open_brackets: list[str], text: str, at: int) ->
     elif kind == "END":
         if "RSQB" not in open_brackets:
             return kind
-        if not _AFTER_END.match(text, at):
+        if not re.compile(_AFTER_END).match(text, at):
             return "END_SUBSCRIPT"
         open_brackets.clear()  # `end Name`: a bracket was left open
     elif open_brackets and open_brackets[-1] != "RSQB":
