@@ -12,6 +12,7 @@ through a loader.
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Sequence
 from hashlib import sha256
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.machine import emit_object
+from planarc.codegen.native.newton import SMALL, solve_function
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
@@ -43,6 +45,7 @@ from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
 from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules, starts_anew
+from planarc.export.pruned import calls_in, prune
 from planarc.export.touches import jams, touch_functions
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -67,6 +70,10 @@ define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
   ret i32 1
 }}
 """
+#: How many modules do not hang on the model alone.
+SHARED = 2
+#: In the place of the kernel's.
+_SOLVER = "declare i32 @pc_solve(ptr, ptr, ptr, ptr, i64)\n"
 #: In the place of implicit steps, which nothing can choose there.
 _EXPLICIT = """
 define i32 @px_stiff(ptr %m, double %t, double %h) nounwind {
@@ -82,8 +89,13 @@ define void @px_unstruck(ptr %m) nounwind {
   ret void
 }
 """
+#: What an instance does is marked, too: the time of a run goes into the kernel.
+_TIGHT, _INSTANCE = (
+    "minsize optsize ",
+    re.compile(r"^(define [^@]*@px_\w+\([^)]*\)) nounwind", re.M),
+)
 #: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
-_SMALL = 'noinline optsize "no-jump-tables"="true" '
+_SMALL = 'noinline minsize optsize "no-jump-tables"="true" '
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -122,24 +134,31 @@ def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True,
 ) -> tuple[str, ...]:  # fmt: skip
-    """The modules as texts, which are the same for all platforms: what all models share, the
-    model's own, and its derivatives. Without `derivatives` nothing asks for them, and steps are
-    explicit."""
+    """The modules as texts, which are the same for all platforms: what many models share
+    (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
+    and steps are explicit."""
     of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
     own = _own(program, image, entries, token, tolerance, slopes)
-    touches = bool(Points(program).all)
-    return _shared(entries, derivatives, is_eventful(program), touches), own, of_values
+    shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
+    return shared, _solver(program), own, of_values
 
 
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
-    """Their objects; the first text's is kept."""
-    shared, *others = texts
-    name = store.key("exported", version("llvmlite"), triple, shared)
+    """Their objects; those of shared texts are kept."""
+    shared, others = texts[:SHARED], texts[SHARED:]
+    return (
+        *(_kept(text, triple) for text in shared),
+        *(_compiled(text, triple, False) for text in others),
+    )
+
+
+def _kept(text: str, triple: str) -> bytes:
+    name = store.key("exported", version("llvmlite"), triple, text)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(shared, triple, True)
+        known = _compiled(text, triple, True)
         store.store("native", name, known)
-    return known, *(_compiled(text, triple, False) for text in others)
+    return known
 
 
 def _compiled(text: str, triple: str, tidied: bool) -> bytes:
@@ -151,11 +170,13 @@ def _compiled(text: str, triple: str, tidied: bool) -> bytes:
     machine = llvm.Target.from_triple(triple).create_target_machine(
         opt=1, reloc="static" if fixed else "pic", codemodel="small"
     )
-    return emit_object(text.replace(SELDOM, _SMALL), machine, ("pc_", "px_"), tidied)
+    text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
+    return emit_object(text, machine, ("pc_", "px_"), tidied)
 
 
-def _shared(entries: Entries, derivatives: bool, eventful: bool, touches: bool) -> str:
+def _shared(program: Program, entries: Entries, derivatives: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
+    eventful, touches = is_eventful(program), bool(Points(program).all)
     events = (relation_functions, instant_functions, settling_functions, event_functions,
               end_functions) if eventful else (uneventful_functions,)  # fmt: skip
     functions = (
@@ -169,7 +190,14 @@ def _shared(entries: Entries, derivatives: bool, eventful: bool, touches: bool) 
         entries.text(),
     )
     tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
-    return "\n".join((runtime_text(), _MODEL, tables, *functions))
+    return "\n".join((runtime_text(_SOLVER), _MODEL, tables, *functions))
+
+
+def _solver(program: Program) -> str:
+    """Elimination: in registers only for the numbers of unknowns that the model has."""
+    sizes = {len(b.residuals) for b in program.blocks if b.direct is None}
+    smalls = sorted(n for n in sizes if 0 < n <= SMALL)
+    return f"declare double @llvm.fabs.f64(double)\n{solve_function(smalls)}"
 
 
 def _own(

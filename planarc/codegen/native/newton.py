@@ -14,7 +14,7 @@ The file is long because a block is one algorithm, whose parts share its registe
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import reduce
 from operator import and_
 
@@ -40,7 +40,7 @@ DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
 
 
 def newton_functions() -> tuple[str, ...]:
-    return _start(), _step(), _linear(), _solve(), _open()
+    return _start(), _step(), _linear(), _open()
 
 
 def open_frame(frame: Value) -> tuple[Value, Value, Value, Value]:
@@ -289,15 +289,24 @@ def _finish(c: Code, b: Block) -> None:
     c.give(DONE)
 
 
-@function("i32 pc_solve(ptr a, ptr r, ptr x, ptr sizes, i64 m)")
-def _solve(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
-    """Gaussian elimination in place; pivots are compared relative to their rows.
+def solve_function(smalls: Iterable[int] = range(1, SMALL + 1)) -> str:
+    """`smalls` are numbers of unknowns that are eliminated in registers."""
 
-    m^3/3 operations, and m*b^2 for a matrix of bandwidth b, whose zeros are skipped.
-    """
-    for small in range(1, SMALL + 1):
-        with c.when(m.equals(small), leaves=True):
-            _solve_small(c, small, a, r, x, sizes)
+    @function("i32 pc_solve(ptr a, ptr r, ptr x, ptr sizes, i64 m)")
+    def text(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
+        """Gaussian elimination in place; pivots are compared relative to their rows.
+
+        m^3/3 operations, and m*b^2 for a matrix of bandwidth b, whose zeros are skipped.
+        """
+        for small in smalls:
+            with c.when(m.equals(small), leaves=True):
+                _solve_small(c, small, a, r, x, sizes)
+        _solve_any(c, a, r, x, sizes, m)
+
+    return text()
+
+
+def _solve_any(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
     with c.loop(m) as i:
         largest = c.variable(0.0)
         with c.loop(m) as k:

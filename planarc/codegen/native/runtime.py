@@ -14,7 +14,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
-from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.newton import newton_functions, open_frame, solve_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.runtime.history import DEGREE, TERMS, Memory
@@ -30,10 +30,11 @@ declare i32 @pc_zeros(ptr, double, ptr)
 """
 
 
-def runtime_text() -> str:
-    """The whole module."""
+def runtime_text(solver: str | None = None) -> str:
+    """The whole module, with another text in the place of `pc_solve` where one is given."""
     functions = (
         *newton_functions(),
+        solve_function() if solver is None else solver,
         look_function(),
         *difference_functions(),
         _states(),

@@ -23,6 +23,7 @@ from planarc.export.c.rows import declare
 from planarc.export.c.source import translate
 from planarc.export.c.texts import LIBRARY
 from planarc.export.fmi.description import write_xml
+from planarc.export.module import SHARED
 
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
@@ -36,8 +37,7 @@ def library_sources(
     program: Program, texts: Sequence[str], entries: Entries, version: int
 ) -> dict[str, str]:
     """All but the description of the build."""
-    shared, *own = texts
-    found, mine = read([shared]), read(own)
+    found, mine = read(texts[:SHARED]), read(texts[SHARED:])
     prefix = f"FMI{version}_FUNCTION_PREFIX"
     names = [n for code in (mine, found) for kind in (code.functions, code.numbers, code.strings)
              for n in kind]  # fmt: skip

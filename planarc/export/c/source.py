@@ -80,7 +80,7 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     """The files of a model."""
     from planarc.export.c.entries import functions
     from planarc.export.fmi.variables import interface
-    from planarc.export.module import write_texts
+    from planarc.export.module import SHARED, write_texts
 
     program = restricted(compiled.program, wishes.parameters)
     refuse(program)
@@ -91,11 +91,10 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
         raise no_match("variable that changes", wishes.outputs)
     slopes = derivatives(program, shown) if wishes.stiff else None
     entries = functions()
-    shared, *own = write_texts(
-        program, image, entries, "", tolerance_of(program), slopes, wishes.stiff
-    )
+    texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, wishes.stiff)
+    shared, own = texts[:SHARED], texts[SHARED:]
     api = API.format(over=int(Own.OVER))
-    files = translate(program, read([shared]), read(own), entries.names, PUBLIC, api,
+    files = translate(program, read(shared), read(own), entries.names, PUBLIC, api,
                       "`cc -std=c99 -O2 *.c -lm`")  # fmt: skip
     files["main.c"] = _main(program, shown)
     return Source(

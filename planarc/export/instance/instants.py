@@ -65,23 +65,21 @@ def _instants(c: Code, m: Value, t: Value) -> None:
     instant, after = (numbers_of(c, m, k) for k in (Relation.INSTANT, Relation.AFTER))
     with c.loop(count) as i:
         instant.store(0.0, i)
-    for turn in range(
-        4
-    ):  # far from zero the slope is known to few digits: look again where it ends
-        with c.loop(count) as i, c.when(told(c, i, Row.TIMED).equals(1)):
-            _straight(c, m, i, instant, after, one, two, first=turn == 0)
+    # Far from zero the slope is known to few digits: look again where it ends.
+    with c.loop(4) as turn, c.loop(count) as i, c.when(told(c, i, Row.TIMED).equals(1)):
+        _straight(c, m, i, instant, after, one, two, turn)
     c.give()
 
 
 def _straight(
-    c: Code, m: Value, i: Value, instant: Value, after: Value, one: Value, two: Value, first: bool
+    c: Code, m: Value, i: Value, instant: Value, after: Value, one: Value, two: Value, turn: Value
 ) -> None:
     """The zero of a line through two of its values; then once more by what is left there."""
     at = instant.load(REAL, i)
     c.call("i32", "pc_zeros", m, at, one)
     c.call("i32", "pc_zeros", m, at + 1.0, two)
     slope = two.load(REAL, i) - one.load(REAL, i)
-    if first:
+    with c.when(turn.equals(0)):
         after.store(c.select(slope < 0.0, c.constant(1.0, REAL), 0.0), i)
     move = one.load(REAL, i) / slope
     found = at - c.select(slope.equals(0.0), c.constant(0.0, REAL), move)

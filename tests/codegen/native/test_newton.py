@@ -20,7 +20,7 @@ Solve = Callable[[np.ndarray, np.ndarray], tuple[int, np.ndarray, np.ndarray]]
 def engine() -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    text = "declare double @llvm.fabs.f64(double)\n" + newton._solve()
+    text = "declare double @llvm.fabs.f64(double)\n" + newton.solve_function()
     machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
     made = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     made.finalize_object()
