@@ -230,9 +230,14 @@ for _name, _function in (
     ("truediv", np.divide),
     ("pow", np.power),
     ("mod", np.remainder),
+    ("lt", np.less),
+    ("le", np.less_equal),
+    ("gt", np.greater),
+    ("ge", np.greater_equal),
 ):
     setattr(Number, f"__{_name}__", _operation(_function, False))
-    setattr(Number, f"__r{_name}__", _operation(_function, True))
+    if not _name.startswith(("l", "g")):  # comparisons are turned by Python itself
+        setattr(Number, f"__r{_name}__", _operation(_function, True))
 
 
 def whole(name: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

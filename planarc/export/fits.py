@@ -19,7 +19,7 @@ def misfit_slots(program: Program) -> Iterator[int]:
         yield slots[condition.name]
 
 
-def misfits(program: Program) -> list[Diagnostic]:
-    """The ends of a run that misses them, at time 0, in their order; numbers are dots."""
+def misfits(program: Program, number: str = "...") -> list[Diagnostic]:
+    """The ends of a run that misses them, at time 0, in their order; `number` tells by how much."""
     conditions = program.sharing.conditions if program.sharing is not None else ()
-    return [does_not_hold(program, c, 0.0, "...") for c in conditions]
+    return [does_not_hold(program, c, 0.0, number) for c in conditions]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Sequence
+from functools import partial
 from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -177,14 +178,14 @@ def _compiled(text: str, triple: str, tidied: bool) -> bytes:
 def _shared(program: Program, entries: Entries, derivatives: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
     eventful, touches = is_eventful(program), bool(Points(program).all)
-    events = (relation_functions, instant_functions, settling_functions, event_functions,
-              end_functions) if eventful else (uneventful_functions,)  # fmt: skip
+    events = (relation_functions, instant_functions, settling_functions,
+              partial(event_functions, entries.tells), end_functions)  # fmt: skip
     functions = (
         *block_functions(),
         *start_functions(),
         *state_functions(),
         *step_functions(),
-        *(text for functions in events for text in functions()),
+        *(text for make in (events if eventful else (uneventful_functions,)) for text in make()),
         *(contact_functions() if touches else (_APART,)),
         *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
         entries.text(),

@@ -38,13 +38,14 @@ def touch_functions(program: Program) -> str:
     return c.text(SELDOM) + table("px_touches", rows)
 
 
-def jams(program: Program) -> list[Diagnostic]:
-    """Why a run may end at each touch, at time 0, in the order of `Jam`; numbers are dots."""
+def jams(program: Program, number: str = "...") -> list[Diagnostic]:
+    """Why a run may end at each touch, at time 0, in the order of `Jam`; bodies overlap by
+    `number`."""
     points = Points(program)
     found = []
     for i in range(len(points.all)):
         told = {
-            Jam.OVERLAP: messages.overlap(points, i, "...", 0.0),
+            Jam.OVERLAP: messages.overlap(points, i, number, 0.0),
             Jam.ONE_BODY: messages.one_body(points, i, 0.0),
             Jam.NO_IMPACT: messages.no_impact(points, [i], None, 0.0),
             Jam.NO_FORCES: messages.no_forces(points, [i], None, 0.0),

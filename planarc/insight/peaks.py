@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planarc.core.arrays import Vector
+from planarc.evaluate.record import whole
 from planarc.insight.drives import Drive
 from planarc.insight.values import Values, integral
 from planarc.ir.insight import Peak
@@ -59,8 +60,32 @@ def _held(values: Values, mechanism: Mechanism | None) -> Iterator[tuple[str, st
 
 
 def _peak(time: Vector, name: str, unit: str, values: Vector) -> Peak:
-    rows = np.nan_to_num(values, posinf=0.0, neginf=0.0)
-    at = int(np.argmax(np.abs(rows)))
+    rows = finite(values)
+    return Peak(name, unit, peak(time, rows), instant(time, rows), rms(time, rows))
+
+
+@whole("finite")
+def finite(values: Vector) -> Vector:
+    """The values, 0 where there is none."""
+    return np.nan_to_num(values, posinf=0.0, neginf=0.0)
+
+
+@whole("peak")
+def peak(time: Vector, values: Vector) -> float:
+    """The value that is largest without its sign."""
+    return float(values[np.argmax(np.abs(values))])
+
+
+@whole("instant")
+def instant(time: Vector, values: Vector) -> float:
+    """The time of it."""
+    return float(time[np.argmax(np.abs(values))])
+
+
+@whole("rms")
+def rms(time: Vector, values: Vector) -> float:
+    """The root of the mean square over the time."""
     span = float(time[-1] - time[0])
-    mean = float(integral(time, rows**2)[-1]) / span if span > 0 else float(rows[0] ** 2)
-    return Peak(name, unit, float(rows[at]), float(time[at]), max(mean, 0.0) ** 0.5)
+    mean = float(integral(time, values**2)[-1]) / span if span > 0 else float(values[0] ** 2)
+    root: float = max(mean, 0.0) ** 0.5
+    return root

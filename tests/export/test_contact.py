@@ -15,7 +15,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
 from planarc.export.page.module import make_module
-from planarc.export.page.page import ends_of
+from planarc.export.page.told import ends_of
 from planarc.export.refusal import refuse
 from planarc.ir.result import Result
 from planarc.request.request import Request

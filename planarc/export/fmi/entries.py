@@ -53,6 +53,7 @@ class Entries:
         plain: Callable[[str], str] = str,
     ) -> None:
         self.as_shown = plain
+        self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
         self._texts: list[str] = []
         self._strings: dict[str, str] = {}

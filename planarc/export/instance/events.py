@@ -40,9 +40,10 @@ from planarc.solve.events.settling import NEAR
 SETTLED = -1
 
 
-def event_functions() -> tuple[str, ...]:
-    return (_reinit(), _keep(), _event(), _crossing(), _update(), _prepare(), _settled(), _first(),
-            _finish(), _waits())  # fmt: skip
+def event_functions(tells: bool = False) -> tuple[str, ...]:
+    """`tells`: `px_notice(block, behind)` of the interface is told before and behind each event."""
+    return (_reinit(), _keep(), _event(tells), _crossing(), _update(), _prepare(), _settled(),
+            _first(), _finish(), _waits())  # fmt: skip
 
 
 def _zeros_of(c: Code, m: Value, *which: Relation) -> list[Value]:
@@ -78,9 +79,20 @@ def _keep(c: Code, m: Value) -> None:
     c.give()
 
 
-@function("i32 px_event(ptr m, i64 ahead)", seldom=True)
-def _event(c: Code, m: Value, ahead: Value) -> None:
-    """What crosses and fires here stands in `Relation.CROSSING` and `Sample.FIRED`."""
+def _event(tells: bool) -> str:
+    def write(c: Code, m: Value, ahead: Value) -> None:
+        """What crosses and fires here stands in `Relation.CROSSING` and `Sample.FIRED`."""
+        _switch(c, m, ahead, tells)
+
+    return function("i32 px_event(ptr m, i64 ahead)", seldom=True)(write)()
+
+
+def _switch(c: Code, m: Value, ahead: Value, tells: bool) -> None:
+    def tell(behind: int) -> None:
+        if tells:
+            c.run("px_notice", m, whole(c, behind))
+
+    tell(0)
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
     now, before, largest, bound, at = _zeros_of(
@@ -149,6 +161,7 @@ def _event(c: Code, m: Value, ahead: Value) -> None:
     hold(c, m)
     with c.when(done.get().equals(2), leaves=True):
         m.store(whole(c, Stale.NOTHING), Own.STALE)
+        tell(1)
         c.give(ACTED)
     with c.when(~c.call(FLAG, "px_widen", m, t).equals(0), leaves=True):
         c.give(UNSOLVED)
@@ -157,6 +170,7 @@ def _event(c: Code, m: Value, ahead: Value) -> None:
     c.run("px_measure", m)
     c.call(FLAG, "px_indicate", m)
     m.store(whole(c, Stale.NOTHING), Own.STALE)
+    tell(1)
     c.give(0)
 
 

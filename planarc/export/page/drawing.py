@@ -11,6 +11,7 @@ are shown and which forces are more than round-off, stays as in the run at expor
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,21 +22,26 @@ from planarc.core.data import Data
 from planarc.evaluate.record import Number, Rows, Tape
 from planarc.evaluate.rows import RowValues
 from planarc.export.actions import errors
-from planarc.ir.dae import Assertion
+from planarc.export.page.told import ends, touch_slots, values_of, warnings
+from planarc.insight.happenings import KIND
+from planarc.insight.values import Values
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Layer, Track
 from planarc.ir.result import Result
+from planarc.solve.events import asserts
 from planarc.stages import study
 from planarc.view.marks.shapes import forget_shapes
 from planarc.view.page.columns import Columns
 from planarc.view.page.data import curve_data, scene_data
 from planarc.view.page.figures import choose_figures
+from planarc.view.page.report import PEAKS
 from planarc.view.page.shapes import shape_data
 from planarc.view.scene import make_scene
 
 
 class Drawing(Data):
-    """`data` holds the scene, the curves, and the numbers that the messages of assertions tell.
+    """`data` holds the scene, the curves, the peaks, and what else is told of a run: the numbers
+    in messages, the conditions of warnings, and those that name events.
     `holes` are pairs of a path (keys and places, from `data` inwards) and the number of a step;
     `slots` are those whose columns the steps need. `facts` and `notes` are told as they are."""
 
@@ -93,22 +99,24 @@ def draw(result: Result) -> Drawing:
     _forget()
     try:
         with np.errstate(all="ignore"):
-            scene, insight = make_scene(own), study(own, peaks=False)
+            scene, insight = make_scene(own), study(own)
             items = tuple(item for item in scene.items if _is_known(item.tracks))
             layers = tuple(filter(None, map(_kept, insight.layers)))
             series = tuple(s for s in insight.series if _is_known((s.values,)))
             figures = choose_figures(own, None, replace(insight, series=series))
             motion = scene_data(replace(scene, items=items), None, (), layers, _Columns())
             curves = curve_data(own, figures, None, series, columns=_Columns())
+            peaks = [[p.name, p.unit, p.value, p.time, p.rms] for p in insight.peaks[:PEAKS]]
+            told = _told(own)
     finally:
         _forget()
     for part in (motion, curves):
         part["time"] = None
-    told = [[_value(own, part) for part in numbers_of(a)] for a in errors(result.program)]
-    data: dict[str, Any] = {"scene": motion, "curves": curves, "told": told}
+    data: dict[str, Any] = {"scene": motion, "curves": curves, "peaks": peaks, **told}
     found = list(_holes(data, []))
     steps, places = tape.recipe([step for _, step in found])
-    slots = sorted({step[1] for step in steps if step[0] in ("column", "fixed")})
+    used = {step[1] for step in steps if step[0] in ("column", "fixed")}
+    slots = sorted(used.union(*touch_slots(result.program)))
     lost = [
         f"`{i.component}` is not drawn in this page" for i in scene.items if not _is_known(i.tracks)
     ]
@@ -118,25 +126,46 @@ def draw(result: Result) -> Drawing:
     )  # fmt: skip
 
 
-def numbers_of(assertion: Assertion) -> list[Expr]:
-    """The numbers that a message tells with six digits, in their order."""
-    return [p[0] for p in assertion.message.parts if not isinstance(p, str) and not p[1]]
+def _told(result: _Remembering) -> dict[str, Any]:
+    """The numbers in the messages that may end a run; of each assertion that warns its condition
+    and its numbers; conditions of components by which their events have names."""
+    program = result.program
+    value = partial(_value, RowValues(partial(_leaf, result)))
+    of_parameters = [program.assertions[i] for i in asserts.of_parameters(program)]
+    declared = Values(result).declared(KIND)
+    return {
+        "ends": [list(map(value, values_of(message))) for message in ends(program)],
+        "impossible": [
+            [i, value(a.condition)] for i, a in enumerate(errors(program)) if a in of_parameters
+        ],
+        "warned": [
+            [value(a.condition), *map(value, values_of(a.message))] for a in warnings(program)
+        ],
+        "happens": {c: own for c, own in declared.items() if _is_known(tuple(own.values()))},
+    }
 
 
-def _value(result: Result, e: Expr) -> Any:
+def _leaf(result: _Remembering, e: Expr) -> Any:
+    """A variable; its left limit, which is that of the row before; else what a slot holds."""
+    if e.op is Op.TIME:
+        return result.time
+    name = symbol_text(*e.data) if e.op is Op.SYMBOL else e.data
+    if name in result:
+        values = result.track(name)
+        return result.tape.result(values, "before", values) if e.op is Op.PRE else values
+    slot = result.program.slots[repr(e)]
+    return result.tape.rows(np.ones(len(result.time)), "column", slot)
+
+
+def _value(values: RowValues, e: Expr) -> Any:
     """A number of a message; None where it cannot be made again."""
-
-    def leaf(e: Expr) -> Any:
-        if e.op is Op.TIME:
-            return result.time
-        return result.track(symbol_text(*e.data) if e.op is Op.SYMBOL else e.data)
-
     try:
-        with np.errstate(all="ignore"):
-            found = RowValues(leaf)(e)
-    except (KeyError, TypeError):  # what only an event or a function of Python knows
+        found = values(e)
+    except (KeyError, TypeError):  # what only a function of Python knows
         return None
-    return found if _is_known((found,)) else None
+    if not _is_known((found,)):
+        return None
+    return found if isinstance(found, (Rows, Number)) else float(found)
 
 
 def _is_known(values: Sequence[Any]) -> bool:

@@ -5,6 +5,7 @@ JavaScript knows as its own numbers.
     page_set(block, slot, value) -> flag    a parameter or a start value, before it begins
     page_begin(block) -> flag               start values that fit together; 1 where there are none;
                                             below zero the message with which the start ends a run
+    page_place(block) -> workspace          where its values stand, also where there is no start
     page_rows(block, times, first, last, slots, width, out) -> rows
                                             run on, and keep a row at each time
 
@@ -12,21 +13,32 @@ A row is `width` numbers of the workspace, out[row*width + i] = w[slots[i]]. Few
 asked for: a run ended; `page_rows` leaves the reason in the word behind the last row that there is
 room for: 0, or the number of the message (`export.actions.messages`) that an assertion or an
 event ended it with.
+
+Before and behind each event the page is called itself, by
+
+    page_event(time, behind, w, crossing, fired, samples)
+
+with pointers to the workspace, to flags of the relations and samplers that switch (64 bits each),
+and to the starts of all samplers, then their intervals.
 """
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
 from planarc.export.instance.block import whole
+from planarc.export.instance.instants import samples
+from planarc.export.instance.relations import numbers_of
 from planarc.export.instance.settling import ACTED
-from planarc.export.plan import Own, Phase, Stale
+from planarc.export.plan import Own, Phase, Relation, Sample, Stale
 
 
-def functions() -> Entries:
-    """All of them."""
+def functions(eventful: bool = False) -> Entries:
+    """All of them; those of an `eventful` model tell its events."""
     e = Entries(lambda *_: None)
+    if eventful:
+        _tell(e)
     with e.plain("page_new", "", POINTER) as (c, _):
         null = Value(c, POINTER, "null")
         c.give(c.call(POINTER, "px_new", null, null, whole(c, 0)))
@@ -37,8 +49,25 @@ def functions() -> Entries:
         e.enter(c, m, Phase.STEP)
         ended = c.flag(m.load(INT, Own.ENDED).negative())
         c.give(c.select(flag.equals(ACTED), ended, flag))
+    with e.plain("page_place", "ptr m", POINTER) as (c, (m,)):
+        c.give(open_frame(m)[0])
     _rows(e)
     return e
+
+
+def _tell(e: Entries) -> None:
+    c = Code("px_notice", "void", ((POINTER, "m"), (INT, "behind")))
+    m, behind = c.arguments
+    w, _, _, _ = open_frame(m)
+    t = w.load(REAL)
+    with c.when(behind.equals(0)):  # what results show need not be there
+        c.call(FLAG, "pc_outputs", m, t, m.load(POINTER, Own.Y))
+    told = (numbers_of(c, m, Relation.CROSSING), samples(c, m, Sample.FIRED),
+            samples(c, m, Sample.START))  # fmt: skip
+    c.run("page_event", t, c.flag(behind), w, *told)
+    c.give()
+    e.also("declare void @page_event(double, i32, ptr, ptr, ptr, ptr)\n" + c.text(SELDOM))
+    e.tells = True
 
 
 def _long(c: Code, value: Value) -> Value:

@@ -6,6 +6,9 @@ Out:  Module   bytes; the slots of values that may be set
 Elementary functions are those of JavaScript's `Math`: they differ from the platform's own in the
 last digit at most, which runs without events carry on as they carry rounding.
 
+Steps are explicit ones, or, where it is wished, implicit ones by exact derivatives, which make the
+module larger.
+
 Needs:     llvmlite
 Raises:    PlanarcError C300 for what cannot be exported, and what a start may raise.
 """
@@ -14,13 +17,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
-from planarc.export.module import compile_library
+from planarc.export.module import compile_texts, write_texts
 from planarc.export.page.entries import functions
+from planarc.export.plan import is_eventful
 from planarc.export.refusal import refuse
 from planarc.export.wishes import tolerance_of
+from planarc.ir.derivatives import Scope
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -35,10 +42,15 @@ class Module(Data):
     starts: frozenset[int]
 
 
-def make_module(compiled: Compiled) -> Module:
+def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     """The module of a model."""
+    from planarc.codegen.slopes import derive_slopes
+
     program = compiled.program
     refuse(program)
-    image, entries = take_image(compiled), functions()
-    objects = compile_library(program, image, entries, "", tolerance_of(program), _TRIPLE)
+    image = replace(take_image(compiled), stiff=stiff)
+    entries = functions(is_eventful(program))
+    slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
+    texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, stiff)
+    objects = compile_texts(texts, _TRIPLE)
     return Module(write_module(objects, entries.names), frozenset(s for s, _ in image.held))

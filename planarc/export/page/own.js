@@ -12,20 +12,22 @@ planarc.source = (() => {
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
     const behind = 4 + new DataView(bytes.buffer).getUint32(0, true);
     const drawing = JSON.parse(new TextDecoder().decode(bytes.subarray(4, behind)));
-    return { ...drawing, engine: await planarc.createEngine(bytes.subarray(behind), drawing.slots) };
+    const counts = { relations: told.relations.length, samplers: told.samplers };
+    return { ...drawing, engine: await planarc.createEngine(bytes.subarray(behind), drawing.slots, counts) };
   }
 
   const unpacked = unpack();
+  const teller = planarc.createTeller(told);
 
-  function drawn({ data: empty, steps, holes, slots }, run, times) {
+  function drawn({ data: empty, steps, holes, slots }, run) {
+    const { time } = run;
     const order = new Map(slots.map((slot, k) => [slot, k]));
     const columns = new Map();
     function column(slot) {
       if (!columns.has(slot)) columns.set(slot, run.column(order.get(slot)));
       return columns.get(slot);
     }
-    const time = times.slice(0, run.rows);
-    const values = planarc.replay(steps, { time, column });
+    const values = planarc.replay(steps, { time, column, first: (slot) => run.first(order.get(slot)) });
     const answer = structuredClone(empty);
     for (const [path, step] of holes) {
       const last = path.length - 1;
@@ -34,6 +36,9 @@ planarc.source = (() => {
       inside[path[last]] = values[step];
     }
     answer.scene.time = answer.curves.time = time;
+    answer.events = teller.events(run, answer.happens, column);
+    answer.scene.events = [...new Set(answer.events.map(([t]) => t))];
+    answer.warnings = teller.warnings(time, answer.warned).map((text) => ["warning", text]);
     return answer;
   }
 
@@ -41,23 +46,15 @@ planarc.source = (() => {
     return { severity: "error", code: "", message, hint: "", text: "", field: order.changed, ...more };
   }
 
-  function last(value) {
-    // A number of a message, as it was at the last row.
-    const number = value?.length ? value[value.length - 1] : value;
-    return typeof number === "number" ? String(Number(number.toPrecision(6))) : "...";
-  }
-
-  function wrong(run, order, times, numbers) {
+  function wrong(run, order, end, shown) {
     if (run.refused >= 0) return problem(told.refused, order);
-    if (!run.begun && !run.failed) return problem(told.start, order);
-    const now = Number(times[Math.max(0, run.rows - 1)].toPrecision(6));
-    if (run.failed) {
-      const { message, text, severity } = told.assertions[run.failed - 1];
-      const values = (numbers[run.failed - 1] ?? []).map(last);
-      const whole = message.replace("@", now).replace(/\x01/g, () => values.shift());
-      return problem(whole, order, { text, severity, field: "" });
-    }
-    return run.rows < times.length ? problem(`the run ends at t = ${now} s: ${told.step}`, order, { field: "" }) : null;
+    const row = run.time.length - 1;
+    const now = run.time[row];
+    const broken = run.begun ? null : shown.impossible.find(([, holds]) => !(holds?.[0] ?? holds));
+    const failed = run.failed || (broken ? broken[0] + 1 : 0);
+    if (failed) return problem("", order, { ...teller.end(failed - 1, shown.ends, row, now), field: "" });
+    if (!run.begun) return problem(told.start, order);
+    return now < end ? problem(`the run ends at t = ${planarc.general(now)} s: ${told.step}`, order, { field: "" }) : null;
   }
 
   async function run(order, signal) {
@@ -70,13 +67,16 @@ planarc.source = (() => {
     const given = { ...order.values };
     for (const [name, value] of Object.entries(order.starts)) given[`${name}.start`] = value;
     const values = Object.entries(given).map(([name, value]) => [places[name][0], places[name][1] * value]);
-    const found = await drawing.engine.run(values, times, { wanted: () => !signal.aborted });
+    const found = await drawing.engine.run(values, times, { wanted: () => !signal.aborted, events: true });
     if (found === null) return { overtaken: true };
-    const shown = found.rows > 0 ? drawn(drawing, found, times) : { told: [] };
-    const why = wrong(found, order, times, shown.told);
-    if (why) answer.problems.push(why);
+    const shown = found.time.length ? drawn(drawing, found) : null;
+    const why = wrong(found, order, end, shown);
+    if (why?.severity === "note") answer.notes = [...answer.notes, ["remark", why.message]];
+    else if (why) answer.problems.push(why);
     answer.seconds = (performance.now() - since) / 1000;
-    return found.rows > 1 ? { ...answer, scene: shown.scene, curves: shown.curves } : answer;
+    if (!(found.rows > 1)) return answer;
+    const { scene, curves, events, peaks, warnings } = shown;
+    return { ...answer, scene, curves, events, peaks, warnings };
   }
 
   return { run, model, lost: "" };

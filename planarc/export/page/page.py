@@ -20,22 +20,17 @@ import zlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec import to_builtins
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.render import render_all
-from planarc.export.actions import endings, errors, message_text
-from planarc.export.fits import misfits
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
-from planarc.export.plan import is_settable
-from planarc.export.touches import jams
-from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
-from planarc.solve.messages.event import assertion_diagnostic, no_value, terminated
+from planarc.export.page.told import told_of
+from planarc.export.plan import is_eventful, is_settable
 from planarc.view.page import assets
 from planarc.view.page.controls import Field, Group, groups_of
 from planarc.view.page.data import ROWS
@@ -48,23 +43,23 @@ if TYPE_CHECKING:
     from planarc.ir.result import Result
 
 _HERE = Path(__file__).parent
+#: The modules of the page, in the order in which they build on each other.
+SCRIPTS = ("engine.js", "record.js", "told.js", "own.js")
 #: Only what stands in the page runs, and nothing is asked of anyone.
 _POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; "
     "script-src {hashes} 'wasm-unsafe-eval'; base-uri 'none'; form-action 'none'"
 )
-#: An assertion's message names the instant, which only the page knows.
-_NOW = "t = 0 s"
-#: The place of a number in a message.
-_MARK = "\x01"
-_START = (
-    "no start is found with these values: a loop does not close, or the way there from the "
-    "values of the file is too far"
-)
-_STEP = (
-    "the equations have no solution there, or the motion is too quick for the page's method; "
-    "`planarc simulate` may tell more"
-)
+_SAID = {
+    "start": "no start is found with these values: a loop does not close, or the way there from "
+    "the values of the file is too far",
+    "step": "the equations have no solution there, or the motion is too quick for the page's "
+    "method; `planarc simulate` may tell more",
+    "refused": "this value follows from others",
+}
+
+
+_CARD = '<section class="card"><h2>{}</h2>{}</section>'
 
 
 class Page(Data):
@@ -79,7 +74,7 @@ def make_page(compiled: Compiled, result: Result) -> Page:
     program = compiled.program
     module, drawing = make_module(compiled), draw(result)
     groups = tuple(_groups(compiled, module.starts))
-    script = live_script(*(_text(n) for n in ("engine.js", "record.js", "own.js")))
+    script = live_script(*map(_text, SCRIPTS))
     policy = _POLICY.format(hashes=assets.policy(assets.chart_script(), script))
     data = {
         "places": dict(_places(program, groups)),
@@ -93,13 +88,13 @@ def make_page(compiled: Compiled, result: Result) -> Page:
             "choices": [],
             "warnings": [["warning", _line(w)] for w in compiled.warnings],
         },
-        "told": _told(program, drawing),
+        "told": {**_SAID, "notes": [["remark", n] for n in drawing.notes], **told_of(program)},
     }
     around = Surroundings(
         head=f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n',
         menu='<button id="link" type="button" class="link" '
         'title="The address of this page with these values">copy link</button>\n    ',
-        about=_about(drawing),
+        about=_about(program, drawing),
         footer="Made by planarc. This page holds the model itself and asks nothing of the network.",
         data=f'<script type="application/json" id="data">{assets.embed_json(data)}</script>\n'
         f'<script type="text/plain" id="model">{_packed(drawing, module.code)}</script>',
@@ -141,64 +136,28 @@ def _places(program: Program, groups: tuple[Group, ...]) -> Iterator[tuple[str, 
             yield (f"{f.name}.start" if f.start else f.name), place(f)
 
 
-def _told(program: Program, drawing: Drawing) -> dict[str, Any]:
-    """What the page says where a run cannot go on."""
-    return {
-        "notes": [["remark", note] for note in drawing.notes],
-        "start": _START,
-        "step": _STEP,
-        "refused": "this value follows from others",
-        "assertions": [
-            {
-                "message": d.message.replace(_NOW, "t = @ s", 1),
-                "text": render_all((d,)),
-                "severity": d.severity.value,
-            }
-            for d in ends_of(program)
-        ],
-    }
+def _about(program: Program, drawing: Drawing) -> str:
+    """Cards below the rest; those of peaks and events are filled by each run."""
+    cards = [
+        _facts(drawing) if drawing.facts else "",
+        _CARD.format(
+            "Peak and RMS", '<div class="wide" tabindex="0"><table id="peaks"></table></div>'
+        )
+        if drawing.data["peaks"]
+        else "",
+        _CARD.format("Events", '<ol id="events"></ol>') if is_eventful(program) else "",
+    ]
+    inside = "".join(cards)
+    told = "About the mechanism and the run"
+    return f'<aside class="about" aria-label="{told}">{inside}</aside>\n' if inside else ""
 
 
-def ends_of(program: Program) -> Iterator[Diagnostic]:
-    """What a run tells that ends at time 0, in the order of the numbers of endings."""
-    for i, action in enumerate(endings(program)):
-        if isinstance(action, Assertion):
-            # the page knows no numbers of those that stand in a `when`
-            text = _message if i < len(errors(program)) else _dotted
-            yield assertion_diagnostic(program, 0.0, action, text(action))
-        elif isinstance(action, Terminate):
-            yield terminated(0.0, action, message_text(action.message))
-        else:
-            assert isinstance(action, SetDiscrete | Reinit)
-            name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
-            yield no_value(program, 0.0, name, action)
-    yield from jams(program)
-    yield from misfits(program)
-
-
-def _dotted(assertion: Assertion) -> str:
-    return message_text(assertion.message)
-
-
-def _message(assertion: Assertion) -> str:
-    """The message of an assertion: a mark for each number that the page knows, else dots."""
-    marked = (
-        p if isinstance(p, str) else "..." if p[1] else _MARK for p in assertion.message.parts
-    )
-    return "".join(marked)
-
-
-def _about(drawing: Drawing) -> str:
-    if not drawing.facts:
-        return ""
+def _facts(drawing: Drawing) -> str:
     rows = "".join(
         f"<dt>{html.escape(label)}</dt><dd>{html.escape(typeset(text))}</dd>"
         for label, text in drawing.facts
     )
-    return (
-        '<aside class="about" aria-label="About the mechanism"><section class="card">'
-        f"<h2>Mechanism, as the file says</h2><dl>{rows}</dl></section></aside>\n"
-    )
+    return _CARD.format("Mechanism, as the file says", f"<dl>{rows}</dl>")
 
 
 def _line(d: Diagnostic) -> str:

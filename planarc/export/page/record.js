@@ -57,17 +57,44 @@ const ENTRIES = {
   nan_to_num: (a) => (Number.isNaN(a) ? 0 : Math.max(-Number.MAX_VALUE, Math.min(Number.MAX_VALUE, a))),
 };
 
+// Most steps are these: a loop of its own is what an engine makes quick. Rows on both sides, at the
+// left, at the right.
+const QUICK = {
+  add: [
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] + b[i]; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] + b; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a + b[i]; },
+  ],
+  subtract: [
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] - b[i]; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] - b; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a - b[i]; },
+  ],
+  multiply: [
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] * b[i]; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] * b; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a * b[i]; },
+  ],
+  divide: [
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] / b[i]; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a[i] / b; },
+    (to, a, b) => { for (let i = 0; i < to.length; i++) to[i] = a / b[i]; },
+  ],
+};
+
 const isRows = (value) => typeof value !== "number";
 
-function entries(f, args) {
-  // f of the arguments, row by row where one of them has rows.
+function entries(name, args) {
+  // A function of the arguments, row by row where one of them has rows.
+  const f = ENTRIES[name];
   const first = args.find(isRows);
   if (first === undefined) return f(...args);
   const count = first.length;
   const found = new Float64Array(count);
   const [a, b, c] = args;
   const [x, y, z] = args.map(isRows);
-  if (args.length === 1) for (let i = 0; i < count; i++) found[i] = f(a[i]);
+  if (QUICK[name]) QUICK[name][x && y ? 0 : x ? 1 : 2](found, a, b);
+  else if (args.length === 1) for (let i = 0; i < count; i++) found[i] = f(a[i]);
   else if (args.length === 2 && x && y) for (let i = 0; i < count; i++) found[i] = f(a[i], b[i]);
   else if (args.length === 2 && x) for (let i = 0; i < count; i++) found[i] = f(a[i], b);
   else if (args.length === 2) for (let i = 0; i < count; i++) found[i] = f(a, b[i]);
@@ -80,7 +107,8 @@ function unwrap(angle) {
   const found = Float64Array.from(angle);
   let turns = 0;
   for (let i = 1; i < angle.length; i++) {
-    turns -= Math.round((angle[i] - angle[i - 1]) / (2 * Math.PI));
+    const step = angle[i] - angle[i - 1];
+    if (!(Math.abs(step) < Math.PI)) turns -= Math.round(step / (2 * Math.PI));
     found[i] = angle[i] + 2 * Math.PI * turns;
   }
   return found;
@@ -123,36 +151,65 @@ function integral(t, x) {
   return found;
 }
 
-function extreme(choose, args) {
-  let found = NaN;
+function ends(args) {
+  // The least and the largest of all finite numbers.
+  let [low, high] = [Infinity, -Infinity];
+  const take = (x) => {
+    if (x - x !== 0) return;
+    if (x < low) low = x;
+    if (x > high) high = x;
+  };
   for (const value of args) {
-    for (const x of isRows(value) ? value : [value]) {
-      if (Number.isFinite(x)) found = Number.isNaN(found) ? x : choose(found, x);
-    }
+    if (isRows(value)) for (let i = 0; i < value.length; i++) take(value[i]);
+    else take(value);
+  }
+  return low <= high ? [low, high] : [NaN, NaN];
+}
+
+const at = (x, row) => (isRows(x) ? x[row] : x);
+
+function highest(x) {
+  // The first row at which it is largest without its sign.
+  let found = 0;
+  let most = -1;
+  for (let i = 0; i < (isRows(x) ? x.length : 0); i++) {
+    if (Math.abs(x[i]) > most) [found, most] = [i, Math.abs(x[i])];
   }
   return found;
 }
 
+function rms(t, x) {
+  const last = t.length - 1;
+  const span = t[last] - t[0];
+  const squares = x.map((v) => v * v);
+  return Math.sqrt(Math.max(0, span > 0 ? integral(t, squares)[last] / span : squares[0]));
+}
+
 const spread = (x, time) => (isRows(x) ? x : new Float64Array(time.length).fill(x));
 
-planarc.replay = function (steps, { time, column }) {
+planarc.replay = function (steps, { time, column, first = (slot) => column(slot)[0] }) {
   const wholes = {
     time: () => time,
     column: (slot) => column(slot),
-    fixed: (slot) => column(slot)[0],
+    fixed: first,
     entry: (x, i) => x[i < 0 ? x.length + i : i],
     unwrap: (x) => (isRows(x) ? unwrap(x) : x),
     rate: (t, x) => rate(t, spread(x, time)),
     integral: (t, x) => integral(t, spread(x, time)),
-    least: (...values) => extreme(Math.min, values),
-    largest: (...values) => extreme(Math.max, values),
+    before: (x) => (isRows(x) ? x.map((_, i) => x[Math.max(0, i - 1)]) : x),
+    finite: (x) => (isRows(x) ? x.map((v) => (Number.isFinite(v) ? v : 0)) : x),
+    peak: (t, x) => at(x, highest(x)),
+    instant: (t, x) => t[highest(x)],
+    rms: (t, x) => rms(t, spread(x, time)),
+    least: (...values) => ends(values)[0],
+    largest: (...values) => ends(values)[1],
   };
   const values = [];
   for (const [name, ...given] of steps) {
     if (name === "column" || name === "fixed") values.push(wholes[name](given[0]));
     else {
       const args = given.map((a) => (typeof a === "number" ? values[a] : Number(a[0])));
-      values.push(wholes[name] ? wholes[name](...args) : entries(ENTRIES[name], args));
+      values.push(wholes[name] ? wholes[name](...args) : entries(name, args));
     }
   }
   return values;

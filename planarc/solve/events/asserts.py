@@ -175,6 +175,11 @@ class AssertWatch:
         )
 
 
+def of_parameters(program: Program) -> tuple[int, ...]:
+    """The assertions that a run cannot change."""
+    return _sorted_out(program)[1]
+
+
 @once
 def _sorted_out(program: Program) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
     """The assertions that may change during a run; the others; the slots that the first ones

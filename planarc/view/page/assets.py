@@ -22,7 +22,7 @@ _VENDOR = _HERE.parent / "vendor"
 
 #: The modules of the player, in the order in which they build on each other.
 PLAYER = ("base.js", "series.js", "paint.js", "labels.js", "layers.js", "stage.js", "player.js")
-PLOTS = ("export.js", "phase.js", "plots.js", "runs.js", "tree.js", "card.js")
+PLOTS = ("export.js", "phase.js", "plots.js", "runs.js", "tree.js", "card.js", "events.js")
 STYLES = ("base.css", "player.css", "plots.css")
 
 

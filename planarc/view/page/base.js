@@ -61,7 +61,7 @@ planarc.typeset = function (text) {
   // 1.5e-5 as print has it, and a minus that is as long as a plus.
   return text
     .replace(/(−|-)?(\d+(?:\.\d+)?)e([+-]?)(\d+)/, (_, sign, size, minus, power) => (
-      `${sign ? "−" : ""}${size === "1" ? "" : `${size}×`}10${raised((minus === "-" ? "-" : "") + power)}`))
+      `${sign ? "−" : ""}${size === "1" ? "" : `${size}×`}10${raised(String(Number(minus + power)))}`))
     .replace(/-/g, "−");
 };
 

@@ -186,9 +186,16 @@
       tree.setVariables(plots.variables);
       look(answer.scene.box);
     }
+    if (get("events")) list(answer.events);
+    if (get("peaks") && answer.peaks) planarc.listPeaks(get("peaks"), answer.peaks);
     if (!isStart) latest = { ...answer, label: fields.told().join(", ") || "as the file says" };
     if (latest) runs.name(latest.label);
     if (asked) requestAnimationFrame(() => setTimeout(() => delays.push(performance.now() - asked)));
+  }
+
+  function list(events = []) {
+    get("events").closest("section").hidden = !events.length;
+    planarc.listEvents(get("events"), events, (t) => player.setTime(t));
   }
 
   function start(answer) {

@@ -2,7 +2,6 @@
 
 (() => {
   const get = (id) => document.getElementById(id);
-  const { element: make } = planarc;
   const data = JSON.parse(get("data").textContent);
 
   const themes = get("theme");
@@ -46,11 +45,5 @@
   picture.addEventListener("click", () => player.picture().toBlob((blob) => planarc.download(`${data.name}.png`, blob)));
 
   const events = get("events");
-  if (events) {
-    events.append(...data.events.map(([t, text]) => make(
-      "li", {},
-      make("button", { type: "button", class: "link", onclick: () => player.setTime(t) }, `${Number(t.toPrecision(6))} s`),
-      make("span", {}, ...planarc.spoken(text)),
-    )));
-  }
+  if (events) planarc.listEvents(events, data.events, player.setTime);
 })();
