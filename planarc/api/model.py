@@ -457,18 +457,21 @@ class Model(Loaded):
         return export_c(self, path, outputs, inputs, parameters, stiff)
 
     @telling_keywords
-    def export_page(self, path: str | PathLike[str]) -> Path:
+    def export_page(
+        self, path: str | PathLike[str], *, inputs: Sequence[str] = (), stiff: bool = False
+    ) -> Path:
         """Write a page that runs the model itself, as `planarc export page` does.
 
             model.export_page("FourBar.html")
 
-        It has the parameters and start values of the model as fields. Gives the path. Raises
+        It has the parameters, start values and inputs of the model as fields; `inputs` are
+        variables that become inputs, `stiff` takes implicit steps. Gives the path. Raises
         UsageError (V501, V506), PlanarcError C300 with the lines of what cannot be exported, and
         RunStopped where the model does not run.
         """
         from planarc.api.analysis.export import export_page
 
-        return export_page(self, path)
+        return export_page(self, path, inputs, stiff)
 
 
 def _placed(

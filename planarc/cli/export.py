@@ -49,7 +49,8 @@ def export(
     output: Annotated[
         Path | None,
         output_option(
-            "The file to write, for `c` the folder; by default NAME.fmu, NAME.html or NAME, here."
+            "The file to write, for `c` the folder; by default NAME.fmu, NAME_live.html or NAME, "
+            "here."
         ),
     ] = None,
     outputs: Annotated[
@@ -91,8 +92,8 @@ def export(
         bool,
         typer.Option(
             "--stiff",
-            help="Integrate with an implicit method in co-simulation: for hard springs and strong "
-            "dampers. The parameter `_stiff` changes it.",
+            help="Integrate with an implicit method (FMUs: in co-simulation): for hard springs and "
+            "strong dampers. The parameter `_stiff` of an FMU changes it.",
         ),
     ] = False,
     source: Annotated[
@@ -111,11 +112,11 @@ def export(
 
     An FMU, which other simulators run, holds the model as machine code for Linux, Windows and
     macOS, for model exchange and co-simulation. A page holds it for the browser that opens it,
-    with sliders for its parameters and start values; it needs no planarc, no server and no
-    network. C is what people read and a microcontroller compiles: C99 in a folder, with a small
+    with sliders for its parameters, start values and inputs; it needs no planarc, no server and
+    no network. C is what people read and a microcontroller compiles: C99 in a folder, with a small
     program that writes the outputs. All begin in the assembly that `planarc simulate` finds. The
     options from `--outputs` to `--fmi` are those of FMUs; C has all but `--platforms`, `--source`
-    and `--fmi`.
+    and `--fmi`, a page has `--input` and `--stiff`.
     """
     from msgspec.structs import replace
 
@@ -123,16 +124,11 @@ def export(
     from planarc.export.wishes import Wishes
 
     if form is not Form.FMU:
-        alone = {"platforms": platforms, "source": source or None,
+        alone: dict[str, object] = {"platforms": platforms, "source": source or None,
                  "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
-        others = {"outputs": outputs, "input": input, "parameters": parameters}
+        others: dict[str, object] = {"outputs": outputs, "parameters": parameters}
         given = alone if form is Form.C else others | alone
         _refuse_given(form, [name for name, value in given.items() if value is not None])
-    if form is Form.PAGE:
-        compiled = compile_model(
-            make_request(target, class_name, library, redundant), choose_backend(Backend.NATIVE)
-        )
-        return _page(compiled, output)
     wishes = Wishes(
         int(fmi),
         read_pattern(outputs, "--outputs"),
@@ -144,6 +140,8 @@ def export(
     backend = choose_backend(Backend.NATIVE)
     request = make_request(target, class_name, library, redundant)
     compiled = compile_model(replace(request, inputs=tuple(input or ())), backend)
+    if form is Form.PAGE:
+        return _page(compiled, output, stiff)
     write = _source if form is Form.C else _fmu
     return write(compiled, output, wishes)
 
@@ -155,11 +153,12 @@ def _refuse_given(form: Form, names: Sequence[str]) -> None:
         )
 
 
-def _place(compiled: Compiled, output: Path | None, ending: str) -> Path:
-    """The file to write. Raises UsageError C121, C123."""
+def _place(compiled: Compiled, output: Path | None, ending: str, kind: str = "") -> Path:
+    """The file to write, by default of the model's name and its `kind`. Raises UsageError C121,
+    C123."""
     from planarc.cli.files import check_writable, file_stem
 
-    path = output or Path(f"{file_stem(compiled.program.name)}{ending}")
+    path = output or Path(f"{file_stem(compiled.program.name)}{kind}{ending}")
     if path.suffix.lower() != ending:
         raise usage_error(
             "C121", f"`--output {path}` has no ending that planarc writes", hint=f"use `{ending}`"
@@ -169,7 +168,7 @@ def _place(compiled: Compiled, output: Path | None, ending: str) -> Path:
     return path
 
 
-def _page(compiled: Compiled, output: Path | None) -> int:
+def _page(compiled: Compiled, output: Path | None, stiff: bool) -> int:
     from planarc.cli.files import save
     from planarc.compiler import run
     from planarc.core.options import RunOptions
@@ -178,9 +177,9 @@ def _page(compiled: Compiled, output: Path | None) -> int:
     from planarc.export.refusal import refuse
     from planarc.view.storage import write_text
 
-    path = _place(compiled, output, ".html")
+    path = _place(compiled, output, ".html", "_live")  # NAME.html is the report of a run
     refuse(compiled.program)
-    page = make_page(compiled, run(compiled, RunOptions()))
+    page = make_page(compiled, run(compiled, RunOptions()), stiff)
     save(path, lambda place: write_text(place, page.text))
     console.say(f"written    {path}")
     console.say(f"interface  {counted(page.fields, 'field')} to set")

@@ -20,12 +20,14 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.evaluate.record import ENTRIES, Tape
 from planarc.export.page.drawing import Drawing, draw
+from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
 from planarc.ir.result import Result
 from planarc.request.request import Request
 from planarc.stages import study
 from planarc.view.page.report import render_page
 from planarc.view.scene import make_scene
+from tests.export.test_wasm import of_node
 
 ROOT = Path(__file__).parents[2]
 RECORD = ROOT / "planarc" / "export" / "page" / "record.js"
@@ -179,6 +181,65 @@ def test_the_same_model_gives_the_same_page() -> None:
     model = compiled("pendulum")
     result = run(model, RunOptions())
     assert make_page(model, result) == make_page(model, result)
+
+
+PUSH = """
+model Push "A mass in oil"
+  parameter Real d=4 "Damping";
+  input Real u(unit="N", start=2) "Push";
+  Real v(start=0, fixed=true) "Velocity";
+equation
+  der(v) = u - d*(v - cos(time)) - sin(time);
+  annotation(experiment(StopTime=2));
+end Push;
+"""
+
+
+def fields_of(page: str) -> dict[str, dict[str, Any]]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
+    assert found is not None
+    groups = json.loads(found[1])["model"]["groups"]
+    return {f["name"]: f for g in groups for f in g["fields"]}
+
+
+def test_inputs_have_fields(tmp_path: Path) -> None:
+    """Those of the model, and those that are named."""
+    path = planarc.load(PUSH).export_page(tmp_path / "push.html")
+    field = fields_of(path.read_text("utf-8"))["u"]
+    assert (field["value"], field["unit"], field["description"]) == (2.0, "N", "Push")
+    swing = planarc.load(str(ROOT / "examples" / "pendulum.pmo"))
+    assert "hinge.tau" not in fields_of(swing.export_page(tmp_path / "a").read_text("utf-8"))
+    driven = swing.export_page(tmp_path / "b", inputs=["hinge.tau"])
+    assert fields_of(driven.read_text("utf-8"))["hinge.tau"]["value"] == 0.0
+
+
+@needs_node
+@pytest.mark.parametrize("stiffness", [4.0, 1e7])
+def test_stiff_steps_follow_the_slow_part(tmp_path: Path, stiffness: float) -> None:
+    """v = cos(t) + u/d, but for what dies out at once (A. Prothero, A. Robinson)."""
+    model = planarc.load(PUSH).compiled()
+    slots = {p.name: p.slot for p in model.program.parameter_slots}
+    speed = next(c for c in model.program.columns if c.name == "v")
+    times, push = np.linspace(0.0, 2.0, 41), 3 * stiffness
+    given = [(slots["d"], stiffness), (model.program.slots["u"], push)]
+    (told,) = of_node(
+        tmp_path, make_module(model, stiff=True).code, [speed.slot], (given, times.tolist())
+    )
+    (found,) = np.array(told["columns"])
+    wanted = np.cos(times) + 3 - 4 * np.exp(-stiffness * times)
+    assert np.abs(found - wanted).max() < 1e-5
+
+
+def test_the_command_leaves_a_report_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page that runs the model has another name than the page of a run."""
+    from planarc.cli.app import run as command
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "Push.html").write_text("a report", "utf-8")
+    Path("push.pmo").write_text(PUSH, "utf-8")
+    assert command(["export", "page", "push.pmo", "--stiff", "-q"]) == 0
+    assert Path("Push.html").read_text("utf-8") == "a report"
+    assert "u" in fields_of(Path("Push_live.html").read_text("utf-8"))
 
 
 def test_python_writes_it_and_refuses_delays(tmp_path: Path) -> None:

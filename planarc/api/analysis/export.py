@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from msgspec.structs import replace
 
 from planarc.api.choices import backend_of
-from planarc.compiler import compile_model
+from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import usage_error
-from planarc.core.options import Backend
+from planarc.core.options import Backend, RunOptions
 from planarc.core.unknown import refuse_unknown
 from planarc.view.storage import with_ending, write_bytes, write_folder, write_text
 
@@ -73,15 +73,16 @@ def export_c(
     return place
 
 
-def export_page(model: Model, path: Any) -> Path:
+def export_page(model: Model, path: Any, inputs: Sequence[str], stiff: bool) -> Path:
     """See `Model.export_page`."""
     from planarc.export.page.page import make_page
     from planarc.export.refusal import refuse
 
     place = _place(path, ".html")
-    compiled = model.compiled(backend_of(Backend.NATIVE))
+    compiled = _compiled(model, inputs)
     refuse(compiled.program)
-    write_text(place, make_page(compiled, model.simulate().rows).text)
+    rows = run(compiled, RunOptions()) if inputs else model.simulate().rows
+    write_text(place, make_page(compiled, rows, bool(stiff)).text)
     return place
 
 

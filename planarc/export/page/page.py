@@ -3,8 +3,8 @@
 In:   Compiled, Result of a run of it
 Out:  Page   its text
 
-    fields     parameters and start values, as `planarc serve` shows them, but for what would
-               compile the model again
+    fields     inputs; parameters and start values, as `planarc serve` shows them, but for what
+               would compile the model again
     module     the model as WebAssembly; `engine.js` runs it
     drawing    what is shown, with the steps that make it from the rows of a run (`record.js`)
 
@@ -32,7 +32,7 @@ from planarc.export.page.module import make_module
 from planarc.export.page.told import told_of
 from planarc.export.plan import is_eventful, is_settable
 from planarc.view.page import assets
-from planarc.view.page.controls import Field, Group, groups_of
+from planarc.view.page.controls import Field, Group, groups_of, inputs_of
 from planarc.view.page.data import ROWS
 from planarc.view.page.live import Surroundings, live_script, live_text
 from planarc.view.page.typeset import typeset
@@ -69,11 +69,12 @@ class Page(Data):
     fields: int
 
 
-def make_page(compiled: Compiled, result: Result) -> Page:
-    """The page of a model; `result` is its run with the values of the file."""
+def make_page(compiled: Compiled, result: Result, stiff: bool = False) -> Page:
+    """The page of a model; `result` is its run with the values of the file. With `stiff` it takes
+    implicit steps."""
     program = compiled.program
-    module, drawing = make_module(compiled), draw(result)
-    groups = tuple(_groups(compiled, module.starts))
+    module, drawing = make_module(compiled, stiff), draw(result)
+    groups = tuple(_groups(compiled, result, module.starts))
     script = live_script(*map(_text, SCRIPTS))
     policy = _POLICY.format(hashes=assets.policy(assets.chart_script(), script))
     data = {
@@ -112,9 +113,13 @@ def _packed(drawing: Drawing, code: bytes) -> str:
     return base64.b64encode(zlib.compress(whole, 9)).decode()
 
 
-def _groups(compiled: Compiled, starts: frozenset[int]) -> Iterator[Group]:
-    """The fields that a run takes: no structural ones, and of start values those that are held."""
+def _groups(compiled: Compiled, result: Result, starts: frozenset[int]) -> Iterator[Group]:
+    """The fields that a run takes: inputs, no structural ones, and of start values those that are
+    held."""
     program = compiled.program
+    driven = inputs_of(program, result)
+    if driven:
+        yield Group("Inputs", "held during the run", driven)
     free = {p.name for p in program.parameter_slots if is_settable(p)}
     held = {c.display for c in program.candidates if c.slot in starts}
     for group in groups_of(program, compiled.parameters()):
@@ -127,6 +132,7 @@ def _places(program: Program, groups: tuple[Group, ...]) -> Iterator[tuple[str, 
     """Where the value of a field stands in the workspace, and with which sign."""
     known = {c.name: c for c in program.columns}
     slots = {p.name: p.slot for p in program.parameter_slots}
+    slots |= {name: program.slots[name] for name in program.inputs}
 
     def place(f: Field) -> tuple[int, int]:
         return (known[f.name].slot, known[f.name].sign) if f.start else (slots[f.name], 1)

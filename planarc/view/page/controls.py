@@ -93,6 +93,18 @@ def groups_of(program: Program, w: Any) -> tuple[Group, ...]:
     return _scaled(tuple(found))
 
 
+def inputs_of(program: Program, values: Any) -> tuple[Field, ...]:
+    """Fields of the model's inputs, which a run holds at one value; `values` are the rows of a run
+    by name. Derivatives of other inputs stay 0."""
+    known = {c.name: c for c in program.columns}
+    wanted = [known[n] for n in program.inputs if n in known and not n.startswith("der(")]
+    return tuple(
+        _field(c.name, c.name, c.kind, float(values[c.name][0]), c.unit, c, (None, None),
+               c.description)
+        for c in wanted
+    )  # fmt: skip
+
+
 def _is_channel(p: ParameterSlot) -> bool:
     """True for the red, green or blue of a colour."""
     return p.kind is Kind.INTEGER and (p.minimum, p.maximum) == (0.0, 255.0)
