@@ -196,3 +196,62 @@ def test_pages_tell_bodies_that_overlap_at_the_start(tmp_path: Path) -> None:
     number = low["failed"]
     assert isinstance(number, int)
     assert list(ends_of(model.program))[number - 1].code == "R480"
+
+
+@runs_here
+def test_low_bounces_are_no_rounding_of_the_ones_before(folder: Path) -> None:
+    """What leaves a touch stands at zero, and a step that finds its return must not stop there."""
+    name = "Contacts.WornSliderCrank"
+    table = fmpy.simulate_fmu(
+        archive(folder, name), fmi_type="CoSimulation", stop_time=1.0, output_interval=0.01,
+        relative_tolerance=1e-12, record_events=False,
+    )  # fmt: skip
+    result = run(compiled(name), RunOptions(stop=1.0, intervals=100, tolerance=1e-12))
+    assert len(result.events) > 80
+    assert table["pin.w"] == pytest.approx(at_rows(result, "pin.w", table["time"]), abs=1.6e-5)
+    assert table["pin.phi"] == pytest.approx(at_rows(result, "pin.phi", table["time"]), abs=2e-6)
+
+
+@runs_here
+@pytest.mark.parametrize("early", (False, True))
+@pytest.mark.parametrize("tolerance", (1e-9, 1e-10, 1e-11, 1e-12))
+def test_an_event_that_is_seen_coming_happens_now(
+    folder: Path, tolerance: float, early: bool
+) -> None:
+    """Where a step stops just before a crossing, its way is looked at, not gone."""
+    table = fmpy.simulate_fmu(
+        archive(folder, "cam_lift_off"), fmi_type="CoSimulation", stop_time=4.0,
+        output_interval=0.04, relative_tolerance=tolerance, record_events=early,
+        early_return_allowed=early,
+    )  # fmt: skip
+    leaves = [e.time for e in reference("cam_lift_off", 4.0).events if "lets go" in str(e.causes)]
+    assert leaves
+    if early:
+        assert max(np.abs(table["time"] - t).min() for t in leaves) < 2e-8
+    even = np.abs(table["time"][:, None] - np.linspace(0, 4, 101)).min(1) < 1e-9
+    assert misfit("cam_lift_off", 4.0, table[even]) < 1e-7
+
+
+@runs_here
+def test_a_blow_runs_through_balls_that_stay_where_they_are(folder: Path) -> None:
+    """The inner ones move by rounding alone, and the outer ones as in planarc."""
+    name = "Contacts.NewtonsCradle"
+    table = fmpy.simulate_fmu(
+        archive(folder, name), fmi_type="CoSimulation", stop_time=10.0, output_interval=0.1,
+        relative_tolerance=1e-12, record_events=True, early_return_allowed=True,
+    )  # fmt: skip
+    result = run(compiled(name), RunOptions(stop=10.0, intervals=100, tolerance=1e-12))
+    events = [e.time for e in result.events]
+    assert len(events) == 10
+    assert max(np.abs(table["time"] - t).min() for t in events) < 2e-9
+    even = np.abs(table["time"][:, None] - np.linspace(0, 10, 101)).min(1) < 1e-9
+    for ball in (1, 5):
+        for what in ("phi", "w"):
+            wanted = at_rows(result, f"hinge[{ball}].{what}", table["time"][even])
+            assert table[f"hinge[{ball}].{what}"][even] == pytest.approx(wanted, abs=1e-7)
+    for ball in (2, 3, 4):
+        assert np.abs(table[f"hinge[{ball}].w"]).max() < 1e-10
+
+
+def at_rows(result: Result, name: str, times: np.ndarray) -> np.ndarray:
+    return result[name][np.abs(result.time[:, None] - times).argmin(0)]

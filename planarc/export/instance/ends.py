@@ -19,6 +19,8 @@ from planarc.export.plan import Own, Relation, Stale
 
 #: Trials until a crossing is known to so many last digits of the time.
 _TRIALS, _EXACT = 100, 4 * 2.0**-52
+#: A value below this part of the one at the other end may be rounding.
+_SLIGHT = 1e-3
 #: Crossings in a row that are too many, and the time from one to the next, in units of `Own.AHEAD`.
 _CROWD, _CROWD_TIME = 100, 3.0
 #: The flag of too many events.
@@ -71,6 +73,8 @@ def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
         with c.when(width > least):
             part = first.get() / (first.get() - last.get())
             halved = (k - k / 4 * 4).equals(3) | ~((part > 0.0) & (part < 1.0))
+            # What begins at zero, as a bounce does, is rounding there: look further away.
+            halved = halved | (first.get() < -last.get() * _SLIGHT)
             x = low.get() + width * c.select(halved, c.constant(0.5, REAL), part)
             x = c.select(x > low.get() + least * 0.5, x, low.get() + least * 0.5)
             x = c.select(x < high.get() - least * 0.5, x, high.get() - least * 0.5)

@@ -216,6 +216,7 @@ def _crossing(c: Code, m: Value, t: Value) -> None:
             with c.when(told(c, i, Row.TIMED).equals(0) & beside & moves):
                 crossing.store(whole(c, 1), i)
                 found.set(whole(c, 1))
+        c.call(FLAG, "px_zeros", m, t)  # back from the later time
     c.give(found.get())
 
 
