@@ -124,8 +124,11 @@ def export(
     from planarc.export.wishes import Wishes
 
     if form is not Form.FMU:
-        alone: dict[str, object] = {"platforms": platforms, "source": source or None,
-                 "fmi": None if fmi is Version.THREE else fmi}  # fmt: skip
+        alone: dict[str, object] = {
+            "platforms": platforms,
+            "source": source or None,
+            "fmi": None if fmi is Version.THREE else fmi,
+        }
         others: dict[str, object] = {"outputs": outputs, "parameters": parameters}
         given = alone if form is Form.C else others | alone
         _refuse_given(form, [name for name, value in given.items() if value is not None])

@@ -51,7 +51,7 @@ planarc.createDrag = function (page, { show, release, stretch = () => null }) {
 
   return {
     delays,
-    take({ shift, ...order }) {
+    take({ shift, item, ...order }) {
       pull = shift ? stretch(order) : null;
       taken = order;
       held = true;

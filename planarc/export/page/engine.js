@@ -13,6 +13,8 @@
 //
 // With { events: true } there are rows before and behind each event, too.
 //
+// `engine.start(values, time)` gives the row of a start alone.
+//
 // It gives null where the run was no longer wanted: so often it lets go of the page.
 
 const PATIENCE = 30; // ms of a run at one stretch
@@ -136,5 +138,18 @@ planarc.createEngine = async function (bytes, slots, counts = {}) {
     const first = (k) => all.rows[0][k];
     return { ...found, begun: true, rows: all.rows.length, failed, time: Float64Array.from(all.time), first, column };
   }
-  return { run };
+  function start(values, time) {
+    // The row of a start, at once; null where there is none. Not while a run is under way.
+    note = () => {};
+    heap = model.heap.value;
+    const block = model.page_new();
+    if (values.some(([slot, value]) => model.page_set(block, slot, value) !== 0) || model.page_begin(block) !== 0) return null;
+    const [at, places, out] = [1, slots.length, slots.length + 1].map(room);
+    numbers(at, 1)[0] = time;
+    new BigInt64Array(model.memory.buffer, places, slots.length).set(slots.map(BigInt));
+    const rows = model.page_rows(block, at, 0, 1, places, slots.length, out);
+    return rows === 1 ? numbers(out, slots.length).slice() : null;
+  }
+
+  return { run, start };
 };

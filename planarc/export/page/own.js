@@ -1,6 +1,8 @@
 // Where the page has its answers from: the model in it, run here. `live.js` knows it as
 // `planarc.source`; an answer is as `session.py` gives it.
 
+const AXLE = 8; // pixels
+
 planarc.source = (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const { places, model, told, rows } = data;
@@ -13,10 +15,13 @@ planarc.source = (() => {
     const behind = 4 + new DataView(bytes.buffer).getUint32(0, true);
     const drawing = JSON.parse(new TextDecoder().decode(bytes.subarray(4, behind)));
     const counts = { relations: told.relations.length, samplers: told.samplers };
-    return { ...drawing, engine: await planarc.createEngine(bytes.subarray(behind), drawing.slots, counts) };
+    const create = () => planarc.createEngine(bytes.subarray(behind), drawing.slots, counts);
+    return { ...drawing, engine: await create(), beside: await create() };
   }
 
   const unpacked = unpack();
+  let starter = null; // what a drag needs
+  unpacked.then((drawing) => { starter = posesOf(drawing); });
   const teller = planarc.createTeller(told);
 
   function drawn({ data: empty, steps, holes, slots }, run) {
@@ -57,6 +62,49 @@ planarc.source = (() => {
     return now < end ? problem(`the run ends at t = ${planarc.general(now)} s: ${told.step}`, order, { field: "" }) : null;
   }
 
+  function valuesOf({ values, starts }, more = {}) {
+    // Pairs of a slot and what stands there.
+    const given = { ...values };
+    for (const [name, value] of Object.entries(starts)) given[`${name}.start`] = value;
+    return Object.entries({ ...given, ...more }).map(([name, value]) => [places[name][0], places[name][1] * value]);
+  }
+
+  function posesOf({ data: empty, steps, holes, slots, beside }) {
+    // What gives the place, angle, length and width of each item at a start.
+    const step = new Map(holes.map(([path, number]) => [path.join(), number]));
+    const wanted = empty.scene.items.map((item, i) => ["x", "y", "angle", "length", "width"].map((key) => {
+      const [value, path] = Array.isArray(item[key])
+        ? [empty.scene.tracks[item[key][0]], ["scene", "tracks", item[key][0]]] : [item[key], ["scene", "items", i, key]];
+      return [step.get(path.join()), value];
+    }));
+    const { steps: few, place } = planarc.only(steps, wanted.flat().flatMap(([number]) => number ?? []));
+    const order = new Map(slots.map((slot, k) => [slot, k]));
+    return (values) => {
+      const row = beside.start(values, model.start);
+      if (!row) return null;
+      const first = (slot) => row[order.get(slot)];
+      const found = planarc.replay(few, { time: Float64Array.of(model.start), first, column: (slot) => Float64Array.of(first(slot)) });
+      const number = (v) => (typeof v === "object" && v ? v[0] : v);
+      return wanted.map((item) => item.map(([at, value]) => number(at === undefined ? value : found[place.get(at)])));
+    };
+  }
+
+  function drag({ value, fields, pixel, ...options }) {
+    const known = new Map(model.groups.flatMap((g) => g.fields).map((f) => [f.start ? `${f.name}.start` : f.name, f]));
+    const start = (more) => (starter ? starter(valuesOf(fields.values(), more)) : null);
+    const given = (name) => {
+      const { name: own, start: isStart, value: original } = known.get(name);
+      const { starts, values } = fields.values();
+      return (isStart ? starts[own] : values[own]) ?? original;
+    };
+    // What is taken begins where it is shown.
+    const shown = (name) => (known.get(name).start ? value(known.get(name).name) / known.get(name).factor : given(name));
+    const give = (values) => { if (Object.keys(values).length) fields.give(values); };
+    // A wheel is not turned by its axle.
+    const least = (name) => (["deg", "rad"].includes(known.get(name).unit) ? AXLE * pixel() : 0.01);
+    return planarc.createPull({ names: data.pulled, start }, { ...options, value: shown, given, give, least });
+  }
+
   async function run(order, signal) {
     const drawing = await unpacked;
     const since = performance.now();
@@ -64,10 +112,7 @@ planarc.source = (() => {
     const begin = model.start;
     const end = order.stop ?? model.stop;
     const times = Float64Array.from({ length: rows }, (_, i) => begin + ((end - begin) * i) / (rows - 1));
-    const given = { ...order.values };
-    for (const [name, value] of Object.entries(order.starts)) given[`${name}.start`] = value;
-    const values = Object.entries(given).map(([name, value]) => [places[name][0], places[name][1] * value]);
-    const found = await drawing.engine.run(values, times, { wanted: () => !signal.aborted, events: true });
+    const found = await drawing.engine.run(valuesOf(order), times, { wanted: () => !signal.aborted, events: true });
     if (found === null) return { overtaken: true };
     const shown = found.time.length ? drawn(drawing, found) : null;
     const why = wrong(found, order, end, shown);
@@ -79,5 +124,5 @@ planarc.source = (() => {
     return { ...answer, scene, curves, events, peaks, warnings };
   }
 
-  return { run, model, lost: "" };
+  return { run, model, drag: data.pulled.length ? drag : undefined, lost: "" };
 })();

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 _HERE = Path(__file__).parent
 #: The modules of the page, in the order in which they build on each other.
-SCRIPTS = ("engine.js", "record.js", "told.js", "own.js")
+SCRIPTS = ("engine.js", "record.js", "told.js", "pull.js", "own.js")
 #: Only what stands in the page runs, and nothing is asked of anyone.
 _POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; "
@@ -59,6 +59,8 @@ _SAID = {
 }
 
 
+_FOOTER = "Made by planarc. This page holds the model itself and asks nothing of the network."
+_DRAG = " Drag a part to let it start elsewhere, with Shift to change its length."
 _CARD = '<section class="card"><h2>{}</h2>{}</section>'
 
 
@@ -79,6 +81,9 @@ def make_page(compiled: Compiled, result: Result, stiff: bool = False) -> Page:
     policy = _POLICY.format(hashes=assets.policy(assets.chart_script(), script))
     data = {
         "places": dict(_places(program, groups)),
+        "pulled": [
+            _key(f) for g in groups for f in g.fields if f.start or f.name in program.inputs
+        ],
         "rows": min(len(result.time), ROWS),
         "model": {
             "name": program.name,
@@ -96,7 +101,7 @@ def make_page(compiled: Compiled, result: Result, stiff: bool = False) -> Page:
         menu='<button id="link" type="button" class="link" '
         'title="The address of this page with these values">copy link</button>\n    ',
         about=_about(program, drawing),
-        footer="Made by planarc. This page holds the model itself and asks nothing of the network.",
+        footer=_FOOTER + _DRAG if data["pulled"] else _FOOTER,
         data=f'<script type="application/json" id="data">{assets.embed_json(data)}</script>\n'
         f'<script type="text/plain" id="model">{_packed(drawing, module.code)}</script>',
     )
@@ -139,7 +144,12 @@ def _places(program: Program, groups: tuple[Group, ...]) -> Iterator[tuple[str, 
 
     for group in groups:
         for f in group.fields:
-            yield (f"{f.name}.start" if f.start else f.name), place(f)
+            yield _key(f), place(f)
+
+
+def _key(f: Field) -> str:
+    """The name of a field in the page."""
+    return f"{f.name}.start" if f.start else f.name
 
 
 def _about(program: Program, drawing: Drawing) -> str:

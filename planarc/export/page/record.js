@@ -187,6 +187,25 @@ function rms(t, x) {
 
 const spread = (x, time) => (isRows(x) ? x : new Float64Array(time.length).fill(x));
 
+planarc.only = function (steps, wanted) {
+  // The steps that lead to some of them, and where these stand.
+  const needed = new Set();
+  const waiting = [...wanted];
+  while (waiting.length) {
+    const number = waiting.pop();
+    if (needed.has(number)) continue;
+    needed.add(number);
+    const [name, ...given] = steps[number];
+    if (name !== "column" && name !== "fixed") waiting.push(...given.filter((a) => typeof a === "number"));
+  }
+  const place = new Map([...needed].sort((a, b) => a - b).map((number, i) => [number, i]));
+  const few = [...place.keys()].map((number) => {
+    const [name, ...given] = steps[number];
+    return name === "column" || name === "fixed" ? steps[number] : [name, ...given.map((a) => (typeof a === "number" ? place.get(a) : a))];
+  });
+  return { steps: few, place };
+};
+
 planarc.replay = function (steps, { time, column, first = (slot) => column(slot)[0] }) {
   const wholes = {
     time: () => time,

@@ -274,6 +274,16 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     return true;
   }
 
+  function give(values) {
+    // Several at once, told as one change.
+    for (const [name, value] of Object.entries(values)) {
+      rows.get(name).put(value);
+      set.set(name, value);
+      dress(name);
+    }
+    changed(Object.keys(values).pop());
+  }
+
   function offer(name, value) {
     // The same for a value that may be wrong; gives the reason why it is not taken, or "".
     const problem = rows.has(name) ? rows.get(name).check(value) : "not in this model";
@@ -281,5 +291,5 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     return problem;
   }
 
-  return { show, search, values, blame, reset, told, put, offer, has: (name) => rows.has(name), get changes() { return set.size; } };
+  return { show, search, values, blame, reset, told, put, give, offer, has: (name) => rows.has(name), get changes() { return set.size; } };
 };

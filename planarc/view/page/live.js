@@ -5,7 +5,8 @@
 //
 //   source.run(order, signal) => answer      `order` and `answer` as in `session.py`
 //   source.file(name, order) => response     where the page offers files
-//   source.drag(options) => drag, source.show(player), source.follow({ edited, ended })
+//   source.drag(options) => drag; it may have `again`, for what a run has drawn over
+//    source.show(player), source.follow({ edited, ended })
 //   source.model                             what an answer's `model` is, where it is known at once
 
 (() => {
@@ -27,6 +28,7 @@
   let still = false; // whether the next order is for the start alone
   let resumed = null; // what was looked at before that start: {time, playing}
   let runs = null;
+  let dragging = false; // whether start values follow the pointer now
   let pose = {}; // start values of the position to which the mechanism was dragged
   let latest = null; // the answer that is shown, and what was set for it
   let looked = ""; // the view that this page chose last
@@ -69,7 +71,24 @@
 
   const drag = source.drag?.({
     stretch,
+    fields,
     show: (poses) => player.drag(poses),
+    value: (name) => {
+      player.reader.seek(player.time);
+      return plots.variables.get(name)?.value(player.reader) ?? NaN;
+    },
+    pixel: () => 1 / player.view.scale,
+    grip: () => {
+      // What follows the pointer is where the run begins.
+      dragging = true;
+      player.setTime(-Infinity);
+    },
+    dropped: () => {
+      dragging = false;
+      player.drag(null);
+      look(latest.scene.box);
+      if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
+    },
     release: (start) => {
       pose = { ...pose, ...start };
       resumed = { time: -Infinity, playing: !window.matchMedia("(prefers-reduced-motion: reduce)").matches };
@@ -179,6 +198,7 @@
       player.setScene(answer.scene);
     } else {
       player.setScene(answer.scene);
+      if (dragging) drag.again();
       if (resumed) player.setTime(resumed.time);
       if (resumed?.playing) player.play();
       resumed = null;
@@ -235,7 +255,7 @@
     // The mechanism stays in view, and of a good size, unless the user looks at a detail.
     const { view } = player;
     const key = () => [view.x, view.y, view.scale].join();
-    if (!box || (looked !== "" && looked !== key())) return;
+    if (!box || dragging || (looked !== "" && looked !== key())) return;
     const stage = get("player").querySelector("canvas").getBoundingClientRect();
     const [w, h] = [stage.width / 2 / view.scale, stage.height / 2 / view.scale];
     const inside = box[0] >= view.x - w && box[2] <= view.x + w && box[1] >= view.y - h && box[3] <= view.y + h;

@@ -328,9 +328,11 @@ planarc.createPlayer = function (element, scene, options = {}) {
     if (options.bare) return;
     canvas.setPointerCapture(event.pointerId);
     const part = options.drag && touches.size === 0 && touched(event.clientX, event.clientY);
-    if (part) {
+    const order = part && {
+      components: [part.component, ...(part.parts || [])], item: items.indexOf(part), time: state.time, shift: event.shiftKey, ...there(event),
+    };
+    if (order && options.drag.take(order) !== false) {
       held = { pointer: event.pointerId, x: event.clientX, y: event.clientY, moved: false };
-      options.drag.take({ components: [part.component, ...(part.parts || [])], time: state.time, shift: event.shiftKey, ...there(event) });
       return;
     }
     touches.set(event.pointerId, [event.clientX, event.clientY]);
@@ -354,6 +356,8 @@ planarc.createPlayer = function (element, scene, options = {}) {
     }
     ask();
   });
+  // A finger that holds a part does not scroll the page.
+  canvas.addEventListener("touchstart", (event) => { if (held) event.preventDefault(); }, { passive: false });
   for (const end of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(end, (event) => {
       touches.delete(event.pointerId);
