@@ -188,6 +188,57 @@ def moved() -> float:
     return statistics.median(times[1:])
 
 
+#: Runs a page's model with another value, some times; gives the median of milliseconds.
+AGAIN = """async ([kind, name, first]) => {
+  const found = [];
+  for (let i = 0; i < 25; i++) {
+    const order = { values: {}, starts: {}, stop: null, changed: "" };
+    order[kind][name] = first * (1 + 1e-3 * i);
+    found.push(1000 * (await planarc.source.run(order, { aborted: false })).seconds);
+  }
+  return found.sort((a, b) => a - b)[12];
+}"""
+
+
+def page_again(request: Request, *value: object) -> float:
+    """Wall milliseconds of another run in an exported page, its motion and curves included, in
+    chromium; nan where there is none."""
+    import shutil
+
+    from planarc.compiler import compile_model, run
+    from planarc.core.options import RunOptions
+    from planarc.export.page.page import make_page
+
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if program is None:
+        return float("nan")
+    from playwright.sync_api import sync_playwright
+
+    compiled = compile_model(request)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
+        path = Path(folder) / "page.html"
+        path.write_text(make_page(compiled, run(compiled, RunOptions())).text, "utf-8")
+        browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(path.as_uri())
+        found = float(page.evaluate(AGAIN, list(value)))
+        browser.close()
+    return found
+
+
+def four_bar_in_page() -> float:
+    from planarc.request.request import Request
+
+    example = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
+    return page_again(Request(example), "starts", "revA.phi", 1.0)
+
+
+def cam_in_page() -> float:
+    from planarc.request.request import Request
+
+    return page_again(Request(class_name=CAM), "values", "follower.m", 1.0)
+
+
 def from_python() -> float:
     """CPU seconds of one more `model.simulate` from Python."""
     import planarc as package
@@ -236,6 +287,8 @@ BARS = (
     Bar("four-bar again, model.simulate", "ms", 8.0, lambda: 1e3 * from_python()),
     Bar("four-bar as a gif of 120 frames", "s", 6.0, lambda: seconds(gif())),
     Bar("four-bar moved on the live page, answer", "ms", 50.0, lambda: 1e3 * moved()),
+    Bar("four-bar again in an exported page, wall", "ms", 20.0, four_bar_in_page),
+    Bar("cam follower again in an exported page", "ms", 60.0, cam_in_page),
     Bar("cam follower, warm caches", "s", 1.0, lambda: seconds(warm(command=cam_follower))),
     Bar("cam follower again in one process, native", "ms", 15.0, lambda: 1e3 * cam_again("native")),
     Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),

@@ -83,7 +83,8 @@ planarc.createTeller = function (told) {
       const [was, closed] = [before, behind].map((row) => column(held)[row]);
       const [old, now] = [before, behind].map((row) => column(way)[row]);
       const size = column(impulse)[behind];
-      const texts = size > FELT * largest ? [`impact of ${planarc.typeset(general(size, 4))} N·s`] : [];
+      const strikes = size > FELT * largest && size !== column(impulse)[before]; // else it is the last one
+      const texts = strikes ? [`impact of ${planarc.typeset(general(size, 4))} N·s`] : [];
       if (closed && (!was || old !== now) && now !== 2) texts.push(now === 0 ? "sticks" : "slides");
       else if (closed && !was) texts.push("rests");
       if (was && !closed) texts.push("lets go");

@@ -14,10 +14,12 @@ from typing import Any
 
 import pytest
 
+import planarc
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
 from planarc.export.page.page import make_page
 from planarc.request.request import Request
+from tests.view.browser.test_own_page_tells import BALL
 
 ROOT = Path(__file__).parents[3]
 FIREFOX = shutil.which("firefox") or shutil.which("firefox-esr")
@@ -36,6 +38,55 @@ const [name, value, done] = arguments;
   planarcPlayer.setTime(1);
   const { x, y, angle } = planarcPlayer.pose("rocker");
   done({ state: document.getElementById("state").textContent, x, y, angle });
+})();
+"""
+
+
+#: Drags a point of a component by an angle around the origin; tells the start value that followed.
+DRAG = """
+const [name, component, u, turn, done] = arguments;
+(async () => {
+  const rest = (ms = 10) => new Promise((ready) => setTimeout(ready, ms));
+  while (!window.planarcPlayer || planarcLive.busy) await rest();
+  const canvas = planarcPlayer.picture();
+  canvas.setPointerCapture = () => {}; // there is no real pointer
+  planarcPlayer.pause();
+  planarcPlayer.setTime(0);
+  await rest(100);
+  const { angle } = planarcPlayer.pose(component);
+  const put = (kind, phi) => {
+    const box = canvas.getBoundingClientRect();
+    const { view } = planarcPlayer;
+    canvas.dispatchEvent(new PointerEvent(kind, {
+      pointerId: 7, bubbles: true, buttons: 1,
+      clientX: box.left + box.width / 2 + (u * Math.cos(phi) - view.x) * view.scale,
+      clientY: box.top + box.height / 2 - (u * Math.sin(phi) - view.y) * view.scale,
+    }));
+  };
+  put("pointerdown", angle);
+  for (let i = 1; i <= 5; i++) {
+    put("pointermove", angle + (turn * i) / 5);
+    await rest();
+  }
+  put("pointerup", angle + turn);
+  while (planarcLive.busy) await rest();
+  planarcPlayer.pause();
+  planarcPlayer.setTime(0);
+  done({
+    before: angle, after: planarcPlayer.pose(component).angle,
+    value: planarcLive.fields.values().starts[name],
+    peaks: document.querySelectorAll("#peaks tr").length,
+  });
+})();
+"""
+#: What the page lists of events, and its marks.
+EVENTS = """
+const [done] = arguments;
+(async () => {
+  const rest = () => new Promise((ready) => setTimeout(ready, 10));
+  while (!window.planarcPlayer || planarcLive.busy) await rest();
+  const texts = [...document.querySelectorAll("#events li span")].map((line) => line.textContent);
+  done({ texts, marks: document.querySelectorAll(".marks i").length });
 })();
 """
 
@@ -97,6 +148,24 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
     finally:
         program.terminate()
         program.wait()
+
+
+def test_events_are_told_and_a_part_is_dragged(firefox: Firefox, tmp_path: Path) -> None:
+    ball = planarc.load(BALL)
+    told = ball.simulate().rows.events
+    path = ball.export_page(tmp_path / "ball.html")
+    firefox.ask("WebDriver:Navigate", url=path.as_uri())
+    found = firefox.ask("WebDriver:ExecuteAsyncScript", script=EVENTS, args=[])["value"]
+    assert found["texts"] == [", ".join(e.causes) for e in told]
+    assert found["marks"] == len(told)
+    bars = planarc.load(str(ROOT / "examples" / "four_bar.pmo"))
+    path = bars.export_page(tmp_path / "bars.html")
+    firefox.ask("WebDriver:Navigate", url=path.as_uri())
+    given = ["revA.phi", "crank", 0.3, 0.4]
+    found = firefox.ask("WebDriver:ExecuteAsyncScript", script=DRAG, args=given)["value"]
+    assert found["after"] == pytest.approx(found["before"] + 0.4, abs=1e-3)
+    assert found["value"] == pytest.approx(found["after"], abs=1e-4)
+    assert found["peaks"] > 1
 
 
 def test_a_slider_runs_the_model_again(firefox: Firefox, tmp_path: Path) -> None:
