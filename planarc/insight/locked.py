@@ -17,6 +17,7 @@ parts may stand still.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import combinations
 
 from planarc.core.diagnostic import Locked, Severity
@@ -37,14 +38,17 @@ def find_held(model: SortedDae) -> Locked | None:
     if height < 2:
         return None
     still = {p.name for p in model.dae.parameters}
-    for level in (x for x in model.levels if x.height == height):
-        for step in level.steps:
-            if step.free or _used(step) - still:
-                continue
-            still |= {repr(symbol) for symbol in computed(step)}
-            if isinstance(step, Block) and step.tears:
-                return _told(model, step)
-    return None
+    blocks: list[Block] = []
+    loose: set[str] = set()
+    for step in (s for level in model.levels if level.height == height for s in level.steps):
+        names = {repr(symbol) for symbol in computed(step)}
+        if step.free or _used(step) - still:
+            loose |= names
+            continue
+        still |= names
+        if isinstance(step, Block) and step.tears:
+            blocks.append(step)
+    return next(filter(None, (_told(model, block, loose) for block in blocks)), None)
 
 
 def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
@@ -111,17 +115,24 @@ def _used(step: Step) -> set[str]:
     return set(leaves) - own
 
 
-def _told(model: SortedDae, block: Block) -> Locked:
+def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | None:
+    """None where what the block holds may move otherwise: a body that cannot turn, but slide."""
     dae, known = model.dae, {repr(symbol) for symbol in computed(block)}
     steps: tuple[Assignment | Residual, ...] = (*block.inner, *block.residuals)
     holders = own_names(dae, (model.equations[s.equation].equation.component for s in steps))
     aliases = (a.name for a in model.aliases if repr(a.target) in known)
     moving = find_moving(dae)
     owners = dict.fromkeys(owner(name) for name in (*known, *aliases))
-    held = [n for n in own_names(dae, sorted(moving & owners.keys())) if n not in holders]
+    free = {owner(n) for n in loose} | {
+        owner(a.name) for a in model.aliases if repr(a.target) in loose
+    }
+    found = moving & owners.keys() - free
+    held = [n for n in own_names(dae, sorted(found)) if n not in holders]
+    if not held:
+        return None
     part = own_part(dae, holders[-1])
     several = len(holders) > 1
-    what = listed(f"`{n}`" for n in held) or f"what {both(holders)} join"
+    what = listed(f"`{n}`" for n in held)
     hint = f"leave {'one of them' if several else 'it'} out, or put something elastic between"
     return Locked(
         "S322",

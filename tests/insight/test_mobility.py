@@ -107,3 +107,30 @@ def test_what_cannot_be_assembled_is_an_error_only_where_the_start_is_asked_for(
     assert "by rank" not in capsys.readouterr().out
     assert run(["check", str(file), "--start"]) == 1
     assert "R412" in capsys.readouterr().err
+
+
+SLIDING = """
+model Sliding "A slab that two gears keep from turning, and that slides"
+  import Modelica.Mechanics.Rotational.Components.*;
+  model Slab
+    Modelica.Mechanics.Rotational.Interfaces.Flange_a turn;
+    Real x(start=0), v=der(x), phi=turn.phi, w=der(phi);
+  equation
+    der(v) = 1;
+    0.2*der(w) = turn.tau;
+  end Slab;
+  Slab slab;
+  Inertia motor(J=0.1);
+  IdealGear g1(ratio=2), g2(ratio=3);
+equation
+  connect(motor.flange_b, g1.flange_a);
+  connect(g1.flange_b, slab.turn);
+  connect(motor.flange_b, g2.flange_a);
+  connect(g2.flange_b, slab.turn);
+end Sliding;
+"""
+
+
+def test_what_cannot_turn_but_slide_is_not_said_to_stand_still() -> None:
+    (told,) = (w for w in check_model(Request(text=SLIDING)).warnings if w.code == "S322")
+    assert told.message.startswith("`motor` cannot move")

@@ -11,6 +11,7 @@ there to where they were wanted.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -18,7 +19,7 @@ from planarc.solve.start import newton
 from planarc.solve.start.branch import nearest_root
 from planarc.solve.start.held import Choice, places
 from planarc.solve.start.stage import Part, solve_stage
-from planarc.solve.start.system import System
+from planarc.solve.start.system import Stage, System
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,6 +88,7 @@ def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
 
 def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
     u = u0.copy()
+    above: Stage = [], []
     for rows, columns in system.stages:
         root = None
         if system.initial_rows.stop - 1 in rows:
@@ -96,10 +98,21 @@ def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
             root = solve_stage(system, u, rows, _movable(system, u, held))
         if root is None or not root.converged:
             root = nearest_root(system, u, rows, columns, held)
+        above = [*{*above[0], *rows}], [*{*above[1], *columns}]
+        if not root.converged and _says_where(system, columns, held):
+            root = nearest_root(system, u, *above, held)
         if not root.converged:
             return None
         u = _unmoved(system, u0, root.point)
     return u
+
+
+def _says_where(system: System, columns: Sequence[int], held: Flags) -> bool:
+    """Whether held values of a level decide places of levels above it: a distance that is
+    differentiated once, of bodies whose places are differentiated twice. Held speeds do not."""
+    candidates = system.program.candidates
+    speeds = {c.derivative for c in candidates}
+    return any(held[i] and candidates[i].slot not in speeds for i in columns)
 
 
 def _movable(system: System, u: Vector, held: Flags) -> list[int]:

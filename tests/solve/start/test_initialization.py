@@ -53,6 +53,29 @@ equation
     assert result["z"][-1] == pytest.approx(2.0, abs=1e-8)
 
 
+def test_a_distance_that_is_held_says_where_a_body_is(backend: str) -> None:
+    """The place of a bead on a straight rail is differentiated twice, its distances along and
+    across a turned frame once: they are of another level."""
+    result = run(
+        """
+  Real x, y, vx = der(x), vy = der(y), push;
+  Real along(start=0.5, fixed=true), across, speed(start=0, fixed=true), drift;
+equation
+  0.8*y - 0.6*x = 0.4;
+  der(vx) = -0.6*push;
+  der(vy) = 0.8*push - 9.81;
+  x - 0.2 = 0.8*along - 0.6*across;
+  y + 0.1 = 0.6*along + 0.8*across;
+  speed = der(along);
+  drift = der(across);""",
+        backend,
+        stop=0.1,
+    )
+    expected = {"along": 0.5, "across": 0.6, "x": 0.24, "y": 0.68, "speed": 0.0}
+    start = {name: result.at(name, 0.0) for name in expected}
+    assert start == pytest.approx(expected, abs=1e-12)
+
+
 def test_what_is_fixed_twice_and_agrees_is_accepted(backend: str) -> None:
     result = run(
         """
