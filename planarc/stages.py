@@ -171,8 +171,10 @@ def find_held(model: SortedDae, mechanism: Mechanism | None) -> Diagnostic | Non
     from planarc.insight import locked
 
     doubled = None if mechanism is None else locked.find_doubled(model.dae, mechanism)
-    counted = mechanism is not None and mechanism.locked is not None
-    return doubled or (None if counted else locked.find_held(model))
+    if doubled is not None or (mechanism is not None and mechanism.locked is not None):
+        return doubled
+    rigid = None if mechanism is None else locked.find_rigid_loop(model.dae, mechanism)
+    return rigid or locked.find_held(model)
 
 
 def attachment_warnings(
@@ -196,10 +198,13 @@ def _held_too_often(
     where it is those of one loop, this alone is said."""
     if mechanism is None:
         return tuple(found)
-    from planarc.insight.misfit import held_twice, overheld
+    from planarc.insight.misfit import held_twice, overheld, rigid_ring
     from planarc.structure.report import Held, Overdone, Repeated
 
     first = found[0]
+    ring = rigid_ring(dae, mechanism) if isinstance(first, Overdone | Held) else None
+    if ring is not None:
+        return (Diagnostic(first.code, *ring[:2], hint=ring[2]),)
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
     if twice is not None:
         found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])

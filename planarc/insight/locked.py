@@ -21,13 +21,13 @@ from collections.abc import Collection
 from itertools import combinations
 
 from planarc.core.diagnostic import Locked, Severity
-from planarc.core.prose import both, listed
+from planarc.core.prose import both, counted, listed
 from planarc.insight.connectors import grouped
 from planarc.insight.misfit import find_loop
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
-from planarc.ir.mechanism import Joint, Mechanism
+from planarc.ir.mechanism import GROUND, Joint, Mechanism
 from planarc.ir.places import own_names, own_part, owner
 from planarc.ir.sorted import Assignment, Block, Residual, SortedDae, Step, computed
 
@@ -71,6 +71,37 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             if found is not None:
                 return _doubled(dae, part, end, next(f for f in frames if f != end), found)
     return None
+
+
+def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
+    """The warning about a slide in a loop of moving parts whose joints leave no motion among them:
+    mostly both its ends are on one part. Loops through the ground may be supports, and those of
+    pins alone may be trusses."""
+    for joint in mechanism.joints:
+        loop = find_loop(mechanism, joint)
+        part = own_part(dae, joint.name)
+        if loop is None or part is None or joint.conditions != _PAIR or _is_pin(dae, joint):
+            continue
+        links = {i for other in loop for i in other.links}
+        free = sum(mechanism.links[i].free for i in links) - _PLANE
+        if GROUND in links or not any(_is_pin(dae, other) for other in loop):
+            continue
+        if sum(other.conditions for other in loop) < free:
+            continue
+        closed = [f"`{name}`" for name in own_names(dae, (other.name for other in loop))]
+        return Locked(
+            "S322",
+            f"`{part.name}` cannot move: {listed(closed)} close a loop of "
+            f"{counted(len(loop), 'joint')}, which is rigid",
+            part.span,
+            Severity.WARNING,
+            hint="connect one end of it to another part, or put a joint more into the loop",
+        )
+    return None
+
+
+_PAIR = 2  # conditions of a pin or a slide
+_PLANE = 3  # motions of a body in the plane
 
 
 def _top(name: str) -> str:

@@ -17,7 +17,7 @@ nothing.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import be, both, listed, shortened
@@ -69,6 +69,47 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
                 place(dae, last.partition(".")[0]),
             )
     return None
+
+
+def rigid_ring(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:
+    """A sentence about rigid parts that are connected to a ring, the place of the last of them, and
+    what to do; None where there is no ring."""
+    frames = {f for link in mechanism.links for f in link.frames}
+    point = {f: f for f in frames}
+    for names in dae.connections:
+        point |= dict.fromkeys((n for n in names if n in frames), names[0])
+    holding = {j.name for j in mechanism.joints} | {*mechanism.inside}
+    ways: dict[str, list[tuple[str, str]]] = {}  # from a point: rigid parts, and where they lead
+    for link in mechanism.links:
+        for part, ends in grouped(link.frames, owner).items():
+            if part in holding or len(ends) != 2:
+                continue
+            a, b = (point[end] for end in ends)
+            way = _way(ways, a, b)
+            ring = own_names(dae, (*(way or ()), part))
+            if way is not None and len(ring) == 1:  # a part inside of another one
+                continue
+            if way is not None:
+                shown = listed(f"`{name}`" for name in ring)
+                message = f"{shown} are connected to a ring, though all of them are rigid"
+                hint = "leave one of these connections out, or put a joint there"
+                last = own_part(dae, part)
+                return message, last.span if last else None, hint
+            ways.setdefault(a, []).append((part, b))
+            ways.setdefault(b, []).append((part, a))
+    return None
+
+
+def _way(ways: Mapping[str, list[tuple[str, str]]], start: str, goal: str) -> list[str] | None:
+    """The parts that lead from one point to another."""
+    found: dict[str, list[str]] = {start: []}
+    queue = [start]
+    for here in queue:
+        for part, other in ways.get(here, ()):
+            if other not in found:
+                found[other] = [*found[here], part]
+                queue.append(other)
+    return found.get(goal)
 
 
 def held_twice(

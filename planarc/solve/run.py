@@ -193,7 +193,7 @@ class Run(Begun):
         self.kernel.accept(t)
         self.delays.cross(t)
         self.delays.kink(t)
-        before = self._jumps.positions()
+        before = self._jumps.values()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
         others, own = self.events.others(causes, owners)
         if done.told or others or not causes:
@@ -203,7 +203,7 @@ class Run(Begun):
         if self._row(t, done.y):
             self.recorder.pass_by(t)
             if (crossing or fired) and not done.reset:
-                self.warnings += self._jumps.judge(t, before)
+                self.warnings += self._jumps.judge(t, before, list(done.y) != list(y))
             chattering = self._chatter.judge(t, crossing, others if not fired else ())
             self.ended = self.ended or chattering
             self.restart(t, done.y, self._chatter.step)

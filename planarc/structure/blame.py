@@ -97,6 +97,8 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
     rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
     if (jumping := _derived_though_set(dae, misfit.too_many)) is not None:
         return jumping
+    if (held := _held_though_it_moves(dae, misfit)) is not None:
+        return held
     if len(rivals) == 1:
         shown = rivals[0].shown
         if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
@@ -112,6 +114,34 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
     hint = _how_to_move(dae, last) if len(rivals) == 1 else None
     hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _held_though_it_moves(dae: Dae, misfit: Misfit) -> Diagnostic | None:
+    """The message about `phi = 0.5` beside `der(phi) = w`: a value at the start was meant."""
+    if len(misfit.too_many) > 1:
+        return None
+    still = {p.name for p in dae.parameters}
+    for equation in misfit.rivals:
+        left, right = equation.left, equation.right
+        leaves = [e for e in postorder((right,)) if not e.args]
+        constant = all(e.op is Op.CONST or (e.is_symbol and e.name in still) for e in leaves)
+        moving = left.is_symbol and not left.order
+        if not (moving and constant and places.is_own(dae, equation.span)):
+            continue
+        for other in misfit.over:
+            symbols = postorder((other.left, other.right))
+            if any(e.op is Op.SYMBOL and e.data == (left.name, 1) for e in symbols):
+                value, name = text(right), left.name.removeprefix(f"{equation.component}.")
+                return Diagnostic(
+                    "S302",
+                    f"{equation.shown} holds `{left.name}` for all times, but it moves by "
+                    f"{other.shown}: 1 equation too many",
+                    equation.span,
+                    hint=f"for its value at the start, write `{name}(start={value}, "
+                    "fixed=true)` where it is declared, and remove the equation",
+                    related=(Related(f"{other.shown} stands here", other.span),),
+                )
+    return None
 
 
 def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | None:

@@ -16,6 +16,7 @@ import numpy as np
 from planarc.api.result import Result
 from planarc.core.data import Data
 from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.program import Program
 from planarc.study.extremum import highest, lowest
@@ -121,6 +122,11 @@ def _read(text: Any, program: Program) -> Reduction:
     if name in columns:
         return Reduction("final", name)
     call = _CALL.fullmatch(name)
+    method = re.fullmatch(r"(.+)\.(\w+)\(\)", name)
+    if method is not None and method[1] in columns:
+        hint = f"write `{method[2]}({method[1]})`" if method[2] in KINDS else None
+        message = f"a metric is a name, or a function of one, not `{name}`"
+        raise usage_error("C231", message, hint=hint or f"choose among {ticked(KINDS)}")
     if call is None or call[1] == "der":
         raise unknown_name("variable", name, columns)
     kind, variable = call[1], call[2].strip()

@@ -27,10 +27,10 @@ from planarc.api.signals import Signal
 from planarc.api.values import Value, finite, start_values
 from planarc.core.arrays import Array, Vector
 from planarc.core.data import Data
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import Diagnostic, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.prose import counted
-from planarc.core.unknown import refuse_unknown, unknown_name
+from planarc.core.unknown import UnknownName, refuse_unknown
 from planarc.ir.result import Result as Rows
 from planarc.ir.result import StateChoice, Statistics
 
@@ -206,7 +206,9 @@ def linearize(
     elif at == "equilibrium":
         given = find_equilibrium(model, options, inputs).start
     elif isinstance(at, str) and at != "start":
-        raise unknown_name("point to linearize at called", at, ("start", "equilibrium"))
+        message = f"there is no point to linearize at called `{at}`"
+        hint = "give `start`, `equilibrium` or a time in seconds"
+        raise UnknownName(Diagnostic("C201", message, hint=hint))
     elif at is not None and at != "start":
         time = finite("at", at)
     if time is not None and time < model.program.experiment.start:

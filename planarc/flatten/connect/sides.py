@@ -46,6 +46,8 @@ def both_sides(node: syntax.Connect, env: Env) -> tuple[object | None, object | 
         left, right = for_each((node.left, node.right), lambda ref: _sides(ref, env))
     except PlanarcError as refused:
         found = [d for d in refused.diagnostics if isinstance(d, _NoConnector)]
+        if len(found) == 1 and not found[0].hint and not found[0].is_part:
+            raise PlanarcError(replace(found[0], hint=_hint_of_signals(node, env))) from None
         if len(found) < 2:
             raise
         message = f"neither `{node.left}` nor `{node.right}` is a connector"
@@ -54,6 +56,19 @@ def both_sides(node: syntax.Connect, env: Env) -> tuple[object | None, object | 
             hint = "; ".join(d.hint for d in found if d.hint) or "connect connectors of them"
         raise error("F311", message, node.span, hint=hint) from None
     return left, right
+
+
+def _hint_of_signals(node: syntax.Connect, env: Env) -> str | None:
+    """What to write where a variable was connected to a signal."""
+    views = [resolve(ref, env) for ref in (node.left, node.right)]
+    leaves = [env.session.leaves.get(v.name) if isinstance(v, flat.Reference) else v for v in views]
+    if not all(isinstance(leaf, Leaf) for leaf in leaves):
+        return None
+    given, taken = (node.left, node.right)
+    first = leaves[0]
+    if isinstance(first, Leaf) and first.is_connector:
+        given, taken = taken, given
+    return f"write the equation `{taken} = {given};`"
 
 
 class _NoConnector(Diagnostic):

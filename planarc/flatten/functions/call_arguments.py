@@ -99,7 +99,8 @@ def vectorised(
     """The call; with arrays in place of scalars, one call for each entry (12.4.6)."""
     inputs = info.signature.inputs
     if not info.signature.outputs and not results:
-        raise error("F290", f"`{info.name}` has no result", span)
+        hint = "declare its result as an `output`, outside of `protected`"
+        raise error("F290", f"`{info.name}` has no result", span, hint=hint)
     pairs = [*zip(inputs, arguments, strict=True)]
     more = [len(a.type.dims) - len(v.type.dims) for v, a in pairs]
     fits = (base_conforms(v.type, a.type) for v, a in pairs)

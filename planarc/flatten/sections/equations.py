@@ -34,7 +34,7 @@ from planarc.flatten.functions.calls import (
 )
 from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
-from planarc.flatten.terms.conform import scalar_count, type_text, unify
+from planarc.flatten.terms.conform import expect, scalar_count, type_text, unify
 from planarc.flatten.tree.nodes import Env, Instance
 from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.references import resolve
@@ -74,6 +74,9 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
             hint = "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
         message = f"the sides of the equation have different types: {types}"
         raise error("F300", message, node.span, hint=hint)
+    whole = isinstance(left, flat.Reference) and left.type.base is flat.Base.INTEGER
+    if whole and not isinstance(right, flat.Reference):  # `i = x` may say what x is
+        expect(left.type, right, f"the value of `{node.left}`")
     return (flat.Equality(node.span, env.component, left, right),)
 
 

@@ -109,6 +109,8 @@ def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> P
         hint = "write `true` or `false`"
     if expected.base in NUMERIC and re.search(r'"\s*[-+]?[\d.]+(e[-+]?\d+)?\s*"', span.text):
         hint = "write numbers without quotes"
+    if expected.base is flat.Base.ENUMERATION and span.text.strip('"') in expected.literals:
+        hint = f"write `{type_text(expected)}.{span.text.strip(chr(34))}`"
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     mend = Each() if expected.dims and not actual.dims else None
     return error("F270", message, span, hint=hint, mend=mend)

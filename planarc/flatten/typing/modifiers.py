@@ -9,6 +9,7 @@ import re
 
 from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.mend import Each
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.terms.conform import dims_conform, type_text
 from planarc.flatten.terms.select import pick
@@ -46,8 +47,10 @@ def _member_value(typed: flat.Expression, binding: Binding, dims: flat.Dims) -> 
         )
     for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
         if size is not None and index > size:
-            message = f"the modifier has {size} values, but the array of components has more"
-            raise error("F224", message, binding.span)
+            values = counted(size, "value")
+            message = f"the modifier has {values}, and none for member {index} of the components"
+            hint = "give as many values as there are members"
+            raise error("F224", message, binding.span, hint=hint)
     return pick(typed, binding.subscripts)
 
 

@@ -69,11 +69,25 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         )
         if dims_conform(left.type.dims[:1], right.type.dims[:1]) and len(left.type.dims) == 2:
             hint += f"; `transpose({left.span.text})` would fit"
+    if op in _RELATIONS and left.type.base in NUMERIC and right.type.base in NUMERIC:
+        hint = _one_of_each(op, left, right)
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"
     message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
     return error("F274", message, span, hint=hint)
+
+
+def _one_of_each(op: str, left: flat.Expression, right: flat.Expression) -> str:
+    """What to write for a relation of vectors."""
+    sides = (left, right)
+    if all(len(x.type.dims) < 2 and isinstance(x, flat.Reference | flat.Literal) for x in sides):
+        first, second = (
+            [f"{x.span.text}[{i}]" if x.type.dims else x.span.text for x in sides] for i in (1, 2)
+        )
+        both = f"`{f' {op} '.join(first)}` or `{f' {op} '.join(second)}`"
+        return f"a relation compares two numbers: write {both}"
+    return "a relation compares two numbers: write it for one element of each array"
 
 
 def _only_vector(e: flat.Expression) -> flat.Reference | None:

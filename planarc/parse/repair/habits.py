@@ -178,9 +178,46 @@ def _assigned_expression(trouble: Trouble, repair: Repair | None) -> Diagnostic 
 _SHORT = 50  # letters of an equation that a hint repeats
 
 
+def trailing_if(trouble: Trouble) -> tuple[int, int] | None:
+    """The expression `a if c else b`, which has no `then`: its `if`, and the `;` that ends it."""
+    kinds = [token.type for token in trouble.tokens]
+    since = kinds[trouble.begin : trouble.at + 1]
+    if since[-1] not in ("IF", "ELSE") or "IF" not in since:
+        return None
+    first = trouble.begin + since.index("IF")
+    if "SEMICOLON" not in kinds[trouble.at :] or kinds[first - 1] not in _OPERANDS:
+        return None
+    end = kinds.index("SEMICOLON", trouble.at)
+    rest = kinds[first + 1 : end]
+    return (first, end) if "ELSE" in rest and not {"THEN", "IF", "END"} & {*rest} else None
+
+
+_OPERANDS = frozenset(("IDENT", "INTEGER", "REAL", "TRUE", "FALSE", "STRING", *_CLOSING))
+
+
+def _trailing_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `q = a if h > 0 else 0`."""
+    found = trailing_if(trouble)
+    if found is None:
+        return None
+    tokens, first = trouble.tokens, found[0]
+    middle = next(i for i in range(first, len(tokens)) if tokens[i].type == "ELSE")
+    condition = tokens[first + 1].span.to(tokens[middle - 1].span).text
+    hint = f"write `if {condition if len(condition) < _SHORT else '...'} then ... else ...`"
+    message = "the condition of a value stands before it"
+    return Diagnostic("P101", message, tokens[first].span, hint=hint)
+
+
 def other_branch(word: Token, opened: Token | None) -> str | None:
     """The word meant by `elseif` in a `when`, and by `elsewhen` in an `if`."""
-    return _BRANCHES.get((opened.type, word.type)) if opened is not None else None
+    if opened is None:
+        return None
+    if opened.type not in _OPENS and word.type in _WITHOUT:
+        return _WITHOUT[word.type]
+    return _BRANCHES.get((opened.type, word.type))
+
+
+_WITHOUT = {"ELSEWHEN": "WHEN", "ELSEIF": "IF"}
 
 
 _BRANCHES = {("WHEN", "ELSEIF"): "ELSEWHEN", ("IF", "ELSEWHEN"): "ELSEIF", ("WHEN", "ELSE"): ""}
@@ -192,6 +229,9 @@ def _other_branch(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     meant = other_branch(token, opened)
     if meant is None or opened is None:
         return None
+    if opened.type not in _OPENS:
+        message = f"no `{meant.lower()}` is open that this `{token.text}` could go on with"
+        return instead(message, token.span, meant.lower())
     if meant:
         message = f"`{opened.text}` goes on with `{meant.lower()}`, not with `{token.text}`"
         return instead(message, token.span, meant.lower(), related=trouble.opening)
@@ -245,5 +285,6 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _colon_for_then,
     _import_as,
     _assigned_expression,
+    _trailing_if,
     _other_branch,
 )

@@ -20,7 +20,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from planarc.parse.grammar.machine import Stack
-from planarc.parse.repair.habits import assigned_expression, find_colon, other_branch
+from planarc.parse.repair.habits import (
+    assigned_expression,
+    find_colon,
+    other_branch,
+    trailing_if,
+)
 from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
@@ -71,9 +76,10 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    special = (_misspelt_elseif, _stray_end, _colon, _other_branch, _assigned_expression)
+    special = (_misspelt_elseif, _stray_end, _colon, _other_branch)
+    left_out = (_assigned_expression, _trailing_if)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
-    tries = (*special, *others)
+    tries = (*special, *left_out, *others)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
@@ -214,6 +220,15 @@ def _assigned_expression(trouble: Trouble, kinds: list[str], begin: Place) -> Re
         read = ["IDENT", "ASSIGN", *kinds[first:last], "SEMICOLON"]
         if trouble.automaton.advance(begin.stack, read) < len(read):
             return None
+    return Repair((), end + 1 - trouble.at, begin.stack, end + 1, begin.at)
+
+
+def _trailing_if(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out the statement that ends with `a if c else b`."""
+    found = trailing_if(trouble)
+    if found is None:
+        return None
+    end = found[1]
     return Repair((), end + 1 - trouble.at, begin.stack, end + 1, begin.at)
 
 

@@ -1,11 +1,11 @@
-"""Positions that jump at an event though nothing sets them anew: the forces are not counted.
+"""What jumps at an event, though its derivative is in the equations and nothing sets it anew.
 
-In:   the positions before and after an event
+In:   the values before and after an event of all that is differentiated
 Out:  a warning R438, once a run
 
-A position is a variable of which the equations hold the second derivative. A `reinit` may set it,
-and then it is meant; but where a drive with a jump in its signal moves a mechanism, its speed is
-infinite for an instant, and no equation says so: each branch of the signal is differentiated alone.
+A `reinit` may set a variable anew, and then it is meant; but where a drive with a jump in its
+signal moves a mechanism, its speed is infinite for an instant, and no equation says so: each branch
+of the signal is differentiated alone. The same holds of any signal and its derivative.
 
 Example: `Position(exact=true)` on a step.
 """
@@ -14,9 +14,10 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import listed
+from planarc.core.source import Span
 from planarc.ir.flat import Part
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import own_part, owner
+from planarc.ir.places import is_own, own_part, owner
 from planarc.ir.program import Program
 from planarc.solve.once import once
 
@@ -28,36 +29,57 @@ class Jumps:
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
-        self._watched = _positions(program)
+        self._watched = _differentiated(program)
         self._told = False
 
-    def positions(self) -> list[float]:
+    def values(self) -> list[float]:
         w = self._kernel.w
-        return [float(w[slot]) for slot in self._watched.values()]
+        return [] if self._told else [float(w[slot]) for slot in self._watched.values()]
 
-    def judge(self, t: float, before: list[float]) -> tuple[Diagnostic, ...]:
-        """The warning, if the first position jumps at `t`."""
+    def judge(self, t: float, before: list[float], struck: bool) -> tuple[Diagnostic, ...]:
+        """The warning, if the first of them jumps at `t`. `struck`: a state jumps, too, so that
+        something hit something, and a speed may jump."""
         if self._told:
             return ()
-        for name, old, new in zip(self._watched, before, self.positions(), strict=True):
+        for name, old, new in zip(self._watched, before, self.values(), strict=True):
+            if struck and f"der(der({name}))" not in self._program.slots:
+                continue
             if abs(new - old) > _JUMP * max(1.0, abs(old), abs(new)):
                 self._told = True
                 return (self._jumped(name, old, new, t),)
         return ()
 
     def _jumped(self, name: str, old: float, new: float, t: float) -> Diagnostic:
-        program = self._program
-        part, drives = own_part(program, owner(name)), _drives(program, self._watched[name])
+        program, slot = self._program, self._watched[name]
+        part, drives = own_part(program, owner(name)), _drives(program, slot)
         given = listed(f"`{p.name}`" for p in drives)
+        place = drives[0].span if drives else part.span if part else _derived(program, name)
+        moves = f"der(der({name}))" in program.slots and program.mechanism is not None
+        lost = "the forces that this takes are" if moves else "its derivative is then"
+        shown = name if not name.startswith("der(") else _column(program, slot) or name
         return Diagnostic(
             "R438",
-            f"`{name}` jumps from {old:.4g} to {new:.4g} at t = {t:.6g} s: "
-            "the forces that this takes are infinite, and not counted",
-            drives[0].span if drives else part.span if part else None,
+            f"`{shown}` jumps from {old:.4g} to {new:.4g} at t = {t:.6g} s: "
+            f"{lost} infinite, and not counted",
+            place,
             Severity.WARNING,
             hint=f"let {given or 'what drives it'} move it without jumps, for example by "
-            "`KinematicPTP2`",
+            "`KinematicPTP2`"
+            if drives or moves
+            else "smooth what jumps, or leave its derivative out",
         )
+
+
+def _column(program: Program, slot: int) -> str | None:
+    """The first name of a variable in the results."""
+    return next((c.name for c in program.columns if c.slot == slot), None)
+
+
+def _derived(program: Program, name: str) -> Span | None:
+    """The equation that asks for the derivative of a variable of the model itself."""
+    asked = f"der({name})"
+    found = (e.span for e in program.equations if asked in e.text and is_own(program, e.span))
+    return next(found, None)
 
 
 def _drives(program: Program, slot: int) -> list[Part]:
@@ -77,8 +99,8 @@ def _drives(program: Program, slot: int) -> list[Part]:
 
 
 @once
-def _positions(program: Program) -> dict[str, int]:
-    """The slots of positions, by name."""
+def _differentiated(program: Program) -> dict[str, int]:
+    """The slots of all that has a derivative, by name; positions before speeds."""
     slots = {c.name: c.slot for c in program.columns} | dict(program.slots)
-    positions = (n[8:-2] for n in program.slots if n.startswith("der(der("))
-    return {n: slots[n] for n in positions if n in slots}
+    names = (n[4:-1] for n in program.slots if n.startswith("der("))
+    return {n: slots[n] for n in sorted(names, key=lambda n: n.startswith("der(")) if n in slots}

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
+from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
-from planarc.ir.program import Program, RelationSlot
+from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
 
@@ -50,20 +51,48 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     names += [f"`{d.name}`" for d in program.discretes]
     actions = (a for w in program.whens for branch in w.branches for a in branch[-1])
     places = {a.name: a.span for a in actions if isinstance(a, SetDiscrete)}
-    spans = [*(r.span for r in program.relations), *(places.get(d.name) for d in program.discretes)]
+    given = {s.target.name: s for s in program.discrete if isinstance(s, Let)}
+    spans: list[Span | None] = [r.span for r in program.relations]
+    spans += [places.get(d.name) or _given(program, given, d.name) for d in program.discretes]
     owners = [r.component for r in program.relations]
     owners += [d.name.rpartition(".")[0] for d in program.discretes]
     columns = zip(*values, strict=True)
     restless = [i for i, found in enumerate(columns) if len(set(found)) > 1]
     culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
     switch = "switches" if len(restless) == 1 else "switch"
+    hint = "break the loop with `pre(...)`, or make the relation's two sides agree"
+    first = len(program.relations)
+    own = [program.discretes[i - first].name for i in restless if i >= first]
+    counting = next((n for n in own if n in given and _counts(given[n])), None)
+    if counting is not None:
+        hint = f"each pass of the event counts `{counting}` on: set it in a `when`, which acts once"
     found = Diagnostic(
         "R433",
         f"the events at t = {t:.6g} s do not come to rest: {culprits} {switch} to and fro",
         spans[restless[0]] if restless else None,
-        hint="break the loop with `pre(...)`, or make the relation's two sides agree",
+        hint=hint,
     )
     return point_home(program, found, owners[restless[0]] if restless else "")
+
+
+def _counts(statement: Let) -> bool:
+    """Whether a statement adds to the value that a discrete variable had before."""
+    terms = (a for e in postorder((statement.value,)) if e.op is Op.ADD for a in e.args)
+    return any(a.op is Op.PRE and a.name == statement.target.name for a in terms)
+
+
+def _given(program: Program, given: Mapping[str, Let], name: str) -> Span | None:
+    """The statement that gives a discrete variable outside of all when-clauses; in an algorithm the
+    first one that assigns to it."""
+    number = given[name].equation if name in given else None
+    if number is None or number < 0:
+        return None
+    span = program.equations[number].span
+    local = re.escape(name.rpartition(".")[2])
+    found = re.search(rf"(?<![\w.]){local}\s*:=[^;]*", span.text)
+    if found is None:
+        return span
+    return span._replace(start=span.start + found.start(), end=span.start + found.end())
 
 
 def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str]) -> Diagnostic:

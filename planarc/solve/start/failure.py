@@ -58,7 +58,8 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
         "R413",
         message,
         where.span if where else None,
-        hint="check parameters and start values for a division by zero or a root of a "
+        hint=(_zeros(system, [where], divisors=True) if where else None)
+        or "check parameters and start values for a division by zero or a root of a "
         "negative number",
     )
     return NotEvaluated(point_home(system.program, found, where.component if where else ""))
@@ -88,21 +89,31 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
 
 
-def _zeros(system: System, infos: Sequence[EquationInfo]) -> str | None:
-    """The parameters in equations that are zero, with which these may lose their unknowns."""
-    if system.program.mechanism is not None:
+def _zeros(system: System, infos: Sequence[EquationInfo], divisors: bool = False) -> str | None:
+    """The parameters in equations that are zero, with which these may lose their unknowns; without
+    one the variables that start at 0 as no start value is written. Of divisors only, if asked."""
+    if system.program.mechanism is not None and not divisors:
         return None
-    values = {p.name: float(system.kernel.w[p.slot]) for p in system.program.parameter_slots}
-    symbols = (
-        e.name
-        for i in infos
-        if not isinstance(i.written, str)
-        for e in postorder(i.written)
-        if e.op is Op.SYMBOL
-    )
-    names = [n for n in dict.fromkeys(symbols) if values.get(n) == 0.0]
+    w = system.kernel.w
+    values = {p.name: float(w[p.slot]) for p in system.program.parameter_slots}
+    slots = (c for c in system.program.candidates if not c.start_written and not c.fixed)
+    starts = {c.name: float(w[c.slot]) for c in slots}
+    sides = [e for i in infos if not isinstance(i.written, str) for e in i.written]
+    if divisors:
+        sides = [e.args[1] for e in postorder(sides) if e.op is Op.DIV]
+    symbols = dict.fromkeys(repr(e) for e in postorder(sides) if e.op is Op.SYMBOL)
+    names = [n for n in symbols if values.get(n) == 0.0]
     verb = "is" if len(names) == 1 else "are"
-    return f"{trouble.names(names)} {verb} 0: give another value" if names else None
+    if names:
+        return f"{trouble.names(names)} {verb} 0: give another value"
+    names = [n for n in symbols if starts.get(n) == 0.0]
+    verb, pronoun = ("starts", "it") if len(names) == 1 else ("start", "them")
+    if not names:
+        return None
+    return (
+        f"{trouble.names(names)} {verb} at 0, since no start value is written: give {pronoun} one, "
+        f"as in `{names[0].rpartition('.')[2]}(start=1, fixed=true)`"
+    )
 
 
 def _massless(system: System, block: int) -> str | None:
