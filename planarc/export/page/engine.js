@@ -18,7 +18,7 @@
 // It gives null where the run was no longer wanted: so often it lets go of the page.
 
 const PATIENCE = 30; // ms of a run at one stretch
-const STRETCH = 16; // rows
+const STRETCH = 16; // rows, of models that are quick
 const MOST = 2000; // events with rows of their own
 
 planarc.createEngine = async function (bytes, slots, counts = {}) {
@@ -119,11 +119,14 @@ planarc.createEngine = async function (bytes, slots, counts = {}) {
     let rows = 0;
     let failed = 0;
     let since = performance.now();
+    let stretch = 1;
     while (rows < count) {
-      const end = Math.min(count, rows + STRETCH);
+      const end = Math.min(count, rows + stretch);
+      const begin = performance.now();
       rows = model.page_rows(block, at, rows, end, places, width, out);
       failed = Number(new BigInt64Array(model.memory.buffer, out + 8 * end * width, 1)[0]);
       if (rows < end || failed) break;
+      stretch = performance.now() - begin < PATIENCE / 4 ? Math.min(STRETCH, 2 * stretch) : Math.ceil(stretch / 2);
       if (performance.now() - since < PATIENCE) continue;
       await new Promise((done) => setTimeout(done));
       if (!wanted()) return null;

@@ -81,9 +81,7 @@ def make_page(compiled: Compiled, result: Result, stiff: bool = False) -> Page:
     policy = _POLICY.format(hashes=assets.policy(assets.chart_script(), script))
     data = {
         "places": dict(_places(program, groups)),
-        "pulled": [
-            _key(f) for g in groups for f in g.fields if f.start or f.name in program.inputs
-        ],
+        "pulled": list(_pulled(program, groups)),
         "rows": min(len(result.time), ROWS),
         "model": {
             "name": program.name,
@@ -145,6 +143,16 @@ def _places(program: Program, groups: tuple[Group, ...]) -> Iterator[tuple[str, 
     for group in groups:
         for f in group.fields:
             yield _key(f), place(f)
+
+
+def _pulled(program: Program, groups: tuple[Group, ...]) -> Iterator[str]:
+    """The fields that may follow a part that is dragged: inputs, and start values of positions."""
+    heights = [b.height for b in program.blocks]
+    positions = {c.display for c in program.candidates if heights[c.block] == max(heights)}
+    for group in groups:
+        for f in group.fields:
+            if f.name in (positions if f.start else program.inputs):
+                yield _key(f)
 
 
 def _key(f: Field) -> str:

@@ -18,6 +18,7 @@ const PATIENCE = 25; // ms for them, while it moves
 const WORTH = 1e-4; // of the way that is left: a step that gains less is none
 
 planarc.createPull = function ({ names, start }, { shown, grip, dropped, stretch = () => null, show, value, given, give, least }) {
+  const reach = new Map(); // name -> the items that it moves, looked at once
   let hold = null; // what is held: {item, moving, at, local}
   let pull = null; // of a length
   let latest = null; // the poses that are shown
@@ -84,18 +85,23 @@ planarc.createPull = function ({ names, start }, { shown, grip, dropped, stretch
     const all = Object.fromEntries(names.map((name) => [name, value(name)]).filter(([, v]) => Number.isFinite(v)));
     const first = start(all);
     if (!first || !first[item]?.slice(0, 3).every(Number.isFinite)) return null;
-    const at = Object.fromEntries(Object.entries(all).filter(([name, v]) => moves(first, start({ ...all, [name]: v + STEP }))));
+    for (const [name, v] of Object.entries(all)) {
+      if (!reach.has(name)) reach.set(name, moved(first, start({ ...all, [name]: v + STEP })));
+    }
+    const at = Object.fromEntries(Object.entries(all).filter(([name]) => reach.get(name).size));
     const [px, py, angle] = first[item];
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
-    const found = { item, at, local: [c * (x - px) + s * (y - py), c * (y - py) - s * (x - px)], moving: Object.keys(at) };
+    const found = { item, at, local: [c * (x - px) + s * (y - py), c * (y - py) - s * (x - px)], moving: [] };
+    found.moving = Object.keys(at).filter((name) => reach.get(name).has(item));
     const ways = slopes(found, at, pointOf(first, found));
     found.moving = found.moving.filter((name, i) => Math.hypot(...ways[i]) > least(name));
     return found.moving.length ? found : null;
   }
 
-  function moves(first, other) {
-    // Whether any item is elsewhere: velocities move nothing.
-    return other?.some((pose, i) => [0, 1, 2].some((k) => Math.abs(pose[k] - first[i][k]) > FELT * STEP));
+  function moved(first, other) {
+    // The items that are elsewhere.
+    const parts = first.map((_, i) => i);
+    return new Set(parts.filter((i) => other && [0, 1, 2].some((k) => Math.abs(other[i][k] - first[i][k]) > FELT * STEP)));
   }
 
   function told({ at }) {
@@ -131,7 +137,7 @@ planarc.createPull = function ({ names, start }, { shown, grip, dropped, stretch
       return undefined;
     },
     leave() {
-      if (begun) go(Infinity); // as near as it comes
+      if (begun) go(8 * PATIENCE);
       hold = pull = latest = null;
       if (begun) dropped();
       begun = false;
